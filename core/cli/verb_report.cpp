@@ -40,9 +40,9 @@ std::string exported(const ReportArguments& arguments) {
     if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
     } else if (arguments.format == "csv") {
-      text += report::ranking_csv_rows(report.data(), folder);
+      text += report::ranking_csv_rows(report.model(), folder);
     } else {
-      Json data = report.data();
+      Json data = report.json();
       data.erase("format");  // the document has its own
       data["folder"] = folder;
       results.push_back(std::move(data));

@@ -236,8 +236,8 @@ int run_suite(Context& context, const RunArguments& arguments) {
                          {"seconds", summary.seconds}};
     print_result(result.dump(2) + "\n");
   } else {
-    const Json& verdict = report.data()["verdict"];
-    const std::string best = verdict.empty() ? "" : verdict.back().value("best", "");
+    const std::vector<report::GroupVerdict>& verdict = report.model().verdict;
+    const std::string best = verdict.empty() ? "" : verdict.back().best;
     const std::string hint = trial_to_watch(prepared.plan.suite, best);
     print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
                  "\n");

@@ -1,7 +1,4 @@
 // The aggregates as CSV and Markdown.
-#include <array>
-
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/escape.h"
 #include "report/aggregate_data.h"
@@ -9,95 +6,85 @@
 namespace relign::report {
 namespace {
 
-constexpr std::array kStatistics = {"iqm", "median", "gap", "area"};
+struct AggregateColumn {
+  const char* name;
+  statistics::Band statistics::AggregateBands::*band;
+};
+constexpr std::array kAggregateColumns = {AggregateColumn{"iqm", &statistics::AggregateBands::iqm},
+                                          AggregateColumn{"median", &statistics::AggregateBands::median},
+                                          AggregateColumn{"gap", &statistics::AggregateBands::gap},
+                                          AggregateColumn{"area", &statistics::AggregateBands::area}};
 
-std::string field(const Json& object, const std::string& key) {
-  const Json& value = member(object, key.c_str());
-  return value.is_number() ? shortest(value.get<double>()) : "";
+std::string fields(const statistics::Band& band) {
+  return ',' + sort_value(band.estimate) + ',' + sort_value(band.interval.low) + ',' + sort_value(band.interval.high);
 }
 
-std::string csv_row(const Json& entry, const Json& method, const Json& numbers, const std::string& training,
-                    std::uint64_t trainings, const Json& best) {
-  std::string row = csv_field(text_of(entry, "protocol")) + ',' + csv_field(text_of(method, "method")) + ',' +
-                    csv_field(training) + ',' + csv_field(text_of(method, "class")) + ',' +
-                    (flag_of(method, "oracle") ? "true" : "false") + ',' + std::to_string(trainings) + ',' +
-                    (text_of(method, "training_tag").empty() ? "false" : "true") + ',' +
-                    std::to_string(count_of(method, "strata")) + ',' + field(numbers, "n") + ',' +
-                    std::to_string(count_of(numbers, "failed")) + ',' + std::to_string(count_of(method, "steps"));
-  for (const std::string statistic : kStatistics)
-    for (const char* end : {"", "_lo95", "_hi95"}) row += ',' + field(numbers, statistic + end);
-  const Json& spread = training.empty() ? object_of(method, "spread") : object_of(Json(), "");
-  for (const char* key : {"lowest", "highest", "sd"}) row += ',' + field(spread, key);
-  for (const char* key : {"improvement", "lo95", "hi95"}) row += ',' + field(best, key);
-  return row + '\n';
+std::string csv_row(const Aggregate& entry, const AggregateMethod& method, const std::string& training,
+                    std::size_t trainings, std::size_t failed, const statistics::AggregateBands& bands) {
+  std::string row = csv_field(entry.protocol) + ',' + csv_field(method.method) + ',' + csv_field(training) + ',' +
+                    csv_field(class_name(method.of_class)) + ',' + (method.oracle() ? "true" : "false") + ',' +
+                    std::to_string(trainings) + ',' + (method.training_tag.empty() ? "false" : "true") + ',' +
+                    std::to_string(method.strata) + ',' +
+                    (bands.iqm.n > 0 ? shortest(static_cast<double>(bands.iqm.n)) : "") + ',' + std::to_string(failed) +
+                    ',' + std::to_string(method.steps);
+  for (const AggregateColumn& column : kAggregateColumns) row += fields(bands.*column.band);
+  return row;
 }
 
-std::string interval_text(const Json& numbers, const std::string& statistic) {
-  const Json& value = member(numbers, statistic.c_str());
-  if (!value.is_number()) return "-";
-  std::string text = significant(value.get<double>(), 3);
-  const Json &low = member(numbers, (statistic + "_lo95").c_str()),
-             &high = member(numbers, (statistic + "_hi95").c_str());
-  if (low.is_number() && high.is_number())
-    text += " (" + significant(low.get<double>(), 3) + " - " + significant(high.get<double>(), 3) + ")";
-  return text;
+std::string band_text(const statistics::Band& band) {
+  const std::string interval = interval_text(band.interval, 3, " - ");
+  return number_text(band.estimate, 3) + (interval.empty() ? "" : " (" + interval + ")");
 }
 
 }  // namespace
 
-std::string aggregate_csv(const Json& data) {
+std::string aggregate_csv(const PageModel& page) {
   std::string csv = "protocol,algorithm,training,class,oracle,trainings,trained,strata,n,failed,steps";
-  for (const std::string statistic : kStatistics)
-    csv += ',' + statistic + ',' + statistic + "_lo95," + statistic + "_hi95";
+  for (const AggregateColumn& column : kAggregateColumns)
+    csv += std::string(",") + column.name + ',' + column.name + "_lo95," + column.name + "_hi95";
   csv +=
       ",iqm_lowest_training,iqm_highest_training,iqm_sd_of_trainings,best_improves,best_improves_lo95,best_improves_"
       "hi95\n";
-  for (const Json& entry : list_of(data, "aggregate")) {
-    const std::string best = entry["methods"].empty() ? "" : text_of(entry["methods"].front(), "method");
-    for (const Json& method : entry["methods"]) {
-      const Json* against = nullptr;
-      for (const Json& pair : entry["pairs"])
-        if (text_of(pair, "a") == best && text_of(pair, "b") == text_of(method, "method")) against = &pair;
-      const Json& trainings = list_of(method, "trainings");
-      csv += csv_row(entry, method, method, "", std::max<std::size_t>(1, trainings.size()),
-                     against ? *against : object_of(Json(), ""));
-      for (const Json& training : trainings)
-        csv += csv_row(entry, method, training, text_of(training, "training"), 1, object_of(Json(), ""));
+  for (const Aggregate& entry : page.aggregates)
+    for (const AggregateMethod& method : entry.methods) {
+      const AggregatePair* against = entry.pair_of(entry.methods.front().method, method.method);
+      const AggregateMethod::Spread spread = method.spread.value_or(AggregateMethod::Spread());
+      csv +=
+          csv_row(entry, method, "", std::max<std::size_t>(1, method.trainings.size()), method.failed, method.bands) +
+          ',' + sort_value(spread.lowest) + ',' + sort_value(spread.highest) + ',' + sort_value(spread.sd) +
+          fields(against ? against->improvement : statistics::Band()) + '\n';
+      for (const AggregateTraining& training : method.trainings)
+        csv += csv_row(entry, method, training.name, 1, training.failed, training.bands) + ",,,,,,\n";
     }
-  }
   return csv;
 }
 
-std::string aggregate_markdown(const Json& data) {
+std::string aggregate_markdown(const PageModel& page) {
   std::string out;
-  for (const Json& entry : list_of(data, "aggregate")) {
+  for (const Aggregate& entry : page.aggregates) {
     out +=
-        "**All scenes and noise levels, protocol " + markdown_text(text_of(entry, "protocol")) +
+        "**All scenes and noise levels, protocol " + markdown_text(entry.protocol) +
         "**: normalised error after the last step (0: the instance's own optimum, 1: no better than the start), with "
         "95 % intervals, over " +
-        std::to_string(entry["strata"].size()) +
-        (entry["strata"].size() == 1 ? " stratum" : " strata of equal weight") +
+        std::to_string(entry.strata.size()) + (entry.strata.size() == 1 ? " stratum" : " strata of equal weight") +
         ".\n\n| method | observes | IQM | median | optimality gap | area under the error curve | failed |\n"
         "|---|---|---|---|---|---|---:|\n";
-    for (const Json& method : entry["methods"]) {
-      std::string name = markdown_text(text_of(method, "method"));
-      if (flag_of(method, "oracle")) name += " (oracle)";
-      if (const std::string tag = text_of(method, "training_tag"); !tag.empty())
-        name += " (" + markdown_text(tag) + ")";
-      if (count_of(method, "n") == 0)
-        name += " (results in " + std::to_string(count_of(method, "strata")) + " of " +
-                std::to_string(entry["strata"].size()) + " strata)";
-      out += "| " + name + " | " + text_of(method, "class") + " |";
-      for (const std::string statistic : kStatistics) out += " " + interval_text(method, statistic) + " |";
-      out += " " + std::to_string(count_of(method, "failed")) + " |\n";
+    for (const AggregateMethod& method : entry.methods) {
+      std::string name = markdown_text(method.method);
+      if (method.oracle()) name += " (oracle)";
+      if (!method.training_tag.empty()) name += " (" + markdown_text(method.training_tag) + ")";
+      if (!method.has_numbers())
+        name +=
+            " (results in " + std::to_string(method.strata) + " of " + std::to_string(entry.strata.size()) + " strata)";
+      out += "| " + name + " | " + class_name(method.of_class) + " |";
+      for (const AggregateColumn& column : kAggregateColumns) out += " " + band_text(method.bands.*column.band) + " |";
+      out += " " + std::to_string(method.failed) + " |\n";
     }
-    for (const Json& method : entry["methods"])
-      if (const Json& spread = object_of(method, "spread"); !spread.empty())
-        out += "\n" + markdown_text(text_of(method, "method")) + ": IQM of " +
-               std::to_string(method["trainings"].size()) + " trainings " +
-               significant(spread["lowest"].get<double>(), 3) + " to " +
-               significant(spread["highest"].get<double>(), 3) + ", standard deviation " +
-               significant(spread["sd"].get<double>(), 2) + ".\n";
+    for (const AggregateMethod& method : entry.methods)
+      if (method.spread)
+        out += "\n" + markdown_text(method.method) + ": IQM of " + std::to_string(method.trainings.size()) +
+               " trainings " + significant(method.spread->lowest, 3) + " to " + significant(method.spread->highest, 3) +
+               ", standard deviation " + significant(method.spread->sd, 2) + ".\n";
     out += "\n";
   }
   return out;

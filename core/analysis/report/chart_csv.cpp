@@ -3,7 +3,7 @@
 
 #include "base/text.h"
 #include "markup/escape.h"
-#include "report/page_data.h"
+#include "report/page_numbers.h"
 #include "report/svg_chart.h"
 
 namespace relign::report {

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "base/text.h"
-#include "report/page_data.h"
+#include "report/page_numbers.h"
 
 namespace relign::report {
 namespace {

@@ -15,7 +15,6 @@
 #include "records/instances.h"
 #include "report/compare_yield.h"
 #include "report/loaded_results.h"
-#include "report/page_data.h"
 #include "report/statistics_data.h"
 #include "report/verdict_cases.h"
 #include "statistics/paired.h"
@@ -26,6 +25,8 @@ namespace relign::report {
 namespace {
 
 namespace fs = std::filesystem;
+
+Json shown_number(double value) { return std::isfinite(value) ? Json(shown(value)) : Json(); }
 
 using Place = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
 
@@ -43,7 +44,7 @@ std::map<std::uint64_t, double> values_at(const LoadedResults& results, const st
   return values;
 }
 
-struct Pair {
+struct SeriesPair {
   const statistics::Series* a;
   const statistics::Series* b;
 };
@@ -68,7 +69,7 @@ class Comparer {
   Json result() {
     Json pairs = Json::array(), gates = Json::array();
     bool holds = true;
-    for (const Pair& pair : pairs_) {
+    for (const SeriesPair& pair : pairs_) {
       const Compared compared = compare_at(pair, by_rule(options_.track), options_.step);
       pairs.push_back(pair_json(pair, compared));
       pairs.back()["yield"] = yield_json(yield_of(pair, rule_));
@@ -115,7 +116,7 @@ class Comparer {
     return track == statistics::Track::recommended ? statistics::track_of(rule_) : track;
   }
 
-  Json rules_json(const Pair& pair) const {
+  Json rules_json(const SeriesPair& pair) const {
     Json rules = Json::object();
     for (const statistics::Rule rule : statistics::kRules) {
       rules[statistics::rule_name(rule)] = nullptr;
@@ -130,7 +131,7 @@ class Comparer {
   }
 
   // One name may denote different methods in the two folders.
-  Json differing(const Pair& pair) const {
+  Json differing(const SeriesPair& pair) const {
     const auto entry = [](const LoadedResults& results, const statistics::Series& series) -> const Json& {
       for (const Json& one : list_of(results.manifest, "algorithms"))
         if (text_of(one, "name") == series.algorithm && text_of(one, "protocol") == series.protocol) return one;
@@ -187,7 +188,7 @@ class Comparer {
                                             "of each with FOLDER:METHOD");
   }
 
-  Compared compare_at(const Pair& pair, statistics::Track track, int wanted_step) const {
+  Compared compare_at(const SeriesPair& pair, statistics::Track track, int wanted_step) const {
     const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
     if (wanted_step > static_cast<int>(last))
       throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is beyond the last common step " +
@@ -217,7 +218,7 @@ class Comparer {
     return compared;
   }
 
-  statistics::PairedShares yield_of(const Pair& pair, statistics::Rule rule) const {
+  statistics::PairedShares yield_of(const SeriesPair& pair, statistics::Rule rule) const {
     return compare_yield({a_, *pair.a}, {b_, *pair.b}, rule);
   }
 
@@ -227,7 +228,7 @@ class Comparer {
                                                               : std::max(found->second, statistics::kResolution);
   }
 
-  static Json place_json(const Pair& pair) {
+  static Json place_json(const SeriesPair& pair) {
     return {{"scene", pair.a->scene},
             {"noise_level", pair.a->noise_level},
             {"protocol", pair.a->protocol},
@@ -235,7 +236,7 @@ class Comparer {
             {"b", pair.b->algorithm}};
   }
 
-  Json pair_json(const Pair& pair, const Compared& compared) const {
+  Json pair_json(const SeriesPair& pair, const Compared& compared) const {
     const statistics::PairedComparison& difference = compared.difference;
     Json json = place_json(pair);
     json.update({{"step", compared.step},
@@ -251,12 +252,18 @@ class Comparer {
                  {"p", shown_number(difference.test.p)},
                  {"improvement", shown_number(difference.probability_of_improvement.estimate)},
                  {"verdict", statistics::verdict_name(difference.verdict)}});
-    if (std::string reason = undecided_reason(json, relevant_); !reason.empty()) json["reason"] = std::move(reason);
+    Pair shown_pair;
+    shown_pair.n = difference.difference.n;
+    shown_pair.interval = difference.difference.interval;
+    for (double* end : {&shown_pair.interval.low, &shown_pair.interval.high}) *end = shown(std::exp(*end));
+    shown_pair.verdict = difference.verdict;
+    if (std::string reason = undecided_reason(shown_pair, relevant_); !reason.empty())
+      json["reason"] = std::move(reason);
     return json;
   }
 
   // An unknown value does not pass.
-  Json gate_json(const Pair& pair, const Gate& gate) {
+  Json gate_json(const SeriesPair& pair, const Gate& gate) {
     double value = statistics::kMissing;
     bool holds = false;
     if (gate.of == Gate::Of::yield || gate.of == Gate::Of::yield_against_a) {
@@ -283,7 +290,7 @@ class Comparer {
   LoadedResults a_, b_;
   statistics::Rule rule_ = statistics::Rule::own;
   double relevant_ = kRelevantRatio;
-  std::vector<Pair> pairs_;
+  std::vector<SeriesPair> pairs_;
   std::vector<std::string> unmatched_;
 };
 

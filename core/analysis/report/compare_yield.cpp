@@ -4,7 +4,7 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
-#include "report/page_data.h"
+#include "report/page_numbers.h"
 #include "report/statistics_data.h"
 #include "statistics/passes.h"
 
@@ -44,7 +44,7 @@ Json yield_json(const statistics::PairedShares& yield) {
           {"b", yield.second},
           {"a_alone", yield.first_alone},
           {"b_alone", yield.second_alone},
-          {"p", shown_number(yield.p)}};
+          {"p", shown(yield.p)}};
 }
 
 std::string yield_text(const Json& yield) {

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <set>
 
-#include "base/json_members.h"
 #include "report/figures.h"
-#include "report/page_data.h"
 #include "report/sections.h"
-#include "statistics/rules.h"
 
 namespace relign::report {
 namespace {
@@ -28,19 +25,21 @@ constexpr Thinning kThinnings[] = {{static_cast<std::size_t>(-1), 9, 5, true},
                                    {kFewSteps, 3, 4, true},
                                    {kFewSteps, 1, 4, true},
                                    {kFewSteps, 1, 3, false}};
-constexpr const char* kTracks[] = {"recommended", "commanded",        "measured",           "best",
-                                   "excess",      "recommended_best", "recommended_current"};  // most important first
+using statistics::Track;
+// Most important first.
+constexpr Track kByImportance[] = {Track::recommended, Track::commanded,        Track::measured,           Track::best,
+                                   Track::excess,      Track::recommended_best, Track::recommended_current};
 
 // Indices into a curve: all, or those with bands, or evenly spaced on a logarithmic axis.
-std::vector<std::size_t> kept_places(const Json& curve, std::size_t count, std::size_t most) {
+std::vector<std::size_t> kept_places(const Curve& curve, std::size_t count, std::size_t most) {
   std::set<std::size_t> places;
   if (count <= most) {
     for (std::size_t i = 0; i < count; ++i) places.insert(i);
     return {places.begin(), places.end()};
   }
-  for (const auto& [name, track] : object_of(curve, "tracks").items())
-    for (std::size_t i = 0; i < list_of(track, "lo95").size(); ++i)
-      if (track["lo95"][i].is_number()) places.insert(i);
+  for (const CurveTrack& track : curve.tracks)
+    for (std::size_t i = 0; i < track.low.size(); ++i)
+      if (std::isfinite(track.low[i])) places.insert(i);
   if (places.size() < 2 || places.size() > most) {
     places.clear();
     for (std::size_t k = 0; k < most; ++k)
@@ -52,68 +51,75 @@ std::vector<std::size_t> kept_places(const Json& curve, std::size_t count, std::
   return {places.begin(), places.end()};
 }
 
-Json values_at(const Json& list, const std::vector<std::size_t>& places, int digits) {
+Json values_at(const std::vector<double>& list, const std::vector<std::size_t>& places, int digits) {
   Json values = Json::array();
   for (const std::size_t place : places)
-    values.push_back(place < list.size() && list[place].is_number() ? Json(rounded(list[place].get<double>(), digits))
-                                                                    : Json());
+    values.push_back(place < list.size() && std::isfinite(list[place]) ? Json(rounded(list[place], digits)) : Json());
   return values;
 }
 
-Json thinned(const Json& curve, const Thinning& thinning, const std::string& first_track) {
-  const Json& tracks = object_of(curve, "tracks");
+Json thinned(const CurveTrack& track, const std::vector<std::size_t>& places, const Thinning& thinning) {
+  Json values;
+  const auto put = [&](const char* name, const std::vector<double>& list) {
+    values[name] = values_at(list, places, thinning.digits);
+  };
+  put("median", track.median);
+  if (track.low.empty() || thinning.quartiles) {
+    put("q25", track.q25);
+    put("q75", track.q75);
+  }
+  if (!track.low.empty()) {
+    put("lo95", track.low);
+    put("hi95", track.high);
+  }
+  return values;
+}
+
+Json thinned(const Curve& curve, const Thinning& thinning, Track first_track) {
   std::size_t count = 0;
-  for (const auto& [name, track] : tracks.items()) count = std::max(count, list_of(track, "median").size());
+  for (const CurveTrack& track : curve.tracks) count = std::max(count, track.median.size());
   const std::vector<std::size_t> places = kept_places(curve, count, thinning.most_steps);
-  Json kept = {{"method", curve["method"]}, {"trials", curve["trials"]}, {"tracks", Json::object()}};
-  const std::uint64_t first = count_of(curve, "first_step");
+  Json kept = {{"method", curve.method}, {"trials", curve.trials}, {"tracks", Json::object()}};
   if (places.size() == count) {
-    kept["first_step"] = first;
+    kept["first_step"] = curve.first_step;
   } else {
     kept["steps"] = Json::array();
-    for (const std::size_t place : places) kept["steps"].push_back(first + place);
+    for (const std::size_t place : places) kept["steps"].push_back(curve.first_step + place);
   }
-  std::vector<std::string> names(std::begin(kTracks), std::end(kTracks));
-  std::stable_partition(names.begin(), names.end(), [&](const std::string& name) { return name == first_track; });
-  for (const std::string& name : names) {
-    if (!tracks.contains(name) || kept["tracks"].size() >= thinning.most_tracks) continue;
-    const Json& track = tracks[name];
-    Json& values = kept["tracks"][name];
-    const bool has_bands = !list_of(track, "lo95").empty();
-    for (const char* key : {"median", "q25", "q75", "lo95", "hi95"}) {
-      const bool quartile = key[0] == 'q';
-      if (list_of(track, key).empty() || (quartile && has_bands && !thinning.quartiles)) continue;
-      values[key] = values_at(track[key], places, thinning.digits);
-    }
-  }
-  for (const char* clock : {"machine_seconds", "algorithm_seconds"})
-    if (!list_of(curve, clock).empty()) kept[clock] = values_at(curve[clock], places, 4);
+  std::vector<Track> order(std::begin(kByImportance), std::end(kByImportance));
+  std::stable_partition(order.begin(), order.end(), [&](Track track) { return track == first_track; });
+  for (const Track track : order)
+    if (!curve.track(track).median.empty() && kept["tracks"].size() < thinning.most_tracks)
+      kept["tracks"][statistics::track_name(track)] = thinned(curve.track(track), places, thinning);
+  if (!curve.machine_seconds.empty()) kept["machine_seconds"] = values_at(curve.machine_seconds, places, 4);
+  if (!curve.algorithm_seconds.empty()) kept["algorithm_seconds"] = values_at(curve.algorithm_seconds, places, 4);
   return kept;
 }
 
 }  // namespace
 
-Json curve_data(const Json& data) {
+Json curve_data(const PageModel& page) {
   Json methods = Json::array();
-  const std::map<std::string, int> styles = method_styles(data);
-  for (const Json& method : data["methods"]) {
-    const auto style = styles.find(style_key(text_of(method, "name"), text_of(method, "protocol")));
+  const std::map<std::string, int> styles = method_styles(page);
+  for (const Method& method : page.methods) {
+    const auto style = styles.find(style_key(method.name, method.protocol));
     if (style == styles.end()) continue;
-    methods.push_back({{"name", method["name"]}, {"oracle", flag_of(method, "oracle")}, {"style", style->second}});
-    if (method["label"] == method["name"]) continue;  // the name is unique
-    methods.back()["label"] = method["label"];
-    methods.back()["protocol"] = method["protocol"];
+    methods.push_back(
+        {{"name", method.name}, {"oracle", method.of_class == ObservationClass::oracle}, {"style", style->second}});
+    if (method.label == method.name) continue;  // the name is unique
+    methods.back()["label"] = method.label;
+    methods.back()["protocol"] = method.protocol;
   }
-  const statistics::Rule rule = statistics::rule_named(text_of(data, "rule")).value_or(statistics::Rule::own);
-  const std::string first_track = statistics::track_name(statistics::track_of(rule));
-  Json result = {{"methods", methods}, {"groups", Json::array()}, {"track", first_track}};
+  const Track first_track = statistics::track_of(page.rule);
+  Json result = {{"methods", methods}, {"groups", Json::array()}, {"track", statistics::track_name(first_track)}};
   for (const Thinning& thinning : kThinnings) {
     result["groups"] = Json::array();
-    for (const Json& group : data["groups"]) {
-      Json entry = {{"label", group["label"]}, {"protocol", group["protocol"]}, {"curves", Json::array()}};
-      if (group.contains("spec_rmse")) entry["spec"] = group["spec_rmse"];
-      if (!object_of(group, "floor").empty()) entry["floor"] = group["floor"];
-      for (const Json& curve : group["curves"]) entry["curves"].push_back(thinned(curve, thinning, first_track));
+    for (const Group& group : page.groups) {
+      Json entry = {{"label", group.label}, {"protocol", group.protocol}, {"curves", Json::array()}};
+      if (std::isfinite(group.spec.rmse)) entry["spec"] = group.spec.rmse;
+      if (std::isfinite(group.own_optimum)) entry["floor"]["own_optimum"] = group.own_optimum;
+      if (std::isfinite(group.next_image)) entry["floor"]["next_image"] = group.next_image;
+      for (const Curve& curve : group.curves) entry["curves"].push_back(thinned(curve, thinning, first_track));
       result["groups"].push_back(std::move(entry));
     }
     if (result.dump().size() <= kMaxCurveBytes) break;

@@ -2,76 +2,87 @@
 #include <array>
 #include <string>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/escape.h"
-#include "report/page_data.h"
 #include "report/text_tables.h"
-#include "statistics/rules.h"
 
 namespace relign::report {
 namespace {
 
+// Infinity, which pandas and R read as a number, if fewer than half of the instances arrive; "" if unknown.
+std::string field(double value) { return std::isinf(value) ? "inf" : sort_value(value); }
+
+template <class Source>
 struct CsvColumn {
   const char* name;
-  const char* member;  // of the row, or of one of its objects: "yield/share"
+  std::string (*text)(const Source&);
 };
+
+// Columns of optional parts, which are NaN or absent without the part.
+Score measured(const Row& row) { return row.measured.value_or(Score()); }
+Yield yield(const Row& row) { return row.yield.value_or(Yield()); }
+Share uncured(const Row& row) { return yield(row).uncured.value_or(Share()); }
+TimeToSpec to_spec(const Row& row) { return row.to_spec.value_or(TimeToSpec()); }
+MtfScores mtf(const Row& row) { return row.mtf.value_or(MtfScores()); }
+Share yield(const RuleScore& score) { return score.yield.value_or(Share()); }
+
 // After the columns that identify the row. results/README.md describes them.
-constexpr std::array kNumbers = {CsvColumn{"recommended_median", "/recommended/median"},
-                                 CsvColumn{"recommended_q25", "/recommended/q25"},
-                                 CsvColumn{"recommended_q75", "/recommended/q75"},
-                                 CsvColumn{"recommended_lo95", "/recommended/lo95"},
-                                 CsvColumn{"recommended_hi95", "/recommended/hi95"},
-                                 CsvColumn{"recommended_iqm", "/recommended/iqm"},
-                                 CsvColumn{"recommended_iqm_lo95", "/recommended/iqm_lo95"},
-                                 CsvColumn{"recommended_iqm_hi95", "/recommended/iqm_hi95"},
-                                 CsvColumn{"commanded_median", "/commanded/median"},
-                                 CsvColumn{"commanded_q25", "/commanded/q25"},
-                                 CsvColumn{"commanded_q75", "/commanded/q75"},
-                                 CsvColumn{"commanded_lo95", "/commanded/lo95"},
-                                 CsvColumn{"commanded_hi95", "/commanded/hi95"},
-                                 CsvColumn{"measured_median", "/measured/median"},
-                                 CsvColumn{"measured_q25", "/measured/q25"},
-                                 CsvColumn{"measured_q75", "/measured/q75"},
-                                 CsvColumn{"in_spec", "/yield/in"},
-                                 CsvColumn{"in_spec_of", "/yield/n"},
-                                 CsvColumn{"yield", "/yield/share"},
-                                 CsvColumn{"yield_lo95", "/yield/lo95"},
-                                 CsvColumn{"yield_hi95", "/yield/hi95"},
-                                 CsvColumn{"yield_uncured", "/yield/uncured/share"},
-                                 CsvColumn{"yield_uncured_lo95", "/yield/uncured/lo95"},
-                                 CsvColumn{"yield_uncured_hi95", "/yield/uncured/hi95"},
-                                 CsvColumn{"steps_to_spec", "/to_spec/steps"},
-                                 CsvColumn{"steps_to_spec_lo95", "/to_spec/lo95"},
-                                 CsvColumn{"steps_to_spec_hi95", "/to_spec/hi95"},
-                                 CsvColumn{"expected_steps_to_spec", "/to_spec/expected"},
-                                 CsvColumn{"seconds_to_spec", "/to_spec/seconds"},
-                                 CsvColumn{"machine_seconds_median", "/machine_seconds"},
-                                 CsvColumn{"algorithm_ms_per_step_median", "/algorithm_ms_per_step"},
-                                 CsvColumn{"mtf_centre_median", "/mtf/centre/median"},
-                                 CsvColumn{"mtf_corner_median", "/mtf/corner/median"}};
-// Members of the group, after those of the row.
-constexpr std::array kSpecMtf = {CsvColumn{"spec_mtf_lp_per_mm", "/spec_mtf/lp_per_mm"},
-                                 CsvColumn{"spec_mtf_centre", "/spec_mtf/centre"},
-                                 CsvColumn{"spec_mtf_corner", "/spec_mtf/corner"}};
+constexpr std::array kNumbers = {
+    CsvColumn<Row>{"recommended_median", [](const Row& row) { return field(row.recommended.median); }},
+    CsvColumn<Row>{"recommended_q25", [](const Row& row) { return field(row.recommended.q25); }},
+    CsvColumn<Row>{"recommended_q75", [](const Row& row) { return field(row.recommended.q75); }},
+    CsvColumn<Row>{"recommended_lo95", [](const Row& row) { return field(row.recommended.interval.low); }},
+    CsvColumn<Row>{"recommended_hi95", [](const Row& row) { return field(row.recommended.interval.high); }},
+    CsvColumn<Row>{"recommended_iqm", [](const Row& row) { return field(row.recommended_iqm.estimate); }},
+    CsvColumn<Row>{"recommended_iqm_lo95", [](const Row& row) { return field(row.recommended_iqm.interval.low); }},
+    CsvColumn<Row>{"recommended_iqm_hi95", [](const Row& row) { return field(row.recommended_iqm.interval.high); }},
+    CsvColumn<Row>{"commanded_median", [](const Row& row) { return field(row.commanded.median); }},
+    CsvColumn<Row>{"commanded_q25", [](const Row& row) { return field(row.commanded.q25); }},
+    CsvColumn<Row>{"commanded_q75", [](const Row& row) { return field(row.commanded.q75); }},
+    CsvColumn<Row>{"commanded_lo95", [](const Row& row) { return field(row.commanded.interval.low); }},
+    CsvColumn<Row>{"commanded_hi95", [](const Row& row) { return field(row.commanded.interval.high); }},
+    CsvColumn<Row>{"measured_median", [](const Row& row) { return field(measured(row).median); }},
+    CsvColumn<Row>{"measured_q25", [](const Row& row) { return field(measured(row).q25); }},
+    CsvColumn<Row>{"measured_q75", [](const Row& row) { return field(measured(row).q75); }},
+    CsvColumn<Row>{"in_spec", [](const Row& row) { return row.yield ? std::to_string(row.yield->in) : ""; }},
+    CsvColumn<Row>{"in_spec_of", [](const Row& row) { return row.yield ? std::to_string(row.yield->n) : ""; }},
+    CsvColumn<Row>{"yield", [](const Row& row) { return field(yield(row).share); }},
+    CsvColumn<Row>{"yield_lo95", [](const Row& row) { return field(yield(row).interval.low); }},
+    CsvColumn<Row>{"yield_hi95", [](const Row& row) { return field(yield(row).interval.high); }},
+    CsvColumn<Row>{"yield_uncured", [](const Row& row) { return field(uncured(row).share); }},
+    CsvColumn<Row>{"yield_uncured_lo95", [](const Row& row) { return field(uncured(row).interval.low); }},
+    CsvColumn<Row>{"yield_uncured_hi95", [](const Row& row) { return field(uncured(row).interval.high); }},
+    CsvColumn<Row>{"steps_to_spec", [](const Row& row) { return field(to_spec(row).steps); }},
+    CsvColumn<Row>{"steps_to_spec_lo95", [](const Row& row) { return field(to_spec(row).interval.low); }},
+    CsvColumn<Row>{"steps_to_spec_hi95", [](const Row& row) { return field(to_spec(row).interval.high); }},
+    CsvColumn<Row>{"expected_steps_to_spec", [](const Row& row) { return field(to_spec(row).expected); }},
+    CsvColumn<Row>{"seconds_to_spec", [](const Row& row) { return field(to_spec(row).seconds); }},
+    CsvColumn<Row>{"machine_seconds_median", [](const Row& row) { return field(row.machine_seconds); }},
+    CsvColumn<Row>{"algorithm_ms_per_step_median", [](const Row& row) { return field(row.algorithm_ms_per_step); }},
+    CsvColumn<Row>{"mtf_centre_median", [](const Row& row) { return field(mtf(row).centre.median); }},
+    CsvColumn<Row>{"mtf_corner_median", [](const Row& row) { return field(mtf(row).corner.median); }}};
+
+// After those of the row.
+constexpr std::array kSpecMtf = {
+    CsvColumn<Group>{"spec_mtf_lp_per_mm", [](const Group& group) { return field(group.spec.lp_per_mm); }},
+    CsvColumn<Group>{"spec_mtf_centre", [](const Group& group) { return field(group.spec.mtf_centre); }},
+    CsvColumn<Group>{"spec_mtf_corner", [](const Group& group) { return field(group.spec.mtf_corner); }}};
 
 // Per recommendation rule, prefixed with its name: own_median, best_yield.
-constexpr std::array kOfRule = {CsvColumn{"median", "/median"},
-                                CsvColumn{"lo95", "/lo95"},
-                                CsvColumn{"hi95", "/hi95"},
-                                CsvColumn{"yield", "/yield/share"},
-                                CsvColumn{"yield_lo95", "/yield/lo95"},
-                                CsvColumn{"yield_hi95", "/yield/hi95"},
-                                CsvColumn{"steps_to_spec", "/steps"}};
+constexpr std::array kOfRule = {
+    CsvColumn<RuleScore>{"median", [](const RuleScore& score) { return field(score.median.estimate); }},
+    CsvColumn<RuleScore>{"lo95", [](const RuleScore& score) { return field(score.median.interval.low); }},
+    CsvColumn<RuleScore>{"hi95", [](const RuleScore& score) { return field(score.median.interval.high); }},
+    CsvColumn<RuleScore>{"yield", [](const RuleScore& score) { return field(yield(score).share); }},
+    CsvColumn<RuleScore>{"yield_lo95", [](const RuleScore& score) { return field(yield(score).interval.low); }},
+    CsvColumn<RuleScore>{"yield_hi95", [](const RuleScore& score) { return field(yield(score).interval.high); }},
+    CsvColumn<RuleScore>{"steps_to_spec", [](const RuleScore& score) { return field(score.steps); }}};
 
-// "never" becomes inf, which pandas and R read as a number.
-std::string number_text(const Json& object, const char* member) {
-  const Json::json_pointer place(member);
-  if (!object.contains(place)) return "";
-  const Json& value = object[place];
-  if (value.is_string() && value == "never") return "inf";
-  if (value.is_number_float()) return shortest(value.get<double>());
-  return value.is_number() ? value.dump() : "";
+template <class Columns, class Source>
+std::string fields(const Columns& columns, const Source& of) {
+  std::string csv;
+  for (const auto& column : columns) csv += ',' + column.text(of);
+  return csv;
 }
 
 }  // namespace
@@ -80,38 +91,31 @@ std::string ranking_csv_head() {
   std::string csv =
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
-  for (const CsvColumn& column : kNumbers) csv += std::string(",") + column.name;
-  for (const CsvColumn& column : kSpecMtf) csv += std::string(",") + column.name;
+  for (const auto& column : kNumbers) csv += std::string(",") + column.name;
+  for (const auto& column : kSpecMtf) csv += std::string(",") + column.name;
   csv += ",rule,class,merit,method_key";
   for (const statistics::Rule rule : statistics::kRules)
-    for (const CsvColumn& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
+    for (const auto& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
   return csv + ",trainings\n";
 }
 
-std::string ranking_csv_rows(const Json& data, const std::string& folder) {
+std::string ranking_csv_rows(const PageModel& page, const std::string& folder) {
   std::string csv;
-  for (const Json& group : data["groups"]) {
+  for (const Group& group : page.groups) {
     std::size_t rank = 0;
-    const std::string place = csv_field(folder) + ',' + csv_field(text_of(group, "scene")) + ',' +
-                              csv_field(text_of(group, "noise_level")) + ',' + csv_field(text_of(group, "protocol")) +
-                              ',';
-    for (const Json& row : group["rows"]) {
+    const std::string place = csv_field(folder) + ',' + csv_field(group.scene) + ',' + csv_field(group.noise_level) +
+                              ',' + csv_field(group.protocol) + ',';
+    for (const Row& row : group.rows) {
       ++rank;
-      const bool has_result = count_of(score_of(row), "n") > 0;
-      csv += place + csv_field(text_of(row, "method")) + ',' + (has_result ? std::to_string(rank) : "") + ',' +
-             (row.contains("measured") ? "measured" : "recommended") + ',' +
-             (flag_of(row, "oracle") ? "true" : "false") + ',' + number_text(row, "/trials") + ',' +
-             number_text(row, "/failed") + ',' + number_text(row, "/step") + ',' + number_text(group, "/start") + ',' +
-             number_text(group, "/floor/own_optimum") + ',' + number_text(group, "/spec_rmse");
-      for (const CsvColumn& column : kNumbers) csv += ',' + number_text(row, column.member);
-      for (const CsvColumn& column : kSpecMtf) csv += ',' + number_text(group, column.member);
-      csv += ',' + text_of(data, "rule") + ',' + csv_field(text_of(row, "class")) + ',' +
-             csv_field(text_of(row, "merit")) + ',' + text_of(row, "key");
-      for (const statistics::Rule rule : statistics::kRules) {
-        const Json& score = object_of(object_of(row, "rules"), statistics::rule_name(rule));
-        for (const CsvColumn& column : kOfRule) csv += ',' + number_text(score, column.member);
-      }
-      csv += ',' + csv_field(text_of(row, "training_tag")) + '\n';
+      csv += place + csv_field(row.method) + ',' + (row.has_score() ? std::to_string(rank) : "") + ',' +
+             (row.measured ? "measured" : "recommended") + ',' + (row.oracle() ? "true" : "false") + ',' +
+             std::to_string(row.trials) + ',' + std::to_string(row.failed) + ',' + std::to_string(row.step) + ',' +
+             field(group.start) + ',' + field(group.own_optimum) + ',' + field(group.spec.rmse) +
+             fields(kNumbers, row) + fields(kSpecMtf, group) + ',' + statistics::rule_name(page.rule) + ',' +
+             csv_field(class_name(row.of_class)) + ',' + csv_field(row.merit) + ',' + row.key;
+      for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
+        csv += fields(kOfRule, score);
+      csv += ',' + csv_field(row.training_tag) + '\n';
     }
   }
   return csv;

@@ -1,4 +1,4 @@
-// The static figures of a report, from page_data: the page shows some of them, `report --figures` writes all.
+// The static figures of a report, from the model: the page shows some of them, `report --figures` writes all.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 #include "report/svg_chart.h"
 
 namespace relign::report {
@@ -20,34 +20,34 @@ struct Figure {
 
 // Styles (colour and dash) by style_key, the same for a method in all charts: numbered in the order of the methods with
 // curves. Oracles share one style.
-std::map<std::string, int> method_styles(const Json& data);
+std::map<std::string, int> method_styles(const PageModel& page);
 inline std::string style_key(const std::string& method, const std::string& protocol) {
   return method + "\n" + protocol;
 }
 
 inline constexpr std::size_t kMaxMethodsInFigure = 40;  // of a group, the best ones
 
-// Of one group, `index` into data["groups"]; empty if the data are absent.
-std::vector<Figure> curve_figures(const Json& data, std::size_t index);
-std::vector<Figure> ecdf_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
+// Of one group, `index` into its groups; empty without data.
+std::vector<Figure> curve_figures(const PageModel& page, std::size_t index);
+std::vector<Figure> ecdf_figures(const PageModel& page, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 // One per unit.
-std::vector<Figure> residual_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
+std::vector<Figure> residual_figures(const PageModel& page, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 
-// Performance profile and convergence of one entry of "aggregate", by its index (aggregate_figures.cpp).
-std::vector<Figure> aggregate_figures(const Json& data, std::size_t index, std::size_t most = kMaxMethodsInFigure);
+// Performance profile and convergence of one aggregate, by its index (aggregate_figures.cpp).
+std::vector<Figure> aggregate_figures(const PageModel& page, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 
 // Yield and images to specification over the noise levels, per scene and protocol.
-std::vector<Figure> level_figures(const Json& data);
+std::vector<Figure> level_figures(const PageModel& page);
 
-// Error of the nominal lens along each axis, of one entry of "scene_facts", by its index.
-std::optional<Figure> landscape_figure(const Json& facts, std::size_t index);
+// Error of the nominal lens along each axis, of one scene, by its index.
+std::optional<Figure> landscape_figure(const SceneFacts& facts, std::size_t index);
 
 // A file name from any text: other characters than letters, digits, '.', '_' become '-'.
 std::string figure_file_name(const std::string& text);
 
-std::vector<Figure> all_figures(const Json& data);
+std::vector<Figure> all_figures(const PageModel& page);
 
 // Writes each as NAME.svg and NAME.csv; creates the folder. Returns the paths. Throws Error (io).
-std::vector<std::filesystem::path> write_figures(const Json& data, const std::filesystem::path& folder);
+std::vector<std::filesystem::path> write_figures(const PageModel& page, const std::filesystem::path& folder);
 
 }  // namespace relign::report

@@ -22,10 +22,10 @@ namespace fs = std::filesystem;
 
 constexpr double kMaxFailed = 0.05;
 
-Json gate(const char* name, bool ok, const std::string& text) { return {{"name", name}, {"ok", ok}, {"text", text}}; }
+using Gates = std::vector<QualityGate>;
 
 // A/A test: suite entries that differ only by name must not differ significantly.
-void add_same_methods(Json& gates, const Json& data, const LoadedResults& results) {
+void add_same_methods(Gates& gates, const PageModel& page, const LoadedResults& results) {
   std::map<std::string, std::vector<std::string>> names;
   for (const Json& entry : list_of(results.manifest, "algorithms")) {
     Json what;
@@ -39,27 +39,27 @@ void add_same_methods(Json& gates, const Json& data, const LoadedResults& result
     std::size_t tested = 0;
     std::string different;
     const std::string protocol = text_of(Json::parse(entry.first), "protocol");
-    for (const Json& group : data["groups"])
-      for (const Json& pair : list_of(group, "pairs")) {
-        if (!protocol.empty() && text_of(group, "protocol") != protocol) continue;
-        const auto is_twin = [&](const char* key) {
-          return std::find(twins.begin(), twins.end(), text_of(pair, key)) != twins.end();
+    for (const Group& group : page.groups)
+      for (const Pair& pair : group.pairs) {
+        if (!protocol.empty() && group.protocol != protocol) continue;
+        const auto is_twin = [&](const std::string& name) {
+          return std::find(twins.begin(), twins.end(), name) != twins.end();
         };
-        if (!is_twin("a") || !is_twin("b")) continue;
+        if (!is_twin(pair.a) || !is_twin(pair.b)) continue;
         ++tested;
-        if (pair["p_holm"].is_number() && pair["p_holm"].get<double>() < 0.05)
-          different = text_of(pair, "a") + " and " + text_of(pair, "b") + " on " + text_of(group, "label");
+        if (pair.p_holm < 0.05) different = pair.a + " and " + pair.b + " on " + group.label;
       }
     if (tested == 0) continue;
-    gates.push_back(different.empty() ? gate("A/A", true, "A/A")
-                                      : gate("A/A", false,
-                                             "Two names of the same algorithm differ significantly: " + different +
-                                                 ". By chance this happens in 5 of 100 studies; more likely the "
-                                                 "results depend on something other than the algorithm."));
+    gates.push_back(different.empty()
+                        ? QualityGate{"A/A", true, "A/A"}
+                        : QualityGate{"A/A", false,
+                                      "Two names of the same algorithm differ significantly: " + different +
+                                          ". By chance this happens in 5 of 100 studies; more likely the "
+                                          "results depend on something other than the algorithm."});
   }
 }
 
-void add_replay(Json& gates, const LoadedResults& results) {
+void add_replay(Gates& gates, const LoadedResults& results) {
   std::error_code code;
   const fs::path file = results.folder / "verify.json";
   if (!fs::is_regular_file(file, code)) return;
@@ -73,10 +73,10 @@ void add_replay(Json& gates, const LoadedResults& results) {
   if (replayed == 0) return;
   const std::string share = std::to_string(equal) + "/" + std::to_string(replayed);
   gates.push_back(equal == replayed
-                      ? gate("replay", true, "replay " + share)
-                      : gate("replay", false,
-                             std::to_string(replayed - equal) + " of " + std::to_string(replayed) +
-                                 " replayed trials gave different numbers; 'relign-bench verify' lists them."));
+                      ? QualityGate{"replay", true, "replay " + share}
+                      : QualityGate{"replay", false,
+                                    std::to_string(replayed - equal) + " of " + std::to_string(replayed) +
+                                        " replayed trials gave different numbers; 'relign-bench verify' lists them."});
 }
 
 // Up to three of them: "bo-gp on relign_od rho0 #3 (..)".
@@ -88,7 +88,7 @@ std::string quoted_list(const std::vector<std::string>& trials) {
 }
 
 // Results that are impossible unless something is wrong.
-void add_alarms(Json& gates, const LoadedResults& results) {
+void add_alarms(Gates& gates, const LoadedResults& results) {
   // Both are estimates with a standard error of about 1.4e-7 in MSE, and the optimum is the result of a search.
   constexpr double kMinBelow = 1e-6, kShareBelow = 0.1;
   constexpr double kOtherCpu = 1e-6;  // relative: numbers are bit-identical on one type of processor only
@@ -121,39 +121,38 @@ void add_alarms(Json& gates, const LoadedResults& results) {
       starts.push_back(label(row) + " against " + table.series_of(*known->second).algorithm);
   }
   if (!below.empty())
-    gates.push_back(gate("optimum", false,
-                         "Errors are clearly below the instance's own optimum, so that the error or the optimum is "
-                         "wrong: " +
-                             quoted_list(below) + "."));
+    gates.push_back({"optimum", false,
+                     "Errors are clearly below the instance's own optimum, so that the error or the optimum is "
+                     "wrong: " +
+                         quoted_list(below) + "."});
   if (!starts.empty())
-    gates.push_back(gate("start", false,
-                         "Step 0 differs between methods on the same instance, although they start at the same pose "
-                         "under one protocol: " +
-                             quoted_list(starts) + "."));
+    gates.push_back({"start", false,
+                     "Step 0 differs between methods on the same instance, although they start at the same pose "
+                     "under one protocol: " +
+                         quoted_list(starts) + "."});
   if (!merit.empty())
-    gates.push_back(gate(
-        "merit", false,
-        "A merit is negative or below the measured RMSE, which every merit includes: " + quoted_list(merit) + "."));
+    gates.push_back(
+        {"merit", false,
+         "A merit is negative or below the measured RMSE, which every merit includes: " + quoted_list(merit) + "."});
 }
 
 }  // namespace
 
-Json gates_json(const Json& data, const LoadedResults& results) {
-  Json gates = Json::array();
-  const Json& ran = data["ran"];
-  const std::uint64_t planned = count_of(ran, "planned"), missing = count_of(ran, "missing");
-  const std::uint64_t failed = count_of(ran, "failed"), ended = planned - std::min(planned, missing);
-  const std::string share = std::to_string(ended) + "/" + std::to_string(planned);
-  if (planned > 0)
-    gates.push_back(missing == 0 ? gate("ran", true, share + " ran")
-                                 : gate("ran", false, "Only " + share + " trials have ended."));
-  if (failed > 0 && ended > 0) {
-    const double of_all = static_cast<double>(failed) / static_cast<double>(ended);
+std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResults& results) {
+  Gates gates;
+  const RunState& ran = page.ran;
+  const std::size_t ended = ran.planned - ran.missing;
+  const std::string share = std::to_string(ended) + "/" + std::to_string(ran.planned);
+  if (ran.planned > 0)
+    gates.push_back(ran.missing == 0 ? QualityGate{"ran", true, share + " ran"}
+                                     : QualityGate{"ran", false, "Only " + share + " trials have ended."});
+  if (ran.failed > 0) {
+    const double of_all = static_cast<double>(ran.failed) / static_cast<double>(ended);
     if (of_all > kMaxFailed)
       gates.push_back(
-          gate("failures", false, significant(100 * of_all, 2) + " % of the trials failed; medians exclude them."));
+          {"failures", false, significant(100 * of_all, 2) + " % of the trials failed; medians exclude them."});
   }
-  add_same_methods(gates, data, results);
+  add_same_methods(gates, page, results);
   add_replay(gates, results);
   add_alarms(gates, results);
   return gates;

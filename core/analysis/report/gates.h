@@ -1,11 +1,13 @@
 // Quality gates: checks of the results that are reported before any verdict.
 #pragma once
 
-#include "report/loaded_results.h"
+#include <vector>
+
+#include "report/page_model.h"
 
 namespace relign::report {
 
-// [{name, ok, text}]: a short text if passed, a sentence if failed. Gates that cannot be tested are absent.
+// Gates that cannot be tested are absent.
 //   ran       every planned trial has ended
 //   failures  at most 5 % of the trials failed; present only if failed
 //   A/A       two names of one algorithm, if the suite has them, do not differ significantly
@@ -14,6 +16,6 @@ namespace relign::report {
 //   optimum   an error is below the instance's own optimum by more than 1e-6 in MSE and 10 %
 //   start     step 0 differs between methods on one instance under one protocol; not on a station
 //   merit     a merit is negative, or below the measured RMSE
-Json gates_json(const Json& data, const LoadedResults& results);
+std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResults& results);
 
 }  // namespace relign::report

@@ -7,81 +7,75 @@
 #include <utility>
 #include <vector>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/escape.h"
 #include "report/aggregate_data.h"
-#include "report/page_data.h"
 #include "report/rules_data.h"
 #include "report/text_tables.h"
 
 namespace relign::report {
 namespace {
 
-struct Row {
+// A method over the noise levels.
+struct MarkdownRow {
   bool oracle = false;
   std::string training_tag;
-  std::map<std::string, const Json*> by_level;
+  std::map<std::string, const Row*> by_level;
 };
 
 // A missing value becomes a dash.
-std::string cell(const std::map<std::string, const Json*>& rows, const std::string& level) {
-  const auto found = rows.find(level);
-  if (found == rows.end()) return "";
-  const Json& row = *found->second;
-  const Json& error = score_of(row);
-  if (error["n"] == 0) return "failed";
-  std::string text = number_or_dash(error["median"], 3);
-  if (error["n"] != 1) text += " (" + number_or_dash(error["q25"], 3) + " - " + number_or_dash(error["q75"], 3) + ")";
-  if (const Json& share = object_of(row, "yield").value("share", Json()); share.is_number())
-    text += ", " + std::to_string(std::lround(100 * share.get<double>())) + " % in spec";
-  if (const std::uint64_t failed = count_of(row, "failed"); failed > 0)
-    text += ", " + std::to_string(failed) + " failed";
+std::string cell(const MarkdownRow& of, const std::string& level) {
+  const auto found = of.by_level.find(level);
+  if (found == of.by_level.end()) return "";
+  const Row& row = *found->second;
+  const Score& error = row.score();
+  if (error.n == 0) return "failed";
+  std::string text = number_text(error.median, 3);
+  if (error.n != 1) text += " (" + number_text(error.q25, 3) + " - " + number_text(error.q75, 3) + ")";
+  if (row.yield) text += ", " + whole_percent(row.yield->share) + " % in spec";
+  if (row.failed > 0) text += ", " + std::to_string(row.failed) + " failed";
   return text;
 }
 
 // Mean of the logarithms over the levels, so that levels with large errors do not dominate.
-double rank_value(const Row& row) {
+double rank_value(const MarkdownRow& of) {
   double sum = 0;
-  for (const auto& [level, values] : row.by_level) {
-    const Json& error = score_of(*values);
-    if (error["n"] == 0 || !error["median"].is_number()) return HUGE_VAL;
-    sum += std::log(std::max(1e-12, error["median"].get<double>()));
+  for (const auto& [level, row] : of.by_level) {
+    const double median = row->score().median;
+    if (std::isnan(median)) return HUGE_VAL;
+    sum += std::log(std::max(1e-12, median));
   }
-  return sum / static_cast<double>(row.by_level.size());
+  return sum / static_cast<double>(of.by_level.size());
 }
 
-// The slowest over the levels, for a single column of times.
-double slowest_ms(const Row& row) {
+// The slowest over the levels, for a single column of times; -1 if unknown.
+double slowest_ms(const MarkdownRow& of) {
   double slowest = -1;
-  for (const auto& [level, values] : row.by_level)
-    if (const Json& ms = (*values)["algorithm_ms_per_step"]; ms.is_number())
-      slowest = std::max(slowest, ms.get<double>());
+  for (const auto& [level, row] : of.by_level)
+    if (row->algorithm_ms_per_step > slowest) slowest = row->algorithm_ms_per_step;
   return slowest;
 }
 
-std::string markdown_table(const std::vector<const Json*>& groups, const std::string& rule) {
+std::string markdown_table(const std::vector<const Group*>& groups, statistics::Rule rule) {
   std::vector<std::string> levels;
-  std::map<std::string, Row> rows;
+  std::map<std::string, MarkdownRow> rows;
   std::string starts;
-  std::set<std::uint64_t> instances;
-  std::set<std::uint64_t> steps;
+  std::set<std::size_t> instances, steps;
   bool measured_only = false;
-  for (const Json* group : groups) {
-    const std::string level = text_of(*group, "noise_level");
-    levels.push_back(level);
-    instances.insert(count_of(*group, "instances"));
-    measured_only = measured_only || flag_of(*group, "measured_only");
-    starts += (starts.empty() ? "" : ", ") + number_or_dash((*group)["start"], 3);
-    for (const Json& values : (*group)["rows"]) {
-      Row& row = rows[text_of(values, "method")];
-      row.oracle = flag_of(values, "oracle");
-      row.training_tag = text_of(values, "training_tag");
-      row.by_level[level] = &values;
-      if (score_of(values)["n"] != 0) steps.insert(count_of(values, "step"));
+  for (const Group* group : groups) {
+    levels.push_back(group->noise_level);
+    instances.insert(group->instances);
+    measured_only = measured_only || group->measured_only;
+    starts += (starts.empty() ? "" : ", ") + number_text(group->start, 3);
+    for (const Row& of_level : group->rows) {
+      MarkdownRow& row = rows[of_level.method];
+      row.oracle = of_level.oracle();
+      row.training_tag = of_level.training_tag;
+      row.by_level[group->noise_level] = &of_level;
+      if (of_level.has_score()) steps.insert(of_level.step);
     }
   }
-  std::vector<std::pair<std::string, const Row*>> order;
+  std::vector<std::pair<std::string, const MarkdownRow*>> order;
   for (const auto& [name, row] : rows) order.emplace_back(name, &row);
   std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
     // Methods without results at some level come last.
@@ -89,15 +83,15 @@ std::string markdown_table(const std::vector<const Json*>& groups, const std::st
     return of_a != of_b ? of_a > of_b : rank_value(*a.second) < rank_value(*b.second);
   });
 
-  const auto range = [](const std::set<std::uint64_t>& numbers) {
+  const auto range = [](const std::set<std::size_t>& numbers) {
     return numbers.empty() ? "0"
                            : std::to_string(*numbers.begin()) +
                                  (numbers.size() > 1 ? " to " + std::to_string(*numbers.rbegin()) : "");
   };
-  std::string out = "**" + markdown_text(text_of(*groups.front(), "scene")) + ", protocol " +
-                    markdown_text(text_of(*groups.front(), "protocol")) + "**: ";
+  std::string out =
+      "**" + markdown_text(groups.front()->scene) + ", protocol " + markdown_text(groups.front()->protocol) + "**: ";
   out += measured_only ? "lowest measured RMSE"
-         : rule.empty() || rule == "own"
+         : rule == statistics::Rule::own
              ? "noise-free RMSE at the recommended pose after the last step"
              : std::string("noise-free RMSE at ") + rule_text(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
@@ -109,7 +103,7 @@ std::string markdown_table(const std::vector<const Json*>& groups, const std::st
   for (const auto& [name, row] : order) {
     out += "| " + markdown_text(name) + (row->oracle ? " (oracle)" : "") +
            (row->training_tag.empty() ? "" : " (" + row->training_tag + ")") + " |";
-    for (const std::string& level : levels) out += " " + cell(row->by_level, level) + " |";
+    for (const std::string& level : levels) out += " " + cell(*row, level) + " |";
     const double ms = slowest_ms(*row);
     out += " " + (ms < 0 ? std::string("-") : significant(ms, 2)) + " |\n";
   }
@@ -118,19 +112,18 @@ std::string markdown_table(const std::vector<const Json*>& groups, const std::st
 
 }  // namespace
 
-std::string markdown_tables(const Json& data) {
+std::string markdown_tables(const PageModel& page) {
   std::vector<std::pair<std::string, std::string>> order;  // scene and protocol
-  std::map<std::pair<std::string, std::string>, std::vector<const Json*>> tables;
-  for (const Json& group : data["groups"]) {
-    const std::pair<std::string, std::string> key(text_of(group, "scene"), text_of(group, "protocol"));
+  std::map<std::pair<std::string, std::string>, std::vector<const Group*>> tables;
+  for (const Group& group : page.groups) {
+    const std::pair key(group.scene, group.protocol);
     if (tables[key].empty()) order.push_back(key);
     tables[key].push_back(&group);
   }
   if (order.empty()) return "No trial has finished, nothing to rank yet.\n";
-  std::string out = aggregate_markdown(data);
-  for (const auto& key : order)
-    out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], text_of(data, "rule"));
-  if (const std::string note = text_of(data, "rules_note"); !note.empty()) out += "\n" + markdown_text(note) + "\n";
+  std::string out = aggregate_markdown(page);
+  for (const auto& key : order) out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], page.rule);
+  if (!page.rules_note.empty()) out += "\n" + markdown_text(page.rules_note) + "\n";
   return out;
 }
 

@@ -2,7 +2,6 @@
 
 #include "base/error.h"
 #include "base/hash.h"
-#include "base/json_members.h"
 #include "markup/escape.h"
 #include "report/assets.h"
 #include "report/picture_html.h"
@@ -40,7 +39,7 @@ std::string filled(std::string_view page_template, const std::map<std::string, s
   return out;
 }
 
-std::string page(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse) {
+std::string page_html(const PageModel& page, const Gallery& gallery, const std::map<std::string, double>& rmse) {
   // The chart library, the page's own scripts, and the one that starts them.
   std::string sources, scripts;
   for (const std::string& script :
@@ -49,31 +48,31 @@ std::string page(const Json& data, const Gallery& gallery, const std::map<std::s
     sources += (sources.empty() ? "" : " ") + script_source(script);
     scripts += "<script>" + script + "</script>\n";
   }
-  const std::string name = text_of(data, "suite_name"), replay = replay_section(data, gallery);
-  Json for_scripts = curve_data(data);
-  for_scripts["replay"] = replay_data(data, gallery);
+  const std::string replay = replay_section(page, gallery);
+  Json for_scripts = curve_data(page);
+  for_scripts["replay"] = replay_data(page, gallery);
   return filled(assets::page_html(),
                 {{"script_sources", sources},
-                 {"document_title", html_escaped((name.empty() ? "results" : name) + " - relign-bench")},
+                 {"document_title", html_escaped((page.title.empty() ? "results" : page.title) + " - relign-bench")},
                  {"style", assets::dygraphs_css() + std::string(assets::page_css())},
-                 {"title", title_section(data)},
-                 {"verdict", verdict_section(data)},
-                 {"aggregate", aggregate_section(data)},
-                 {"ranking", ranking_section(data)},
-                 {"rules", rules_section(data)},
-                 {"levels", levels_section(data)},
-                 {"heat", heat_section(data)},
-                 {"curve_cards", curve_cards(data, gallery)},
-                 {"curves_hidden", data["groups"].empty() ? "hidden" : ""},
+                 {"title", title_section(page)},
+                 {"verdict", verdict_section(page)},
+                 {"aggregate", aggregate_section(page)},
+                 {"ranking", ranking_section(page)},
+                 {"rules", rules_section(page)},
+                 {"levels", levels_section(page)},
+                 {"heat", heat_section(page)},
+                 {"curve_cards", curve_cards(page, gallery)},
+                 {"curves_hidden", page.groups.empty() ? "hidden" : ""},
                  {"replay", replay},
                  {"replay_hidden", replay.empty() ? "hidden" : ""},
-                 {"pairs", pairs_section(data)},
-                 {"training", training_section(data)},
-                 {"scene", scene_section(data, gallery)},
-                 {"gallery", gallery_section(data, gallery, rmse)},
-                 {"ran", ran_section(data, gallery)},
-                 {"methods", methods_section(data)},
-                 {"provenance", provenance_section(data)},
+                 {"pairs", pairs_section(page)},
+                 {"training", training_section(page)},
+                 {"scene", scene_section(page, gallery)},
+                 {"gallery", gallery_section(page, gallery, rmse)},
+                 {"ran", ran_section(page, gallery)},
+                 {"methods", methods_section(page)},
+                 {"provenance", provenance_section(page)},
                  {"picture_definitions", picture_definitions(gallery)},
                  {"dygraphs_licence", html_escaped(assets::dygraphs_licence())},
                  {"data", json_for_script(for_scripts)},

@@ -4,13 +4,13 @@
 #include <map>
 #include <string>
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 #include "report/pictures.h"
 
 namespace relign::report {
 
 // `rmse`: final error by trial id, for the captions of the pictures.
-std::string page(const Json& data, const Gallery& gallery, const std::map<std::string, double>& rmse);
+std::string page_html(const PageModel& page, const Gallery& gallery, const std::map<std::string, double>& rmse);
 
 // Replaces each {{name}} of the template; inserted text is not searched again. Throws Error (internal) for unknown
 // names.

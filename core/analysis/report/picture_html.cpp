@@ -1,7 +1,5 @@
 #include "report/picture_html.h"
 
-#include "base/json_members.h"
-
 namespace relign::report {
 namespace {
 
@@ -59,17 +57,16 @@ void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, cons
   html.close().close();
 }
 
-const TrialPictures* pictures_of(const Gallery& gallery, const Json& group, const std::string& method,
+const TrialPictures* pictures_of(const Gallery& gallery, const Group& group, const std::string& method,
                                  const char* why) {
   for (const TrialPictures& trial : gallery.trials)
-    if (trial.why == why && trial.algorithm == method && trial.scene == text_of(group, "scene") &&
-        trial.noise_level == text_of(group, "noise_level") && trial.protocol == text_of(group, "protocol"))
+    if (trial.why == why && trial.algorithm == method && group.is_of(trial.scene, trial.noise_level, trial.protocol))
       return &trial;
   return nullptr;
 }
 
-const Frame* reference_of(const Gallery& gallery, const Json& group) {
-  const auto found = gallery.references.find(text_of(group, "scene"));
+const Frame* reference_of(const Gallery& gallery, const Group& group) {
+  const auto found = gallery.references.find(group.scene);
   return found == gallery.references.end() ? nullptr : &found->second;
 }
 

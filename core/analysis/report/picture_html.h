@@ -4,6 +4,7 @@
 #include <string>
 
 #include "markup/html_writer.h"
+#include "report/page_group.h"
 #include "report/pictures.h"
 
 namespace relign::report {
@@ -21,7 +22,8 @@ void start_picture(HtmlWriter& html, const Gallery& gallery, const TrialPictures
 void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, const std::string& what);
 
 // Pictures of a group's method; nullptr if there are none. `why`: best, median, worst.
-const TrialPictures* pictures_of(const Gallery& gallery, const Json& group, const std::string& method, const char* why);
-const Frame* reference_of(const Gallery& gallery, const Json& group);
+const TrialPictures* pictures_of(const Gallery& gallery, const Group& group, const std::string& method,
+                                 const char* why);
+const Frame* reference_of(const Gallery& gallery, const Group& group);
 
 }  // namespace relign::report

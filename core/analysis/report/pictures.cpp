@@ -7,7 +7,7 @@
 #include "base/inside.h"
 #include "base/json_members.h"
 #include "records/record.h"
-#include "report/page_data.h"
+#include "report/page_numbers.h"
 
 namespace relign::report {
 namespace {
@@ -110,10 +110,11 @@ Frame frame_of(const Json& entry) {
   return frame;
 }
 
+double number_or_missing(const Json& value) { return value.is_number() ? value.get<double>() : kMissing; }
+
 std::vector<double> pose_of(const Json& object, const char* key) {
   std::vector<double> pose;
-  const Json& list = list_of(object, key);
-  for (std::size_t axis = 0; axis < list.size(); ++axis) pose.push_back(number_in(list, axis));
+  for (const Json& value : list_of(object, key)) pose.push_back(number_or_missing(value));
   return pose;
 }
 
@@ -127,9 +128,9 @@ Film film_of(const Json& entry) {
   film.tile = static_cast<unsigned>(tile);
   for (const Json& frame : frames) {
     if (!frame.is_object()) continue;
+    const auto number = [&frame](const char* key) { return number_or_missing(member(frame, key)); };
     film.frames.push_back({count_of(frame, "step"), pose_of(frame, "commanded_pose"), pose_of(frame, "true_pose"),
-                           number_in(frame, "measured"), number_in(frame, "commanded"), number_in(frame, "recommended"),
-                           number_in(frame, "machine_seconds")});
+                           number("measured"), number("commanded"), number("recommended"), number("machine_seconds")});
   }
   return film;
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "report/chart_scale.h"
 
@@ -23,12 +22,6 @@ struct Grid {
   std::vector<double> values;
   double at(std::size_t column, std::size_t row) const { return values[row * columns + column]; }
 };
-
-Grid grid_of(const Json& plane) {
-  Grid grid = {plane["across"]["values"].size(), plane["up"]["values"].size(), {}};
-  for (const Json& value : plane["rmse"]) grid.values.push_back(value.get<double>());
-  return grid;
-}
 
 // Bilinear interpolation at cell centres.
 Grid finer(const Grid& coarse) {
@@ -79,24 +72,18 @@ void line(HtmlWriter& html, double x1, double y1, double x2, double y2) {
                       {"stroke-opacity", "0.6"}});
 }
 
-std::string title_of(const Json& axis) {
-  const std::string unit = text_of(axis, "unit");
-  return text_of(axis, "name") + (unit.empty() ? "" : " / " + unit);
+std::string title_of(const LandscapePlane::Axis& axis) {
+  return axis.name + (axis.unit.empty() ? "" : " / " + axis.unit);
 }
 
-void axes(HtmlWriter& html, const Json& plane) {
-  const auto ends = [](const Json& axis) {
-    return std::make_pair(axis["values"].front().get<double>(), axis["values"].back().get<double>());
-  };
-  const auto [left, right] = ends(plane["across"]);
-  const ChartScale across(left, right, false, kMapLeft, kMapLeft + kSide);
+void axes(HtmlWriter& html, const LandscapePlane& plane) {
+  const ChartScale across(plane.across.values.front(), plane.across.values.back(), false, kMapLeft, kMapLeft + kSide);
   for (const auto& [value, mark] : across.marks(4, false)) {
     line(html, across(value), kTop + kSide, across(value), kTop + kSide + 4);
     text(html, across(value), kTop + kSide + 16, "middle", mark);
   }
-  text(html, kMapLeft + kSide / 2, kTop + kSide + 34, "middle", title_of(plane["across"]));
-  const auto [low, high] = ends(plane["up"]);
-  const ChartScale up(low, high, false, kTop + kSide, kTop);
+  text(html, kMapLeft + kSide / 2, kTop + kSide + 34, "middle", title_of(plane.across));
+  const ChartScale up(plane.up.values.front(), plane.up.values.back(), false, kTop + kSide, kTop);
   for (const auto& [value, mark] : up.marks(4, false)) {
     line(html, kMapLeft - 4, up(value), kMapLeft, up(value));
     text(html, kMapLeft - 7, up(value) + 4, "end", mark);
@@ -104,7 +91,7 @@ void axes(HtmlWriter& html, const Json& plane) {
   const std::string middle = pixels_text(kTop + kSide / 2);
   html.element("text",
                {{"x", "14"}, {"y", middle}, {"text-anchor", "middle"}, {"transform", "rotate(-90 14 " + middle + ")"}},
-               title_of(plane["up"]));
+               title_of(plane.up));
 }
 
 void legend(HtmlWriter& html, double low, double high) {
@@ -122,15 +109,14 @@ void legend(HtmlWriter& html, double low, double high) {
 
 }  // namespace
 
-void plane_map(HtmlWriter& html, const Json& plane) {
-  const Grid grid = grid_of(plane);
+void plane_map(HtmlWriter& html, const LandscapePlane& plane) {
+  const Grid grid = {plane.across.values.size(), plane.up.values.size(), plane.rmse};
   const auto [low, high] = std::minmax_element(grid.values.begin(), grid.values.end());
   const Grid fine = finer(grid);
   html.open("svg", {{"class", "figure map"},
                     {"viewBox", "0 0 " + pixels_text(kWidth) + " " + pixels_text(kHeight)},
                     {"role", "img"},
-                    {"aria-label",
-                     "error over " + text_of(plane["across"], "name") + " and " + text_of(plane["up"], "name")}});
+                    {"aria-label", "error over " + plane.across.name + " and " + plane.up.name}});
   html.open("svg", {{"x", pixels_text(kMapLeft)},
                     {"y", pixels_text(kTop)},
                     {"width", pixels_text(kSide)},

@@ -9,13 +9,12 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/json_members.h"
 #include "records/merge.h"
 #include "report/aggregate_data.h"
 #include "report/figures.h"
 #include "report/loaded_results.h"
 #include "report/page.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/pictures.h"
 #include "report/scene_data.h"
 #include "report/several_folders.h"
@@ -32,9 +31,9 @@ namespace fs = std::filesystem;
 struct Part {
   Part(const FolderSet& set, std::optional<statistics::Rule> rule) : results(load(set)) {
     study = statistics::make_study(results.trials, study_options(results, rule));
-    data = page_data(results, study);
-    if (merged) data["merged_for_this_page"] = true;
-    if (!notes.empty()) data["merge_notes"] = notes;
+    page = page_model(results, study);
+    page.merged_for_this_page = merged != nullptr;
+    page.provenance.merge_notes = notes;
   }
 
   LoadedResults load(const FolderSet& set) {
@@ -52,23 +51,18 @@ struct Part {
   std::vector<std::string> notes;
   LoadedResults results;
   statistics::Study study;
-  Json data;
+  PageModel page;
 };
 
-std::vector<ShownFirst> shown_first(const Json& data) {
+Gallery gallery_of(const LoadedResults& results, const PageModel& page, std::size_t most_bytes) {
   std::vector<ShownFirst> first;
-  for (std::size_t i = 0; i < data["groups"].size(); ++i) {
-    const Json& group = data["groups"][i];
-    first.push_back({text_of(group, "scene"), text_of(group, "noise_level"), text_of(group, "protocol"),
-                     text_of(data["verdict"][i], "best")});
+  for (std::size_t i = 0; i < page.groups.size(); ++i) {
+    const Group& group = page.groups[i];
+    first.push_back({group.scene, group.noise_level, group.protocol, page.verdict[i].best});
   }
-  return first;
-}
-
-Gallery gallery_of(const LoadedResults& results, const Json& data, std::size_t most_bytes) {
   std::map<std::string, std::string> drawings = scene_drawings(results.folder, results.manifest);
   for (const auto& [scene, uri] : drawings) most_bytes -= std::min(most_bytes, uri.size());
-  Gallery gallery = load_gallery(results.folder, most_bytes, shown_first(data));
+  Gallery gallery = load_gallery(results.folder, most_bytes, first);
   gallery.axes = scene_axes(results.folder, results.manifest);
   gallery.drawings = std::move(drawings);
   return gallery;
@@ -94,16 +88,16 @@ struct Report::Content {
                                               "'; choose one with --rule own, best or current");
     }
     if (parts.size() == 1) {
-      data = parts.front()->data;
+      page = parts.front()->page;
       return;
     }
-    std::vector<Json> all;
-    for (const auto& part : parts) all.push_back(part->data);
-    data = joined_data(sets, std::move(all));
+    std::vector<PageModel> pages;
+    for (const auto& part : parts) pages.push_back(part->page);
+    page = joined_page(sets, std::move(pages));
   }
   std::vector<FolderSet> sets;
   std::vector<std::unique_ptr<const Part>> parts;  // one for each set
-  Json data;
+  PageModel page;
 };
 
 Report::Report(const fs::path& results, std::optional<statistics::Rule> rule)
@@ -114,7 +108,9 @@ Report::~Report() = default;
 Report::Report(Report&&) noexcept = default;
 Report& Report::operator=(Report&&) noexcept = default;
 
-const Json& Report::data() const { return content_->data; }
+const PageModel& Report::model() const { return content_->page; }
+
+Json Report::json() const { return to_json(content_->page); }
 
 void Report::write_tables() const {
   if (content_->sets.size() != 1 || content_->sets.front().folders.size() != 1)
@@ -125,7 +121,7 @@ void Report::write_tables() const {
   for (const statistics::SeriesStudy& series : part.study.series) curves.push_back(series.curve);
   write_file_atomically(folder / "curves.csv", statistics::curves_csv(curves));
   write_file_atomically(folder / "curves.json", statistics::curves_json(curves).dump(1) + "\n");
-  write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.data));
+  write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.page));
   AtomicFile instances(folder / "instances.csv");
   statistics::instances_csv(part.results.trials, [&](std::string_view text) { instances.write(text); });
   instances.commit();
@@ -137,7 +133,7 @@ std::string Report::html() const {
   std::size_t left = kMaxPictureBytes;
   for (std::size_t k = 0; k < parts; ++k) {
     const Part& part = *content_->parts[k];
-    Gallery one = gallery_of(part.results, part.data, left / (parts - k));  // unused space is available to the others
+    Gallery one = gallery_of(part.results, part.page, left / (parts - k));  // unused space is available to the others
     left -= std::min(left, bytes_of(one));
     if (parts == 1)
       gallery = std::move(one);
@@ -153,17 +149,17 @@ std::string Report::html() const {
       const double noise_free = trial.last_of(statistics::Track::recommended);
       rmse[trial.trial] = std::isnan(noise_free) ? trial.last_of(statistics::Track::best) : noise_free;
     }
-  return page(content_->data, gallery, rmse);
+  return page_html(content_->page, gallery, rmse);
 }
 
 void Report::write_html(const fs::path& page) const { write_file_atomically(page, html()); }
 
 std::vector<fs::path> Report::write_figures(const fs::path& folder) const {
-  return report::write_figures(content_->data, folder);
+  return report::write_figures(content_->page, folder);
 }
 
-std::string Report::ranking_table() const { return report::ranking_table(content_->data); }
+std::string Report::ranking_table() const { return report::ranking_table(content_->page); }
 
-std::string Report::markdown() const { return markdown_tables(content_->data); }
+std::string Report::markdown() const { return markdown_tables(content_->page); }
 
 }  // namespace relign::report

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 #include "statistics/rules.h"
 
 namespace relign::report {
@@ -27,8 +27,8 @@ class Report {
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;
 
-  // All numbers and texts of the report (page_data.h).
-  const Json& data() const;
+  const PageModel& model() const;
+  Json json() const;  // as `report --format json` writes it (page_json.h)
 
   // Writes aggregate.csv, curves.csv, curves.json and instances.csv into the results folder. For a single folder only.
   void write_tables() const;

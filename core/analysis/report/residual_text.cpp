@@ -2,9 +2,7 @@
 
 #include <optional>
 
-#include "base/json_members.h"
 #include "base/text.h"
-#include "report/sections.h"
 
 namespace relign::report {
 namespace {
@@ -38,19 +36,17 @@ std::string angle_text(double degrees) {
 
 }  // namespace
 
-Residual residual_of(const Json& row) {
+Residual residual_of(const std::vector<ResidualAxis>& axes) {
   Residual residual;
   std::optional<double> position, tilt;
-  for (const Json& axis : list_of(object_of(row, "residual"), "axes")) {
-    const Json median = axis.value("median", Json());
-    const std::string unit = text_of(axis, "unit");
-    if (!median.is_number()) continue;
-    residual.details += (residual.details.empty() ? "" : "; ") + text_of(axis, "name") + " " + number_text(median, 3) +
-                        " " + unit + " (75 % below " + number_text(axis.value("q75", Json()), 3) + ")";
+  for (const ResidualAxis& axis : axes) {
+    if (!std::isfinite(axis.median)) continue;
+    residual.details += (residual.details.empty() ? "" : "; ") + axis.name + " " + number_text(axis.median, 3) + " " +
+                        axis.unit + " (75 % below " + number_text(axis.q75, 3) + ")";
     for (const Unit& known : kUnits) {
-      if (unit != known.name) continue;
+      if (axis.unit != known.name) continue;
       std::optional<double>& worst = known.angle ? tilt : position;
-      worst = std::max(worst.value_or(0), known.size * median.get<double>());
+      worst = std::max(worst.value_or(0), known.size * axis.median);
     }
   }
   if (!position && !tilt) return residual;

@@ -1,9 +1,9 @@
-// The residual misalignment of a row as text: the worst position and the worst tilt, in suitable units.
+// The residual misalignment as text: the worst position and the worst tilt, in suitable units.
 #pragma once
 
 #include <string>
 
-#include "base/json_source.h"
+#include "report/page_group.h"
 
 namespace relign::report {
 
@@ -13,6 +13,6 @@ struct Residual {
   std::string sort;        // the position in mm, else the tilt in degrees
 };
 
-Residual residual_of(const Json& row);
+Residual residual_of(const std::vector<ResidualAxis>& axes);
 
 }  // namespace relign::report

@@ -2,62 +2,41 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <string>
-#include <vector>
 
 #include "base/json_members.h"
-#include "report/page_data.h"
-#include "report/page_groups.h"
 #include "report/statistics_data.h"
 #include "report/verdict_cases.h"
 
 namespace relign::report {
 namespace {
 
-Json score_json(const statistics::RuleScore& score) {
-  Json json = {{"n", score.median.n}};
-  if (score.median.n == 0) return json;
-  json["median"] = shown_number(score.median.estimate);
-  json["lo95"] = shown_number(score.median.interval.low);
-  json["hi95"] = shown_number(score.median.interval.high);
-  if (score.yield.n > 0)
-    json["yield"] = {{"in", score.in_spec},
-                     {"n", score.yield.n},
-                     {"share", shown_number(score.yield.estimate)},
-                     {"lo95", shown_number(score.yield.interval.low)},
-                     {"hi95", shown_number(score.yield.interval.high)}};
-  const double steps = score.steps_to_spec.estimate;
-  if (!std::isnan(steps)) json["steps"] = std::isinf(steps) ? Json("never") : shown_number(steps);
-  return json;
+RuleScore rule_score(const statistics::RuleScore& from) {
+  RuleScore score;
+  if (from.median.n == 0) return score;
+  score.median = shown(from.median);
+  if (from.yield.n > 0) score.yield = share_of(from.in_spec, from.yield);
+  score.steps = shown_arrival(from.steps_to_spec.estimate);
+  return score;
 }
 
-const Json& rule_of(const Json& row, const std::string& rule) {
-  return object_of(object_of(row, "rules"), rule.c_str());
-}
-
-// The two methods with the lowest medians by the rule in each class, and their comparison.
-Json leads_of(const Json& group, const std::string& rule, const Json& pairs) {
-  Json leads = Json::array();
-  for (const std::string name : kClasses) {
-    if (name == "oracle") continue;
-    std::vector<const Json*> ranked;
-    for (const Json& row : group["rows"])
-      if (text_of(row, "class") == name && member(rule_of(row, rule), "median").is_number()) ranked.push_back(&row);
+std::vector<Lead> leads_of(const Group& group, statistics::Rule rule, const std::vector<Pair>& pairs) {
+  const auto median = [rule](const Row* row) { return row->rules ? (*row->rules)[rule].median.estimate : kMissing; };
+  std::vector<Lead> leads;
+  for (const ObservationClass of_class : kClasses) {
+    if (of_class == ObservationClass::oracle) continue;
+    std::vector<const Row*> ranked;
+    for (const Row& row : group.rows)
+      if (row.of_class == of_class && std::isfinite(median(&row))) ranked.push_back(&row);
     if (ranked.empty()) continue;
-    std::stable_sort(ranked.begin(), ranked.end(), [&](const Json* a, const Json* b) {
-      return rule_of(*a, rule)["median"].get<double>() < rule_of(*b, rule)["median"].get<double>();
-    });
-    Json lead = {{"class", name}, {"best", text_of(*ranked[0], "method")}};
-    if (ranked.size() > 1) lead["next"] = text_of(*ranked[1], "method");
-    for (const Json& pair : pairs) {
-      if (ranked.size() < 2) break;
-      const bool same = pair["a"] == lead["best"] && pair["b"] == lead["next"];
-      if (!same && !(pair["b"] == lead["best"] && pair["a"] == lead["next"])) continue;
-      const Json found = same ? pair : turned(pair);
-      for (const char* key : {"n", "ratio", "lo95", "hi95", "verdict"}) lead[key] = found[key];
-      for (const char* key : {"ratio", "lo95", "hi95"})
-        if (lead[key].is_number()) lead[key] = shown_number(lead[key].get<double>());
+    std::stable_sort(ranked.begin(), ranked.end(), [&](const Row* a, const Row* b) { return median(a) < median(b); });
+    Lead lead = {of_class, ranked[0]->method, "", {}};
+    if (ranked.size() > 1) {
+      lead.next = ranked[1]->method;
+      lead.pair = find_pair(pairs, lead.best, lead.next);
+    }
+    if (lead.pair) {
+      lead.pair->ratio = shown(lead.pair->ratio);
+      lead.pair->interval = shown(lead.pair->interval);
     }
     leads.push_back(std::move(lead));
   }
@@ -65,44 +44,54 @@ Json leads_of(const Json& group, const std::string& rule, const Json& pairs) {
 }
 
 // Rules with scores in the group.
-std::vector<std::string> recorded_rules(const Json& group) {
-  std::vector<std::string> rules;
+std::vector<statistics::Rule> recorded_rules(const Group& group) {
+  std::vector<statistics::Rule> rules;
   for (const statistics::Rule rule : statistics::kRules)
-    if (std::any_of(group["rows"].begin(), group["rows"].end(),
-                    [&](const Json& row) { return count_of(rule_of(row, statistics::rule_name(rule)), "n") > 0; }))
-      rules.emplace_back(statistics::rule_name(rule));
+    if (std::any_of(group.rows.begin(), group.rows.end(),
+                    [&](const Row& row) { return row.rules && (*row.rules)[rule].median.n > 0; }))
+      rules.push_back(rule);
   return rules;
+}
+
+std::string lead_verdict(const Lead& lead) {
+  if (!lead.pair) return "";
+  switch (lead.pair->verdict) {
+    case statistics::Verdict::better:
+      return " (better than " + lead.next + ")";
+    case statistics::Verdict::worse:
+      return " (lower median, but worse than " + lead.next + ")";
+    case statistics::Verdict::practically_equal:
+      return " (practically equal to " + lead.next + ")";
+    case statistics::Verdict::undecided:
+      break;
+  }
+  return " (undecided against " + lead.next + ")";
 }
 
 // "images: bo-gp by own (better than random), imitation by best and current (undecided against bo-gp)"; empty if all
 // rules agree.
-std::string differing_leads(const Json& group, const std::vector<std::string>& rules) {
+std::string differing_leads(const Group& group, const std::vector<statistics::Rule>& rules) {
+  struct Found {
+    std::string method, verdict, rules;
+  };
   std::string words;
-  for (const std::string name : kClasses) {
-    struct Lead {
-      std::string method, verdict, rules;
-    };
-    std::vector<Lead> found;
-    for (const std::string& rule : rules)
-      for (const Json& lead : list_of(object_of(object_of(group, "rules"), rule.c_str()), "leads")) {
-        if (text_of(lead, "class") != name) continue;
-        const std::string verdict = text_of(lead, "verdict");
-        const std::string method = text_of(lead, "best"), next = text_of(lead, "next");
-        const std::string text = verdict == "better"              ? " (better than " + next + ")"
-                                 : verdict == "practically equal" ? " (practically equal to " + next + ")"
-                                 : verdict == "undecided"         ? " (undecided against " + next + ")"
-                                 : verdict == "worse"             ? " (lower median, but worse than " + next + ")"
-                                                                  : "";
-        const auto same = std::find_if(found.begin(), found.end(),
-                                       [&](const Lead& one) { return one.method == method && one.verdict == text; });
+  for (const ObservationClass of_class : kClasses) {
+    std::vector<Found> found;
+    for (const statistics::Rule rule : rules)
+      for (const Lead& lead : (*group.rules)[rule].leads) {
+        if (lead.of_class != of_class) continue;
+        const std::string verdict = lead_verdict(lead);
+        const auto same = std::find_if(found.begin(), found.end(), [&](const Found& one) {
+          return one.method == lead.best && one.verdict == verdict;
+        });
         if (same == found.end())
-          found.push_back({method, text, rule});
+          found.push_back({lead.best, verdict, statistics::rule_name(rule)});
         else
-          same->rules += " and " + rule;
+          same->rules += std::string(" and ") + statistics::rule_name(rule);
       }
     if (found.size() < 2) continue;
     words += words.empty() ? "" : "; ";
-    if (name != "unknown") words += name + ": ";
+    if (of_class != ObservationClass::unknown) words += class_name(of_class) + std::string(": ");
     for (std::size_t i = 0; i < found.size(); ++i)
       words += (i ? ", " : "") + found[i].method + " by " + found[i].rules + found[i].verdict;
   }
@@ -111,17 +100,17 @@ std::string differing_leads(const Json& group, const std::vector<std::string>& r
 
 }  // namespace
 
-std::string rules_note(const Json& data) {
+std::string rules_note(const std::vector<Group>& groups) {
   constexpr std::size_t kMaxGroups = 6;
   std::vector<std::string> differing;
   bool all_recorded = true, any = false;
-  for (const Json& group : data["groups"]) {
-    if (flag_of(group, "measured_only") || object_of(group, "rules").empty()) continue;
+  for (const Group& group : groups) {
+    if (!group.rules) continue;
     any = true;
-    const std::vector<std::string> rules = recorded_rules(group);
+    const std::vector<statistics::Rule> rules = recorded_rules(group);
     all_recorded = all_recorded && rules.size() == statistics::kRules.size();
     if (const std::string words = differing_leads(group, rules); !words.empty())
-      differing.push_back(text_of(group, "label") + ": " + words);
+      differing.push_back(group.label + ": " + words);
   }
   if (!any) return "";
   std::string note;
@@ -142,58 +131,57 @@ std::string rules_note(const Json& data) {
   return note;
 }
 
-void add_rules(Json& data, const LoadedResults& results, const statistics::Study& study) {
-  const double relevant = data["smallest_relevant_ratio"].get<double>();
-  for (Json& group : data["groups"]) {
-    if (flag_of(group, "measured_only")) continue;
-    for (const statistics::GroupStudy& found : study.groups) {
-      if (found.scene != text_of(group, "scene") || found.noise_level != text_of(group, "noise_level") ||
-          found.protocol != text_of(group, "protocol"))
-        continue;
-      for (Json& row : group["rows"])
-        for (const std::size_t series : found.series)
-          if (study.series[series].curve.algorithm == text_of(row, "method"))
-            for (const statistics::Rule rule : statistics::kRules)
-              row["rules"][statistics::rule_name(rule)] = score_json(study.series[series].rules[rule]);
-      for (const statistics::Rule rule : statistics::kRules) {
-        Json pairs = Json::array();
-        for (const statistics::PairStudy& pair : found.pairs_by_rule[rule])
-          pairs.push_back(pair_json(pair, study, relevant));
-        Json leads = leads_of(group, statistics::rule_name(rule), pairs);
-        group["rules"][statistics::rule_name(rule)] = {{"pairs", std::move(pairs)}, {"leads", std::move(leads)}};
-      }
+void add_rules(Group& group, const statistics::GroupStudy& found, const statistics::Study& study,
+               double smallest_relevant_ratio) {
+  for (Row& row : group.rows)
+    if (const statistics::SeriesStudy* series = find_series(study, found, row.method)) {
+      row.rules.emplace();
+      for (const statistics::Rule rule : statistics::kRules) (*row.rules)[rule] = rule_score(series->rules[rule]);
     }
+  group.rules.emplace();
+  for (const statistics::Rule rule : statistics::kRules) {
+    RuleComparison& comparison = (*group.rules)[rule];
+    for (const statistics::PairStudy& pair : found.pairs_by_rule[rule])
+      comparison.pairs.push_back(pair_of(pair, study, smallest_relevant_ratio));
+    comparison.leads = leads_of(group, rule, comparison.pairs);
   }
-  if (results.trials.without_rules > 0) data["trials_without_rules"] = results.trials.without_rules;
-  if (std::string note = rules_note(data); !note.empty()) data["rules_note"] = std::move(note);
 }
 
-void add_analysis(Json& data, const Json& manifest) {
+Analysis analysis_of(const Json& manifest, statistics::Rule rule) {
+  Analysis analysis;
   const Json& plan = object_of(manifest, "analysis");
   const std::string began = text_of(manifest, "analysis_began_with");
-  if (plan.empty() && began.empty()) return;
-  Json notes = Json::array();
   if (!began.empty())
-    notes.push_back(
+    analysis.notes.push_back(
         began == "none" ? "The analysis plan was written after the first trials had ended and is not a prior plan."
         : plan.empty()
             ? "The run began with the analysis plan " + began.substr(0, 16) + ", which was removed later."
             : "The analysis plan was changed after the first trials had ended; the run began with the plan " +
                   began.substr(0, 16) + ".");
-  if (!plan.empty()) {
-    data["analysis"] = plan;
-    data["analysis"]["hash"] = text_of(manifest, "analysis_hash");
-    if (text_of(plan, "rule") != text_of(data, "rule"))
-      notes.push_back("This page uses the rule '" + text_of(data, "rule") + "', the analysis plan the rule '" +
-                      text_of(plan, "rule") + "'.");
-  }
-  data["analysis_notes"] = std::move(notes);
+  if (plan.empty()) return analysis;
+  const std::string hash = text_of(manifest, "analysis_hash"), primary = text_of(plan, "primary"),
+                    planned_rule = text_of(plan, "rule"), used = statistics::rule_name(rule);
+  analysis.plan = plan;
+  analysis.plan["hash"] = hash;
+  if (planned_rule != used)
+    analysis.notes.push_back("This page uses the rule '" + used + "', the analysis plan the rule '" + planned_rule +
+                             "'.");
+  const Json& target = member(plan, "yield");
+  const auto text = [](const Json& number) {
+    return number.is_number_unsigned() ? number.dump() : number_or_dash(number, 3);
+  };
+  analysis.primary_is_yield = primary == "yield";
+  if (target.is_number()) analysis.yield = target.get<double>();
+  analysis.summary = "Analysis plan (" + hash.substr(0, 16) + "): primary measure " + primary + ", rule " +
+                     planned_rule + ", smallest relevant ratio " + text(member(plan, "smallest_relevant_ratio")) +
+                     (target.is_number() ? ", target yield " + text(target) : "") + ".";
+  return analysis;
 }
 
-const char* rule_text(const std::string& rule) {
-  return rule == "best"      ? "the pose with the lowest measured error"
-         : rule == "current" ? "the current pose"
-                             : "the pose recommended by the method";
+const char* rule_text(statistics::Rule rule) {
+  return rule == statistics::Rule::best      ? "the pose with the lowest measured error"
+         : rule == statistics::Rule::current ? "the current pose"
+                                             : "the pose recommended by the method";
 }
 
 }  // namespace relign::report

@@ -1,5 +1,4 @@
 // A card per group: curves drawn by the script, static figures, and the pictures of the best method.
-#include "base/json_members.h"
 #include "markup/html_writer.h"
 #include "report/figure_html.h"
 #include "report/picture_html.h"
@@ -11,7 +10,7 @@ namespace {
 constexpr std::size_t kMaxGroupsOpen = 6;
 constexpr std::size_t kManyGroups = 12, kMethodsInManyGroups = 20;  // limits the size of the page
 
-void strip(HtmlWriter& html, const Json& group, const TrialPictures& trial, const Gallery& gallery,
+void strip(HtmlWriter& html, const Group& group, const TrialPictures& trial, const Gallery& gallery,
            const std::string& best, bool explained) {
   const bool median = trial.why == "median";
   html.open("div", {{"class", "strip"}});
@@ -26,7 +25,7 @@ void strip(HtmlWriter& html, const Json& group, const TrialPictures& trial, cons
                                        : "at the final pose."));
 }
 
-void strips(HtmlWriter& html, const Json& group, const std::string& best, const Gallery& gallery) {
+void strips(HtmlWriter& html, const Group& group, const std::string& best, const Gallery& gallery) {
   if (best.empty()) return;
   const TrialPictures* median = pictures_of(gallery, group, best, "median");
   const TrialPictures* worst = pictures_of(gallery, group, best, "worst");
@@ -44,20 +43,20 @@ void plots(HtmlWriter& html, const char* summary, const std::vector<Figure>& fig
 
 }  // namespace
 
-std::string curve_cards(const Json& data, const Gallery& gallery) {
+std::string curve_cards(const PageModel& page, const Gallery& gallery) {
   HtmlWriter html;
   std::size_t index = 0;
-  const bool open = data["groups"].size() <= kMaxGroupsOpen;
-  const std::size_t most = data["groups"].size() > kManyGroups ? kMethodsInManyGroups : kMaxMethodsInFigure;
-  for (const Json& group : data["groups"]) {
+  const bool open = page.groups.size() <= kMaxGroupsOpen;
+  const std::size_t most = page.groups.size() > kManyGroups ? kMethodsInManyGroups : kMaxMethodsInFigure;
+  for (const Group& group : page.groups) {
     const std::string number = std::to_string(index);
     html.open("section", {{"class", "card"}, {"id", "group-" + number}, {"data-group", number}});
-    html.open("h3").element("bdi", text_of(group, "label")).close();
+    html.open("h3").element("bdi", group.label).close();
     html.element("div", {{"class", "chart"}}, "");
     html.element("p", {{"class", "readout"}, {"aria-live", "polite"}}, "");
-    plots(html, "Runtime distribution (ECDF)", ecdf_figures(data, index, most), open);
-    plots(html, "Residual misalignment", residual_figures(data, index, most), false);
-    strips(html, group, text_of(data["verdict"][index], "best"), gallery);
+    plots(html, "Runtime distribution (ECDF)", ecdf_figures(page, index, most), open);
+    plots(html, "Residual misalignment", residual_figures(page, index, most), false);
+    strips(html, group, page.verdict[index].best, gallery);
     html.close();
     ++index;
   }

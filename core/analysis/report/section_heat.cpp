@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/html_writer.h"
-#include "report/page_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -15,61 +13,52 @@ namespace {
 constexpr double kFactors[] = {1.1, 1.5, 2.5, 5};
 constexpr double kYields[] = {0.95, 0.8, 0.5, 0.2};
 
-bool has_number(const Json& object, const char* key) {
-  return object.is_object() && object.contains(key) && object[key].is_number();
-}
-
 struct Cell {
   std::string text, title;
   int shade = -1;  // none
 };
 
-Cell yield_cell(const Json& row) {
+Cell yield_cell(const Row& row) {
+  if (!row.yield) return {};
   Cell cell;
-  const Json& yield = object_of(row, "yield");
-  if (!has_number(yield, "share")) return cell;
-  const double share = yield["share"].get<double>();
-  cell.text = std::to_string(std::lround(100 * share));
+  const double share = row.yield->share;
+  cell.text = whole_percent(share);
   cell.shade =
       static_cast<int>(std::count_if(std::begin(kYields), std::end(kYields), [&](double y) { return share < y; }));
-  if (has_number(yield, "lo95") && has_number(yield, "hi95"))
-    cell.title = significant(100 * yield["lo95"].get<double>(), 3) + " to " +
-                 significant(100 * yield["hi95"].get<double>(), 3) + " % (95 % interval)";
+  const statistics::Interval& interval = row.yield->interval;
+  cell.title = interval_text({100 * interval.low, 100 * interval.high}, 3, " to ") + " % (95 % interval)";
   return cell;
 }
 
-Cell error_cell(const Json& row, double best) {
+Cell error_cell(const Row& row, double best) {
+  const Score& error = row.score();
+  if (error.n == 0) return {};
   Cell cell;
-  const Json& error = score_of(row);
-  if (!has_number(error, "median")) return cell;
-  const double median = error["median"].get<double>();
-  cell.text = significant(median, 3);
-  const double factor = best > 0 ? median / best : 1;
+  cell.text = number_text(error.median, 3);
+  const double factor = best > 0 ? error.median / best : 1;
   cell.shade =
       static_cast<int>(std::count_if(std::begin(kFactors), std::end(kFactors), [&](double f) { return factor > f; }));
-  const bool interval = has_number(error, "lo95") && has_number(error, "hi95");
-  cell.title = number_text(error[interval ? "lo95" : "q25"], 3) + " to " +
-               number_text(error[interval ? "hi95" : "q75"], 3) + (interval ? " (95 % interval)" : " (quartiles)");
+  cell.title = error.interval.exists() ? interval_text(error.interval, 3, " to ") + " (95 % interval)"
+                                       : interval_text({error.q25, error.q75}, 3, " to ") + " (quartiles)";
   return cell;
 }
 
-double best_of(const Json& group) {
+double best_of(const Group& group) {
   double best = 0;
-  for (const Json& row : group["rows"])
-    if (has_number(score_of(row), "median") && !flag_of(row, "oracle")) {
-      const double median = score_of(row)["median"].get<double>();
-      if (median > 0 && (best == 0 || median < best)) best = median;
-    }
+  for (const Row& row : group.rows) {
+    const double median = row.score().median;
+    if (!row.oracle() && median > 0 && (best == 0 || median < best)) best = median;
+  }
   return best;
 }
 
-void heat_head(HtmlWriter& html, const Json& data) {
+void heat_head(HtmlWriter& html, const PageModel& page) {
   html.open("thead").open("tr").element("th", {{"scope", "col"}, {"class", "name"}}, "method");
   std::size_t index = 0;
-  for (const Json& group : data["groups"])
+  for (const Group& group : page.groups)
     html.open("th", {{"scope", "col"}, {"class", "number"}})
         .open("a", {{"href", "#group-" + std::to_string(index++)}})
-        .element("bdi", text_of(group, "label"))
+        .element("bdi", group.label)
         .close()
         .close();
   html.close().close();
@@ -77,9 +66,9 @@ void heat_head(HtmlWriter& html, const Json& data) {
 
 }  // namespace
 
-std::string heat_section(const Json& data) {
-  if (data["groups"].size() < 2 || data["methods"].size() < 2) return "";
-  const bool by_yield = any_row(data, "yield");
+std::string heat_section(const PageModel& page) {
+  if (page.groups.size() < 2 || page.methods.size() < 2) return "";
+  const bool by_yield = any_row(page, &Row::yield);
   HtmlWriter html;
   html.element("h2", "Methods by scene and noise level");
   html.element(
@@ -90,24 +79,22 @@ std::string heat_section(const Json& data) {
           : "Median error. Strong colours: within 10 % of the best of the column; faint: more than five times the "
             "best. Tooltips show intervals; cells link to the curves.");
   html.open("div", {{"class", "scroll"}}).open("table", {{"class", "heat"}});
-  heat_head(html, data);
+  heat_head(html, page);
   html.open("tbody");
-  std::vector<std::map<std::string, const Json*>> rows;
+  std::vector<std::map<std::string, const Row*>> rows;
   std::vector<double> best;
-  for (const Json& group : data["groups"]) {
+  for (const Group& group : page.groups) {
     rows.emplace_back();
-    for (const Json& row : group["rows"]) rows.back()[text_of(row, "method")] = &row;
+    for (const Row& row : group.rows) rows.back()[row.method] = &row;
     best.push_back(best_of(group));
   }
-  for (const Json& method : data["methods"]) {
-    const std::string name = text_of(method, "name"), protocol = text_of(method, "protocol");
-    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", text_of(method, "label"));
-    if (const std::string tag = text_of(method, "training_tag"); !tag.empty())
-      html.text(" ").element("span", {{"class", "tag"}}, tag);
+  for (const Method& method : page.methods) {
+    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", method.label);
+    tag(html, method.training_tag);
     html.close();
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      const auto row = rows[i].find(name);
-      const bool here = row != rows[i].end() && text_of(data["groups"][i], "protocol") == protocol;
+      const auto row = rows[i].find(method.name);
+      const bool here = row != rows[i].end() && page.groups[i].protocol == method.protocol;
       const Cell cell = !here ? Cell{} : by_yield ? yield_cell(*row->second) : error_cell(*row->second, best[i]);
       if (cell.shade < 0) {
         html.element("td", "");

@@ -19,8 +19,8 @@ void keep_the_best(Figure& figure) {
 
 }  // namespace
 
-std::string levels_section(const Json& data) {
-  std::vector<Figure> figures = level_figures(data);
+std::string levels_section(const PageModel& page) {
+  std::vector<Figure> figures = level_figures(page);
   if (figures.empty()) return "";
   HtmlWriter html;
   html.element("h2", "Yield and images to specification").open("div", {{"class", "figures"}});

@@ -1,8 +1,6 @@
 // Pairwise comparisons of the methods of each group, folded at first.
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/html_writer.h"
-#include "report/aggregate_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -10,30 +8,25 @@ namespace {
 
 constexpr std::size_t kMaxPairs = 66;  // of a group (twelve methods); of more, only those of the best method
 
-void pair_row(HtmlWriter& html, const Json& data, const Json& pair) {
+void pair_row(HtmlWriter& html, const PageModel& page, const Pair& pair) {
   const auto number = [&](const std::string& text) { html.element("td", {{"class", "number"}}, text); };
   html.open("tr");
-  for (const char* key : {"a", "b"}) {
-    html.open("td").element("bdi", text_of(pair, key));
-    if (const std::string tag = training_tag(data, text_of(pair, key)); !tag.empty())
-      html.text(" ").element("span", {{"class", "tag"}}, tag);
+  for (const std::string* name : {&pair.a, &pair.b}) {
+    html.open("td").element("bdi", *name);
+    tag(html, training_tag(page.methods, *name));
     html.close();
   }
-  html.open("td", {{"class", "words"}}).text(text_of(pair, "verdict"));
-  if (const std::string reason = text_of(pair, "reason"); !reason.empty())
-    html.text(" ").element("span", {{"class", "quiet"}}, "(" + reason + ")");
+  html.open("td", {{"class", "words"}}).text(statistics::verdict_name(pair.verdict));
+  if (!pair.reason.empty()) html.text(" ").element("span", {{"class", "quiet"}}, "(" + pair.reason + ")");
   html.close();
-  const Json ratio = member(pair, "ratio"), low = member(pair, "lo95"), high = member(pair, "hi95");
-  html.element("td", {{"class", "number"}, {"data-sort", sort_value(ratio)}},
-               number_text(ratio, 3) + (low.is_number() && high.is_number()
-                                            ? " (" + number_text(low, 3) + "\u2013" + number_text(high, 3) + ")"
-                                            : ""));
-  const Json improvement = member(pair, "improvement");
-  html.element("td", {{"class", "number"}, {"data-sort", sort_value(improvement)}},
-               improvement.is_number() ? significant(100 * improvement.get<double>(), 3) + " %" : std::string("-"));
-  number(number_text(member(pair, "p"), 2));
-  number(number_text(member(pair, "p_holm"), 2));
-  number(number_text(member(pair, "n"), 6));
+  const std::string interval = interval_text(pair.interval, 3, "\u2013");
+  html.element("td", {{"class", "number"}, {"data-sort", sort_value(pair.ratio)}},
+               number_text(pair.ratio, 3) + (interval.empty() ? "" : " (" + interval + ")"));
+  html.element("td", {{"class", "number"}, {"data-sort", sort_value(pair.improvement)}},
+               std::isfinite(pair.improvement) ? significant(100 * pair.improvement, 3) + " %" : std::string("-"));
+  number(number_text(pair.p, 2));
+  number(number_text(pair.p_holm, 2));
+  number(std::to_string(pair.n));
   html.close();
 }
 
@@ -56,13 +49,13 @@ void pairs_head(HtmlWriter& html) {
 
 }  // namespace
 
-std::string pairs_section(const Json& data) {
+std::string pairs_section(const PageModel& page) {
   HtmlWriter html;
   bool any = false;
   std::size_t index = 0;
-  for (const Json& group : data["groups"]) {
-    const std::string best = text_of(data["verdict"][index++], "best");
-    const Json& pairs = list_of(group, "pairs");
+  for (const Group& group : page.groups) {
+    const std::string& best = page.verdict[index++].best;
+    const std::vector<Pair>& pairs = group.pairs;
     if (pairs.empty()) continue;
     if (!any) {
       html.element("h2", "Pairwise comparisons");
@@ -73,7 +66,7 @@ std::string pairs_section(const Json& data) {
     }
     any = true;
     const bool all = pairs.size() <= kMaxPairs;
-    html.open("details", {{"class", "pairs"}}).open("summary").element("bdi", text_of(group, "label"));
+    html.open("details", {{"class", "pairs"}}).open("summary").element("bdi", group.label);
     html.text(" (" + counted(pairs.size(), "pair") + (all || best.empty() ? "" : "; shown: comparisons with " + best) +
               ")")
         .close();
@@ -81,10 +74,10 @@ std::string pairs_section(const Json& data) {
     pairs_head(html);
     html.open("tbody");
     std::size_t shown = 0;
-    for (const Json& pair : pairs) {
-      if (!all && text_of(pair, "a") != best && text_of(pair, "b") != best) continue;
+    for (const Pair& pair : pairs) {
+      if (!all && pair.a != best && pair.b != best) continue;
       if (++shown > kMaxPairs) break;
-      pair_row(html, data, pair);
+      pair_row(html, page, pair);
     }
     html.close().close().close().close();
   }

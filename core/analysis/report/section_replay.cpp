@@ -1,9 +1,7 @@
 // Trial replay: the images of a trial, step by step. Film strips without scripts; replay.js turns them into a viewer.
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/html_writer.h"
-#include "report/page_data.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 
@@ -26,25 +24,25 @@ Json picture_json(const Gallery& gallery, const Frame& frame) {
 }
 
 template <typename Each>
-void each_film(const Json& data, const Gallery& gallery, const Each& each) {
-  for (std::size_t i = 0; i < data["groups"].size(); ++i)
-    for (const Json& row : data["groups"][i]["rows"])
+void each_film(const PageModel& page, const Gallery& gallery, const Each& each) {
+  for (std::size_t i = 0; i < page.groups.size(); ++i)
+    for (const Row& row : page.groups[i].rows)
       for (const char* why : kWhys)
-        if (const TrialPictures* trial = pictures_of(gallery, data["groups"][i], text_of(row, "method"), why);
+        if (const TrialPictures* trial = pictures_of(gallery, page.groups[i], row.method, why);
             trial && !trial->film.frames.empty())
           each(i, *trial);
 }
 
 }  // namespace
 
-Json replay_data(const Json& data, const Gallery& gallery) {
+Json replay_data(const PageModel& page, const Gallery& gallery) {
   Json trials = Json::array(), references = Json::object(), axes = Json::object();
   for (const auto& [scene, reference] : gallery.references) references[scene] = picture_json(gallery, reference);
   for (const auto& [scene, list] : gallery.axes) {
     axes[scene] = Json::array();
     for (const SceneAxis& axis : list) axes[scene].push_back({axis.name, axis.unit, axis.lower, axis.upper});
   }
-  each_film(data, gallery, [&](std::size_t group, const TrialPictures& trial) {
+  each_film(page, gallery, [&](std::size_t group, const TrialPictures& trial) {
     if (!trial.film.picture) return;
     Json frames = Json::array();
     for (const FilmFrame& frame : trial.film.frames)
@@ -70,16 +68,16 @@ Json replay_data(const Json& data, const Gallery& gallery) {
   return {{"trials", std::move(trials)}, {"references", std::move(references)}, {"axes", std::move(axes)}};
 }
 
-std::string replay_section(const Json& data, const Gallery& gallery) {
+std::string replay_section(const PageModel& page, const Gallery& gallery) {
   HtmlWriter html;
-  std::size_t shown = 0, missing = 0, last_group = data["groups"].size();
-  each_film(data, gallery, [&](std::size_t group, const TrialPictures& trial) {
+  std::size_t shown = 0, missing = 0, last_group = page.groups.size();
+  each_film(page, gallery, [&](std::size_t group, const TrialPictures& trial) {
     if (!trial.film.picture) {
       ++missing;
       return;
     }
     if (shown++ == 0) html.open("details", {{"id", "film-strips"}, {"open", ""}}).element("summary", "All film strips");
-    if (group != last_group) html.open("h3").element("bdi", text_of(data["groups"][group], "label")).close();
+    if (group != last_group) html.open("h3").element("bdi", page.groups[group].label).close();
     last_group = group;
     const std::string what =
         trial.algorithm + ", " + trial.why + " trial (instance " + std::to_string(trial.instance) + ")";

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <string>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/html_writer.h"
 #include "report/rules_data.h"
@@ -15,68 +14,47 @@ namespace {
 
 constexpr double kAlpha = 0.05;
 
-const Json& rule_entry(const Json& object, statistics::Rule rule) {
-  return object_of(object_of(object, "rules"), statistics::rule_name(rule));
-}
-
-std::string percent(const Json& share) {
-  return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) : "-";
-}
-
-void rule_cells(HtmlWriter& html, const Json& score, bool yields, bool steps) {
-  const Json &median = member(score, "median"), &low = member(score, "lo95"), &high = member(score, "hi95");
-  html.open("td", {{"class", "number"}, {"data-sort", sort_value(median)}});
-  if (median.is_number()) {
-    html.element("b", number_text(median, 3));
-    if (low.is_number() && high.is_number())
-      html.text(" ").element("span", {{"class", "quartiles"}},
-                             "(" + number_text(low, 3) + "\u2013" + number_text(high, 3) + ")");
+void rule_cells(HtmlWriter& html, const RuleScore& score, bool yields, bool steps) {
+  if (score.median.n > 0) {
+    interval_cell(html, "number", sort_value(score.median.estimate), number_text(score.median.estimate, 3),
+                  interval_text(score.median.interval, 3, "\u2013"));
   } else {
-    html.text("not recorded");
+    html.element("td", {{"class", "number"}, {"data-sort", ""}}, "not recorded");
   }
-  html.close();
-  const Json& yield = object_of(score, "yield");
   if (yields)
-    html.element("td", {{"class", "number"}, {"data-sort", sort_value(member(yield, "share"))}},
-                 yield.empty() ? "-" : percent(yield["share"]) + " %");
-  if (!steps) return;
-  const Json& arrival = member(score, "steps");
-  html.element("td", {{"class", "number"}, {"data-sort", sort_value(arrival)}},
-               arrival.is_string() ? "not reached" : number_text(arrival, 3));
+    html.element("td", {{"class", "number"}, {"data-sort", score.yield ? sort_value(score.yield->share) : ""}},
+                 score.yield ? whole_percent(score.yield->share) + " %" : "-");
+  if (steps)
+    html.element("td", {{"class", "number"}, {"data-sort", sort_value(score.steps)}},
+                 std::isinf(score.steps) ? "not reached" : number_text(score.steps, 3));
 }
 
-std::string pair_words(const Json& pair, const std::string& primary) {
-  if (primary != "yield") {
-    std::string words =
-        text_of(pair, "verdict") + ": error ratio first / second " + number_text(member(pair, "ratio"), 3);
-    if (pair["lo95"].is_number() && pair["hi95"].is_number())
-      words += " (95 % CI " + number_text(pair["lo95"], 3) + " to " + number_text(pair["hi95"], 3) + ")";
-    words += ", p (Holm, over the planned contrasts) " + number_text(member(pair, "p_planned"), 2);
-    const std::string reason = text_of(pair, "reason");
-    return words + (reason.empty() ? "" : "; " + reason);
-  }
-  const Json& yields = object_of(pair, "yields");
-  if (yields.empty()) return "undecided: the yields of both are unknown";
-  const Json& p = member(yields, "p_planned");
-  const std::uint64_t a = count_of(yields, "a_alone"), b = count_of(yields, "b_alone");
-  const bool decided = p.is_number() && p.get<double>() < kAlpha;
-  return std::string(decided ? (a > b ? "better" : "worse") : "undecided") + ": in specification " +
-         std::to_string(count_of(yields, "a")) + " and " + std::to_string(count_of(yields, "b")) + " of " +
-         std::to_string(count_of(yields, "n")) + " instances, only with the first " + std::to_string(a) +
-         ", only with the second " + std::to_string(b) + ", p (McNemar, Holm) " + number_text(p, 2) +
-         (decided ? "" : "; p is not below 0.05");
+std::string error_words(const Pair& pair) {
+  const std::string interval = interval_text(pair.interval, 3, " to ");
+  return statistics::verdict_name(pair.verdict) + std::string(": error ratio first / second ") +
+         number_text(pair.ratio, 3) + (interval.empty() ? "" : " (95 % CI " + interval + ")") +
+         ", p (Holm, over the planned contrasts) " + number_text(pair.p_planned, 2) +
+         (pair.reason.empty() ? "" : "; " + pair.reason);
+}
+
+std::string yield_words(const std::optional<PairYields>& yields) {
+  if (!yields) return "undecided: the yields of both are unknown";
+  const bool decided = yields->p_planned < kAlpha;
+  return std::string(decided ? (yields->a_alone > yields->b_alone ? "better" : "worse") : "undecided") +
+         ": in specification " + std::to_string(yields->a) + " and " + std::to_string(yields->b) + " of " +
+         std::to_string(yields->n) + " instances, only with the first " + std::to_string(yields->a_alone) +
+         ", only with the second " + std::to_string(yields->b_alone) + ", p (McNemar, Holm) " +
+         number_text(yields->p_planned, 2) + (decided ? "" : "; p is not below 0.05");
 }
 
 // Methods whose yield is above, below and not distinguishable from the target yield.
-std::string target_yield_text(const Json& group, double wanted) {
+std::string target_yield_text(const Group& group, double wanted) {
   std::string above, below, open;
-  for (const Json& row : group["rows"]) {
-    const Json& yield = object_of(row, "yield");
-    if (yield.empty() || !yield["lo95"].is_number() || flag_of(row, "oracle")) continue;
-    std::string& list = yield["lo95"].get<double>() >= wanted  ? above
-                        : yield["hi95"].get<double>() < wanted ? below
-                                                               : open;
-    list += (list.empty() ? "" : ", ") + text_of(row, "method");
+  for (const Row& row : group.rows) {
+    if (!row.yield || row.oracle()) continue;
+    const statistics::Interval& interval = row.yield->interval;
+    std::string& list = interval.low >= wanted ? above : interval.high < wanted ? below : open;
+    list += (list.empty() ? "" : ", ") + row.method;
   }
   const std::string share = significant(100 * wanted, 3) + " %";
   std::string words;
@@ -90,16 +68,16 @@ std::string target_yield_text(const Json& group, double wanted) {
 
 constexpr std::size_t kMaxRows = 2000;  // of the table, which keeps large pages under 10 MB
 
-std::string rules_section(const Json& data) {
-  if (!any_row(data, "rules")) return "";
+std::string rules_section(const PageModel& page) {
+  if (!any_row(page, &Row::rules)) return "";
   bool yields = false, steps = false;
   std::size_t rows = 0;
-  for (const Json& group : data["groups"]) {
-    rows += group["rows"].size();
-    for (const Json& row : group["rows"])
-      for (const statistics::Rule rule : statistics::kRules) {
-        yields = yields || !object_of(rule_entry(row, rule), "yield").empty();
-        steps = steps || !member(rule_entry(row, rule), "steps").is_null();
+  for (const Group& group : page.groups) {
+    rows += group.rows.size();
+    for (const Row& row : group.rows)
+      for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values) {
+        yields = yields || score.yield;
+        steps = steps || !std::isnan(score.steps);
       }
   }
   HtmlWriter html;
@@ -107,7 +85,7 @@ std::string rules_section(const Json& data) {
       .element("p", {{"class", "quiet"}},
                "The same trials scored at three poses after the last step. own: the pose recommended by the method. "
                "best: the pose with the lowest measured error. current: the current pose. This page uses the rule '" +
-                   text_of(data, "rule") + "'; choose another one with 'report --rule'.");
+                   std::string(statistics::rule_name(page.rule)) + "'; choose another one with 'report --rule'.");
   if (rows > kMaxRows) {
     html.element("p", {{"class", "quiet"}},
                  "The table of " + std::to_string(rows) +
@@ -128,15 +106,15 @@ std::string rules_section(const Json& data) {
   }
   html.close().close();
   const std::size_t columns = 1 + statistics::kRules.size() * (1 + (yields ? 1 : 0) + (steps ? 1 : 0));
-  for (const Json& group : data["groups"]) {
-    if (object_of(group, "rules").empty()) continue;
+  for (const Group& group : page.groups) {
+    if (!group.rules) continue;
     html.open("tbody").open("tr", {{"class", "group"}});
-    html.open("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}})
-        .element("bdi", text_of(group, "label"));
+    html.open("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}}).element("bdi", group.label);
     html.close().close();
-    for (const Json& row : group["rows"]) {
-      html.open("tr").open("th", {{"scope", "row"}}).element("bdi", text_of(row, "method")).close();
-      for (const statistics::Rule rule : statistics::kRules) rule_cells(html, rule_entry(row, rule), yields, steps);
+    for (const Row& row : group.rows) {
+      html.open("tr").open("th", {{"scope", "row"}}).element("bdi", row.method).close();
+      for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
+        rule_cells(html, score, yields, steps);
       html.close();
     }
     html.close();
@@ -144,28 +122,23 @@ std::string rules_section(const Json& data) {
   return html.take();
 }
 
-std::string analysis_section(const Json& data) {
-  const Json &plan = object_of(data, "analysis"), &notes = list_of(data, "analysis_notes");
+std::string analysis_section(const PageModel& page) {
+  const Analysis& analysis = page.analysis;
   HtmlWriter html;
-  for (const Json& note : notes) html.element("p", {{"class", "broken"}}, note.get<std::string>());
-  if (plan.empty()) return notes.empty() ? "" : html.take();
-  const std::string primary = text_of(plan, "primary");
-  std::string words = "Analysis plan (" + text_of(plan, "hash").substr(0, 16) + "): primary measure " + primary +
-                      ", rule " + text_of(plan, "rule") + ", smallest relevant ratio " +
-                      number_text(member(plan, "smallest_relevant_ratio"), 3);
-  if (member(plan, "yield").is_number()) words += ", target yield " + number_text(plan["yield"], 3);
-  html.element("p", {{"class", "facts"}}, words + ".");
+  for (const std::string& note : analysis.notes) html.element("p", {{"class", "broken"}}, note);
+  if (analysis.plan.empty()) return html.take();
+  html.element("p", {{"class", "facts"}}, analysis.summary);
   html.open("ul", {{"class", "verdict"}});
-  for (const Json& group : data["groups"]) {
-    for (const Json& pair : list_of(group, "pairs"))
-      if (flag_of(pair, "planned"))
-        html.open("li")
-            .element("b", {{"class", "label"}}, text_of(group, "label"))
-            .text(": " + text_of(pair, "a") + " against " + text_of(pair, "b") + ": " + pair_words(pair, primary) + ".")
-            .close();
-    if (const Json& wanted = member(plan, "yield"); wanted.is_number())
-      if (const std::string of_yield = target_yield_text(group, wanted.get<double>()); !of_yield.empty())
-        html.open("li").element("b", {{"class", "label"}}, text_of(group, "label")).text(": " + of_yield).close();
+  const auto item = [&html](const Group& group, const std::string& text) {
+    html.open("li").element("b", {{"class", "label"}}, group.label).text(": " + text).close();
+  };
+  for (const Group& group : page.groups) {
+    for (const Pair& pair : group.pairs)
+      if (pair.planned)
+        item(group, pair.a + " against " + pair.b + ": " +
+                        (analysis.primary_is_yield ? yield_words(pair.yields) : error_words(pair)) + ".");
+    if (std::isnan(analysis.yield)) continue;
+    if (const std::string words = target_yield_text(group, analysis.yield); !words.empty()) item(group, words);
   }
   return html.take();
 }

@@ -1,41 +1,38 @@
 #include "report/sections.h"
 
-#include <algorithm>
-
-#include "base/json_members.h"
-#include "base/text.h"
-
 namespace relign::report {
 
-std::string number_text(const Json& number, int digits) {
-  if (number.is_number_unsigned()) return std::to_string(number.get<std::uint64_t>());
-  return number.is_number() ? significant(number.get<double>(), digits) : "-";
+void tag(HtmlWriter& html, const std::string& text) {
+  if (!text.empty()) html.text(" ").element("span", {{"class", "tag"}}, text);
 }
 
-std::string joined(const Json& list, const std::string& separator) {
-  std::string out;
-  for (const Json& item : list)
-    out += (out.empty() ? "" : separator) + (item.is_string() ? item.get<std::string>() : item.dump());
-  return out;
+void column_head(HtmlWriter& html, const char* kind, const std::string& title, const std::string& unit,
+                 const std::string& hint) {
+  html.open("th", {{"scope", "col"}, {"class", kind}, {"title", hint}}).element("span", {{"class", "title"}}, title);
+  if (!unit.empty()) html.text(" ").element("span", {{"class", "unit"}}, unit);
+  html.close();
 }
 
-bool any_group(const Json& data, const char* flag) {
-  const Json& groups = data["groups"];
-  return std::any_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
+void table_head(HtmlWriter& html, std::initializer_list<const char*> titles) {
+  html.open("thead").open("tr");
+  for (const char* title : titles) html.element("th", {{"scope", "col"}}, title);
+  html.close().close();
 }
 
-bool every_group(const Json& data, const char* flag) {
-  const Json& groups = data["groups"];
-  return std::all_of(groups.begin(), groups.end(), [flag](const Json& group) { return flag_of(group, flag); });
+void method_cell(HtmlWriter& html, const std::string& method, bool oracle, const std::string& training_tag) {
+  html.open("th", {{"scope", "row"}, {"class", "name"}, {"data-sort", method}}).element("bdi", method);
+  tag(html, oracle ? "oracle" : "");
+  tag(html, training_tag);
+  html.close();
 }
 
-std::string sort_value(const Json& number) { return number.is_number() ? shortest(number.get<double>()) : ""; }
-
-bool any_row(const Json& data, const char* member) {
-  for (const Json& group : data["groups"])
-    for (const Json& row : group["rows"])
-      if (!object_of(row, member).empty()) return true;
-  return false;
+void interval_cell(HtmlWriter& html, const std::string& kind, const std::string& sort, const std::string& value,
+                   const std::string& interval, const std::string& title) {
+  Attributes attributes = {{"class", kind}, {"data-sort", sort}};
+  if (!title.empty()) attributes.emplace_back("title", title);
+  html.open("td", attributes).element("b", value);
+  if (!interval.empty()) html.text(" ").element("span", {{"class", "quartiles"}}, "(" + interval + ")");
+  html.close();
 }
 
 }  // namespace relign::report

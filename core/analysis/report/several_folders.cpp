@@ -8,8 +8,8 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/text.h"
 #include "records/results_folder.h"
-#include "report/page_groups.h"
 #include "report/rules_data.h"
 #include "report/verdict.h"
 
@@ -25,161 +25,93 @@ std::string name_of(const fs::path& folder) {
 
 std::string scene_of_set(const std::string& scene, const std::string& label) { return label + ": " + scene; }
 
-void rename_scene(Json& object, const std::string& label) {
-  if (object.is_object() && object.contains("scene")) object["scene"] = scene_of_set(text_of(object, "scene"), label);
+template <class Value>
+void append(std::vector<Value>& all, std::vector<Value>& more) {
+  std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
-void add_missing(Json& all, const Json& more) {
-  for (const Json& value : more)
+void append_missing(std::vector<std::string>& all, const std::vector<std::string>& more) {
+  for (const std::string& value : more)
     if (std::find(all.begin(), all.end(), value) == all.end()) all.push_back(value);
 }
 
-class Join {
+// The names on a page of several sets: scenes, groups and failed checks begin with the label of their set.
+void label_page(PageModel& page, const std::string& label, std::size_t first_group) {
+  const auto prefix = [&](std::string& name) { name = label + ": " + name; };
+  for (std::string& scene : page.scenes) prefix(scene);
+  for (Group& group : page.groups) prefix(group.scene), prefix(group.label);
+  for (Failure& failure : page.failures)
+    for (FailedTrial& trial : failure.trials) prefix(trial.scene);
+  for (Aggregate& aggregate : page.aggregates) {
+    aggregate.label = label;
+    for (Stratum& stratum : aggregate.strata) prefix(stratum.scene);
+  }
+  for (SceneFacts& facts : page.scene_facts) prefix(facts.scene);
+  for (QualityGate& gate : page.gates)
+    if (!gate.ok) prefix(gate.text);
+  for (TrainingCost& cost : page.training)
+    for (BreakEven& even : cost.pays_after) {
+      even.group += first_group;
+      prefix(even.label);
+    }
+}
+
+void add_counts(RunState& all, const RunState& more) {
+  all.planned += more.planned;
+  all.finished += more.finished;
+  all.failed += more.failed;
+  all.missing += more.missing;
+  all.from_other_plans += more.from_other_plans;
+  all.incomplete.insert(all.incomplete.end(), more.incomplete.begin(), more.incomplete.end());
+}
+
+// What differs between two methods of one name under one protocol; "" if nothing does.
+const char* difference(const Method& a, const Method& b) {
+  return a.id != b.id ? "algorithm" : a.parameters != b.parameters ? "parameters" : a.merit != b.merit ? "merit" : "";
+}
+
+// On a page a name under a protocol is one method, with one colour and one row in the table of methods.
+class JoinedMethods {
  public:
-  void add(const FolderSet& set, Json data) {
-    if (all_.is_null()) {
-      all_ = data;
-      for (const char* key : {"groups", "failures", "warnings", "gates", "methods", "scene_facts", "training", "scenes",
-                              "parts", "aggregate"})
-        all_[key] = Json::array();
-      for (const char* key : {"command", "suite_file", "suite_text", "seed", "instance_set", "sources", "merge",
-                              "merge_notes", "suite_name", "analysis", "analysis_notes", "rules_note"})
-        all_.erase(key);
-      all_["ran"] = {
-          {"planned", 0u},         {"finished", 0u}, {"failed", 0u}, {"missing", 0u}, {"incomplete", Json::array()},
-          {"from_other_plans", 0u}};
-    }
-    for (const char* key : {"spec", "spec_text"})  // groups have their own specification
-      if (all_.contains(key) && (!data.contains(key) || data[key] != all_[key])) all_.erase(key);
-    // Verdicts were decided with the ratio of their folder's plan; the page shows one ratio for all.
-    if (data["smallest_relevant_ratio"] != all_["smallest_relevant_ratio"])
-      throw Error(ErrorKind::bad_input, "the analysis plans of '" + text_of(all_["parts"][0], "label") + "' and '" +
-                                            set.label + "' have different smallest relevant ratios, " +
-                                            all_["smallest_relevant_ratio"].dump() + " and " +
-                                            data["smallest_relevant_ratio"].dump() + "; make a page for each folder");
-    const std::size_t first_group = all_["groups"].size();
-    add_part(set, data);
-    add_counts(data);
-    add_methods(set, data);
-    for (Json group : data["groups"]) {
-      rename_scene(group, set.label);
-      group["label"] = set.label + ": " + text_of(group, "label");
-      all_["groups"].push_back(std::move(group));
-    }
-    for (Json failure : data["failures"]) {
-      for (Json& trial : failure["trials"]) rename_scene(trial, set.label);
-      all_["failures"].push_back(std::move(failure));
-    }
-    for (Json entry : list_of(data, "aggregate")) {
-      for (Json& stratum : entry["strata"]) rename_scene(stratum, set.label);
-      entry["label"] = set.label;
-      all_["aggregate"].push_back(std::move(entry));
-    }
-    for (const Json& warning : data["warnings"]) all_["warnings"].push_back(warning);
-    if (const std::string note = computing_time_note(data); !note.empty())
-      time_notes_.push_back(set.label + ": " + note);
-    for (Json gate : list_of(data, "gates")) {
-      if (!flag_of(gate, "ok")) gate["text"] = set.label + ": " + text_of(gate, "text");
-      all_["gates"].push_back(std::move(gate));
-    }
-    for (Json facts : list_of(data, "scene_facts")) {
-      rename_scene(facts, set.label);
-      all_["scene_facts"].push_back(std::move(facts));
-    }
-    add_training(set, data, first_group);
-  }
-
-  Json take() {
-    std::vector<std::string> names;
-    for (const Json& part : all_["parts"])
-      if (const std::string name = text_of(part, "suite_name");
-          !name.empty() && std::find(names.begin(), names.end(), name) == names.end())
-        names.push_back(name);
-    std::string title;
-    for (const std::string& name : names) title += (title.empty() ? "" : ", ") + name;
-    all_["suite_name"] = title;
-    label_methods(all_["methods"]);
-    if (std::string note = rules_note(all_); !note.empty()) all_["rules_note"] = std::move(note);
-    all_["verdict"] = verdict(all_);
-    all_["caveats"] = caveats(all_);
-    for (std::string& note : time_notes_) all_["caveats"].push_back(std::move(note));
-    return std::move(all_);
-  }
-
- private:
-  void add_part(const FolderSet& set, const Json& data) {
-    Json part = {{"label", set.label}};
-    for (const char* key : {"command", "suite_name", "suite_file", "suite_text", "seed", "instance_set", "program",
-                            "machine", "sources", "merge", "merge_notes", "analysis", "analysis_notes"})
-      if (data.contains(key)) part[key] = data[key];
-    all_["parts"].push_back(std::move(part));
-  }
-
-  void add_counts(const Json& data) {
-    Json& ran = all_["ran"];
-    for (const char* key : {"planned", "finished", "failed", "missing", "from_other_plans"})
-      ran[key] = count_of(ran, key) + count_of(data["ran"], key);
-    for (const Json& trial : list_of(data["ran"], "incomplete")) ran["incomplete"].push_back(trial);
-    add_missing(all_["noise_levels"], data["noise_levels"]);
-    add_missing(all_["protocols"], data["protocols"]);
-    const std::string& label = text_of(all_["parts"].back(), "label");
-    for (const Json& scene : data["scenes"]) all_["scenes"].push_back(scene_of_set(scene.get<std::string>(), label));
-    all_["instances"] = std::max(count_of(all_, "instances"), count_of(data, "instances"));
-    if (data["steps"].empty()) return;
-    if (all_["steps"].empty()) all_["steps"] = data["steps"];
-    all_["steps"][0] = std::min(all_["steps"][0], data["steps"][0]);
-    all_["steps"][1] = std::max(all_["steps"][1], data["steps"][1]);
-  }
-
-  // On a page a name under a protocol is one method, with one colour and one row in the table of methods.
-  void add_methods(const FolderSet& set, const Json& data) {
-    for (const Json& method : data["methods"]) {
-      const std::string name = text_of(method, "name");
-      const std::string protocol = text_of(method, "protocol");
-      const auto [known, is_new] = methods_.try_emplace({name, protocol}, Known{method, set.label});
-      if (is_new) {
-        all_["methods"].push_back(method);
-        continue;
-      }
-      std::string what;
-      if (text_of(method, "id") != text_of(known->second.method, "id")) what = "algorithm";
-      if (what.empty() && method["parameters"] != known->second.method["parameters"]) what = "parameters";
-      if (what.empty() && text_of(method, "merit") != text_of(known->second.method, "merit")) what = "merit";
-      if (!what.empty())
+  void add(const std::string& label, const std::vector<Method>& more, std::vector<Method>& all) {
+    for (const Method& method : more) {
+      const auto [known, is_new] = known_.try_emplace({method.name, method.protocol}, Known{method, label});
+      if (is_new) all.push_back(method);
+      if (const std::string what = difference(method, known->second.method); !what.empty())
         throw Error(ErrorKind::bad_input,
-                    "method '" + name + "' differs between '" + known->second.label + "' and '" + set.label +
+                    "method '" + method.name + "' differs between '" + known->second.label + "' and '" + label +
                         "' in its " + what +
                         "; give one of them another 'name' in its suite and run it again, or make "
                         "a page for each folder");
     }
   }
 
-  void add_training(const FolderSet& set, const Json& data, std::size_t first_group) {
-    for (Json entry : list_of(data, "training")) {
-      for (Json& group : entry["pays_after"]) {
-        group["group"] = group["group"].get<std::size_t>() + first_group;
-        group["label"] = set.label + ": " + text_of(group, "label");
-      }
-      Json& list = all_["training"];
-      const auto same = std::find_if(list.begin(), list.end(), [&entry](const Json& other) {
-        return text_of(other, "method") == text_of(entry, "method");
-      });
-      if (same == list.end()) {
-        list.push_back(std::move(entry));
-        continue;
-      }
-      for (Json& group : entry["pays_after"]) (*same)["pays_after"].push_back(std::move(group));
-    }
-  }
-
+ private:
   struct Known {
-    Json method;
+    Method method;
     std::string label;
   };
-  Json all_;
-  std::map<std::pair<std::string, std::string>, Known> methods_;  // by name and protocol
-  std::vector<std::string> time_notes_;
+  std::map<std::pair<std::string, std::string>, Known> known_;  // by name and protocol
 };
+
+void add_training(std::vector<TrainingCost>& all, std::vector<TrainingCost>& more) {
+  for (TrainingCost& cost : more) {
+    const auto same =
+        std::find_if(all.begin(), all.end(), [&](const TrainingCost& other) { return other.method == cost.method; });
+    if (same == all.end())
+      all.push_back(std::move(cost));
+    else
+      append(same->pays_after, cost.pays_after);
+  }
+}
+
+// Verdicts were decided with the ratio of their folder's plan; the page shows one ratio for all.
+void check_ratio(const FolderSet& first, double of_first, const FolderSet& set, double of_set) {
+  if (of_first == of_set) return;
+  throw Error(ErrorKind::bad_input, "the analysis plans of '" + first.label + "' and '" + set.label +
+                                        "' have different smallest relevant ratios, " + Json(of_first).dump() +
+                                        " and " + Json(of_set).dump() + "; make a page for each folder");
+}
 
 }  // namespace
 
@@ -225,10 +157,47 @@ TemporaryFolder::~TemporaryFolder() {
   fs::remove_all(path_, ignored);
 }
 
-Json joined_data(const std::vector<FolderSet>& sets, std::vector<Json> data) {
-  Join join;
-  for (std::size_t set = 0; set < sets.size(); ++set) join.add(sets[set], std::move(data[set]));
-  return join.take();
+PageModel joined_page(const std::vector<FolderSet>& sets, std::vector<PageModel> pages) {
+  PageModel all;
+  all.rule = pages.front().rule;
+  all.smallest_relevant_ratio = pages.front().smallest_relevant_ratio;
+  all.spec_text = pages.front().spec_text;
+  JoinedMethods methods;
+  std::vector<std::string> titles, time_notes;
+  for (std::size_t set = 0; set < sets.size(); ++set) {
+    const std::string& label = sets[set].label;
+    PageModel& page = pages[set];
+    check_ratio(sets.front(), all.smallest_relevant_ratio, sets[set], page.smallest_relevant_ratio);
+    if (const std::string note = computing_time_note(page.ran); !note.empty())
+      time_notes.push_back(label + ": " + note);
+    if (page.spec_text != all.spec_text) all.spec_text.clear();
+    if (!page.title.empty()) append_missing(titles, {page.title});
+    label_page(page, label, all.groups.size());
+    add_counts(all.ran, page.ran);
+    methods.add(label, page.methods, all.methods);
+    append(all.scenes, page.scenes);
+    append_missing(all.noise_levels, page.noise_levels);
+    append_missing(all.protocols, page.protocols);
+    all.instances = std::max(all.instances, page.instances);
+    if (page.steps && !all.steps) all.steps = page.steps;
+    if (page.steps)
+      all.steps = {std::min(all.steps->least, page.steps->least), std::max(all.steps->most, page.steps->most)};
+    append(all.groups, page.groups);
+    append(all.failures, page.failures);
+    append(all.warnings, page.warnings);
+    append(all.gates, page.gates);
+    append(all.aggregates, page.aggregates);
+    append(all.scene_facts, page.scene_facts);
+    add_training(all.training, page.training);
+    all.parts.push_back({label, std::move(page.provenance)});
+  }
+  all.title = join(titles, ", ");
+  label_methods(all.methods);
+  all.rules_note = rules_note(all.groups);
+  all.verdict = verdict(all);
+  all.caveats = caveats(all);
+  append(all.caveats, time_notes);
+  return all;
 }
 
 void add_gallery(Gallery& all, Gallery one, const std::string& label) {

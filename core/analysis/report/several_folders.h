@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 #include "report/pictures.h"
 
 namespace relign::report {
@@ -33,10 +33,9 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-// Joins the page data of all sets: groups and scenes get the label of their set, and `parts` has the provenance of
-// each: {label, command, suite_name, suite_file, suite_text, seed, instance_set, program, machine, sources, merge,
-// merge_notes}. Throws Error (bad_input) if one name denotes different methods, or if smallest relevant ratios differ.
-Json joined_data(const std::vector<FolderSet>& sets, std::vector<Json> data);
+// Joins the pages of all sets: groups and scenes get the label of their set, and `parts` has the provenance of each.
+// Throws Error (bad_input) if one name denotes different methods, or if smallest relevant ratios differ.
+PageModel joined_page(const std::vector<FolderSet>& sets, std::vector<PageModel> pages);
 
 // Adds a set's pictures to those of a page.
 void add_gallery(Gallery& all, Gallery one, const std::string& label);

@@ -2,21 +2,19 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
-#include "report/page_data.h"
+#include "report/page_group.h"
 
 namespace relign::report {
 
-// The specification of a group: "RMSE 0.0142, MTF at 20 lp/mm 0.5 in the centre and 0.35 in the corners". Empty without
-// one.
-std::string spec_words(const Json& group);
+// "RMSE 0.0142, MTF at 20 lp/mm 0.5 in the centre and 0.35 in the corners". Empty without limits.
+std::string spec_words(const records::Specification& spec);
 
 // The common specification of all groups as a sentence; empty if they differ.
-std::string spec_sentence(const Json& groups);
+std::string spec_sentence(const std::vector<Group>& groups);
 
-// The kind of MTF of a group: "geometric" or "with diffraction".
-std::string mtf_kind(const Json& group);
-// Whether the specification of a group limits the MTF, rather than only measuring it.
-bool judges_mtf(const Json& group);
+// The kind of MTF: "geometric" or "with diffraction".
+const char* mtf_kind(const records::Specification& spec);
 
 }  // namespace relign::report

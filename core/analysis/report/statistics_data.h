@@ -1,9 +1,11 @@
-// The statistics in page_data (page_data.h describes the shape).
+// The statistics of a group, from the study.
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "report/loaded_results.h"
+#include "report/page_group.h"
+#include "report/scene_axes.h"
 #include "statistics/study.h"
 
 namespace relign::report {
@@ -13,10 +15,16 @@ namespace relign::report {
 statistics::StudyOptions study_options(const LoadedResults& results,
                                        std::optional<statistics::Rule> rule = std::nullopt);
 
-// An entry of group.pairs.
-Json pair_json(const statistics::PairStudy& pair, const statistics::Study& study, double smallest_relevant_ratio);
+Score score_of(const statistics::Quantiles& values);
+Share share_of(std::size_t in, const statistics::Band& share);
+Pair pair_of(const statistics::PairStudy& pair, const statistics::Study& study, double smallest_relevant_ratio);
 
-// Adds to `data`, the page data of the same results.
-void add_statistics(Json& data, const LoadedResults& results, const statistics::Study& study);
+// nullptr if the group has no such method.
+const statistics::SeriesStudy* find_series(const statistics::Study& study, const statistics::GroupStudy& group,
+                                           const std::string& method);
+
+// Adds to a group with rows all but its rules. `axes` of the scene; `next_image`: excess MSE (scene_bounds.h).
+void add_statistics(Group& group, const statistics::GroupStudy& found, const statistics::Study& study,
+                    const std::vector<SceneAxis>& axes, double next_image, double smallest_relevant_ratio);
 
 }  // namespace relign::report

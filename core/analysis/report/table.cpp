@@ -5,11 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "markup/escape.h"
-#include "report/aggregate_data.h"
-#include "report/page_data.h"
 #include "report/rules_data.h"
 #include "report/spec_words.h"
 #include "report/text_tables.h"
@@ -33,45 +30,35 @@ struct Extra {
   bool yield = false, instances = false, steps = false;
 };
 
-std::string yield_cell_text(const Json& row) {
-  const Json& share = object_of(row, "yield").value("share", Json());
-  return share.is_number() ? std::to_string(std::lround(100 * share.get<double>())) + " %" : "-";
-}
-
 // Some trials have not been run yet; failures have a column of their own.
-bool over_different_instances(const Json& group) {
-  std::set<std::uint64_t> counts;
-  for (const Json& row : group["rows"]) counts.insert(count_of(score_of(row), "n") + count_of(row, "failed"));
+bool over_different_instances(const Group& group) {
+  std::set<std::size_t> counts;
+  for (const Row& row : group.rows) counts.insert(row.score().n + row.failed);
   return counts.size() > 1;
 }
 
-Cells row_cells(const Json& row, const Extra& extra) {
-  const Json& error = score_of(row);
-  const bool finished = error["n"] != 0;
-  Cells cells = {terminal_text(text_of(row, "method"))};
-  cells.insert(cells.end(),
-               {finished ? number_or_dash(error["median"], 3) : "-",
-                finished && error["n"] != 1
-                    ? "(" + number_or_dash(error["q25"], 3) + " - " + number_or_dash(error["q75"], 3) + ")"
-                    : "",
-                number_or_dash(row["machine_seconds"], 3), number_or_dash(row["algorithm_ms_per_step"], 2)});
+Cells row_cells(const Row& row, const Extra& extra) {
+  const Score& error = row.score();
+  Cells cells = {terminal_text(row.method), number_text(error.median, 3),
+                 error.n > 1 ? "(" + number_text(error.q25, 3) + " - " + number_text(error.q75, 3) + ")" : "",
+                 number_text(row.machine_seconds, 3), number_text(row.algorithm_ms_per_step, 2)};
   // There is room for one of these columns.
   if (!extra.yield && !extra.instances)
-    cells.insert(cells.begin() + 3, finished ? number_or_dash(row["commanded"].value("median", Json()), 3) : "-");
-  if (extra.yield) cells.push_back(yield_cell_text(row));
-  if (extra.instances) cells.push_back(std::to_string(count_of(error, "n")));
-  if (extra.steps) cells.push_back(std::to_string(count_of(row, "step")));
-  cells.push_back(std::to_string(count_of(row, "failed")));
+    cells.insert(cells.begin() + 3, row.has_score() ? number_text(row.commanded.median, 3) : "-");
+  if (extra.yield) cells.push_back(row.yield ? whole_percent(row.yield->share) + " %" : "-");
+  if (extra.instances) cells.push_back(std::to_string(error.n));
+  if (extra.steps) cells.push_back(std::to_string(row.step));
+  cells.push_back(std::to_string(row.failed));
   return cells;
 }
 
-bool one_training(const Json& row) { return text_of(row, "training_tag") == kOneTraining; }
+bool one_training(const Row& row) { return row.training_tag == kOneTraining; }
 
-std::string group_lines(const Json& group, bool show_steps) {
+std::string group_lines(const Group& group, bool show_steps) {
   Extra extra;
   extra.steps = show_steps;
   extra.instances = over_different_instances(group);
-  for (const Json& row : group["rows"]) extra.yield = extra.yield || !object_of(row, "yield").empty();
+  for (const Row& row : group.rows) extra.yield = extra.yield || row.yield;
   Cells head = {"method", "error", "(quartiles)", "machine s", "ms/step"};
   if (!extra.yield && !extra.instances) head.insert(head.begin() + 3, "commanded");
   if (extra.yield) head.emplace_back("in spec");
@@ -80,9 +67,9 @@ std::string group_lines(const Json& group, bool show_steps) {
   head.emplace_back("failed");
   std::vector<Cells> lines = {head};
   std::vector<std::string> marks = {""};  // after the name, never clipped
-  for (const Json& row : group["rows"]) {
+  for (const Row& row : group.rows) {
     lines.push_back(row_cells(row, extra));
-    marks.push_back(std::string(flag_of(row, "oracle") ? " (oracle)" : "") + (one_training(row) ? " *" : ""));
+    marks.push_back(std::string(row.oracle() ? " (oracle)" : "") + (one_training(row) ? " *" : ""));
   }
 
   std::vector<std::size_t> widths(head.size(), 0);
@@ -96,12 +83,10 @@ std::string group_lines(const Json& group, bool show_steps) {
   const std::size_t name_room = std::max(kMinNameColumns, kMaxColumns - std::min(kMaxColumns, others));
   widths[0] = std::min(widths[0], name_room);
 
-  const std::uint64_t instances = count_of(group, "instances");
-  std::string out = terminal_text(text_of(group, "scene")) + ", " + terminal_text(text_of(group, "noise_level")) +
-                    ", " + terminal_text(text_of(group, "protocol")) + ", " + std::to_string(instances) +
-                    (instances == 1 ? " instance" : " instances");
-  if (group["start"].is_number()) out += ", median error at the start " + number_or_dash(group["start"], 3);
-  if (flag_of(group, "measured_only")) out += ", measured only";
+  std::string out = terminal_text(group.scene) + ", " + terminal_text(group.noise_level) + ", " +
+                    terminal_text(group.protocol) + ", " + counted(group.instances, "instance");
+  if (std::isfinite(group.start)) out += ", median error at the start " + number_text(group.start, 3);
+  if (group.measured_only) out += ", measured only";
   out = clipped(out, kMaxColumns) + "\n";
   for (std::size_t k = 0; k < lines.size(); ++k) {
     const Cells& line = lines[k];
@@ -110,42 +95,34 @@ std::string group_lines(const Json& group, bool show_steps) {
     text.erase(text.find_last_not_of(' ') + 1);
     out += text + "\n";
   }
-  if (std::any_of(group["rows"].begin(), group["rows"].end(), one_training))
+  if (std::any_of(group.rows.begin(), group.rows.end(), one_training))
     out += "  * one training: another training of the method may give other results\n";
   if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
-  if (const std::string spec = spec_words(group); extra.yield && !spec.empty())
+  if (const std::string spec = spec_words(group.spec); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMaxColumns) + "\n";
   return out;
 }
 
 }  // namespace
 
-namespace {
+std::string ranking_table(const PageModel& page) {
+  const RunState& ran = page.ran;
+  std::string counts = std::to_string(ran.finished) + " of " + std::to_string(ran.planned) + " trials finished";
+  if (ran.failed > 0) counts += ", " + std::to_string(ran.failed) + " failed";
+  if (page.groups.empty()) return counts + ", nothing to rank yet.\n";
 
-bool by_own_rule(const Json& data) { return text_of(data, "rule").empty() || text_of(data, "rule") == "own"; }
-
-}  // namespace
-
-std::string ranking_table(const Json& data) {
-  const Json& ran = data["ran"];
-  std::string counts = std::to_string(count_of(ran, "finished")) + " of " + std::to_string(count_of(ran, "planned")) +
-                       " trials finished";
-  if (count_of(ran, "failed") > 0) counts += ", " + std::to_string(count_of(ran, "failed")) + " failed";
-  if (data["groups"].empty()) return counts + ", nothing to rank yet.\n";
-
-  unsigned least = data["steps"].front().get<unsigned>(), most = data["steps"].back().get<unsigned>();
-  const auto measured_only = [](const Json& group) { return flag_of(group, "measured_only"); };
-  const Json& groups = data["groups"];
+  const PageModel::StepRange steps = page.steps.value_or(PageModel::StepRange());
   std::string out;
-  if (!std::all_of(groups.begin(), groups.end(), measured_only))
-    out += (by_own_rule(data) ? std::string("Error: noise-free RMSE at the recommended pose after the last step")
-                              : "Error: noise-free RMSE at " + std::string(rule_text(text_of(data, "rule")))) +
+  if (!every_group(page, &Group::measured_only))
+    out += (page.rule == statistics::Rule::own
+                ? std::string("Error: noise-free RMSE at the recommended pose after the last step")
+                : "Error: noise-free RMSE at " + std::string(rule_text(page.rule))) +
            ", median over instances\n";
-  if (std::any_of(groups.begin(), groups.end(), measured_only))
+  if (any_group(page, &Group::measured_only))
     out += "Error, if measured only: lowest measured RMSE, since a station has no ground truth\n";
-  if (least == most) out += "steps: " + std::to_string(most) + "   ";
+  if (steps.least == steps.most) out += "steps: " + std::to_string(steps.most) + "   ";
   out += counts + "\n";
-  for (const Json& group : data["groups"]) out += "\n" + group_lines(group, least != most);
+  for (const Group& group : page.groups) out += "\n" + group_lines(group, steps.least != steps.most);
   return out;
 }
 

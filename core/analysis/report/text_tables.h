@@ -1,22 +1,22 @@
-// The ranking as text, from the page's data.
+// The ranking as text.
 #pragma once
 
 #include <string>
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 
 namespace relign::report {
 
 // For the terminal: at most 90 columns, a block per scene, noise level and protocol.
-std::string ranking_table(const Json& data);
+std::string ranking_table(const PageModel& page);
 
 // A table per scene and protocol.
-std::string markdown_tables(const Json& data);
+std::string markdown_tables(const PageModel& page);
 
-// CSV: a header, and a row per method, scene, noise level and protocol with the numbers of page_data
+// CSV: a header, and a row per method, scene, noise level and protocol with the numbers of the page
 // (results/README.md, "Ranking as CSV"). `folder` is the value of the first column, so that tables of several folders
 // can be concatenated.
 std::string ranking_csv_head();
-std::string ranking_csv_rows(const Json& data, const std::string& folder);
+std::string ranking_csv_rows(const PageModel& page, const std::string& folder);
 
 }  // namespace relign::report

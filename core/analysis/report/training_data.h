@@ -1,7 +1,7 @@
 // Training cost and its break-even point (docs/statistics.md).
 #pragma once
 
-#include "base/json_source.h"
+#include "report/page_model.h"
 
 namespace relign::report {
 
@@ -11,8 +11,8 @@ namespace relign::report {
 // specification.
 double pays_after(double hours, double seconds_trained, double seconds_untrained);
 
-// page_data's "training": from the manifest's algorithms and pretraining, and the rows of data's groups. Empty without
-// trained methods.
-Json training_data(const Json& data, const Json& manifest);
+// From the manifest's algorithms and pretraining, and the rows of the groups. Empty without trained methods.
+std::vector<TrainingCost> training_costs(const Json& manifest, const std::vector<Method>& methods,
+                                         const std::vector<Group>& groups);
 
 }  // namespace relign::report

@@ -1,296 +1,281 @@
 #include "report/verdict.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
-#include <string>
-#include <vector>
 
-#include "base/json_members.h"
 #include "base/text.h"
-#include "report/page_data.h"
-#include "report/page_groups.h"
-#include "report/sections.h"
 #include "report/spec_words.h"
 #include "report/verdict_cases.h"
 
 namespace relign::report {
 namespace {
 
-constexpr std::uint64_t kFewInstances = 60;
-
-bool has_interval(const Json& score) { return score.contains("lo95") && score["lo95"].is_number(); }
-
-// "0.0110 (95 % CI 0.0090 to 0.0130) over 60 instances", or with quartiles if there is no interval.
-std::string median_text(const Json& score) {
-  const std::uint64_t n = score["n"].get<std::uint64_t>();
-  if (n == 1) return number_or_dash(score["median"]) + " on a single instance";
-  const std::string spread =
-      has_interval(score) ? " (95 % CI " + number_or_dash(score["lo95"]) + " to " + number_or_dash(score["hi95"]) + ")"
-                          : " (quartiles " + number_or_dash(score["q25"]) + " to " + number_or_dash(score["q75"]) + ")";
-  return number_or_dash(score["median"]) + spread + " over " + counted(n, "instance");
-}
-
-// The paired comparison of first and second as a sentence; empty without one.
-std::string comparison(const Json& group, const std::string& first, const std::string& second, double relevant) {
-  for (const Json& pair : list_of(group, "pairs")) {
-    const bool other_way = text_of(pair, "a") == second && text_of(pair, "b") == first;
-    if (!other_way && !(text_of(pair, "a") == first && text_of(pair, "b") == second)) continue;
-    if (!pair["ratio"].is_number()) return "";
-    return verdict_sentence(other_way ? turned(pair) : pair, relevant);
-  }
-  return "";
-}
-
-// Yield and time to specification.
-std::string yield_text(const Json& group, const Json& row) {
-  const Json& yield = object_of(row, "yield");
-  const Json& arrival = object_of(row, "to_spec");
-  const std::string spec = spec_words(group);
-  if (yield.empty() || spec.empty()) return "";
-  const auto percent = [](const Json& share) {
-    return share.is_number() ? std::to_string(static_cast<int>(std::lround(100 * share.get<double>())))
-                             : std::string("-");
-  };
-  std::string text = "Yield: " + std::to_string(count_of(yield, "in")) + " of " +
-                     counted(count_of(yield, "n"), "instance") + " (95 % CI " + percent(yield["lo95"]) + " to " +
-                     percent(yield["hi95"]) + " %) meet the specification (" + spec + ")";
-  const Json& steps = arrival.value("steps", Json());
-  if (steps.is_number()) {
-    // More instances may meet the specification at some step than at the end, so that the median time is below the
-    // budget although the yield is under one half.
-    if (const std::uint64_t once = count_of(arrival, "successes"); once > count_of(yield, "in"))
-      text += "; " + std::to_string(once) + " met it at some step";
-    text += std::string(", half of all instances") + (judges_mtf(group) ? " by RMSE" : "") + " within " +
-            counted(static_cast<std::uint64_t>(std::ceil(steps.get<double>())), "step") +
-            (arrival["seconds"].is_number() ? " and " + number_or_dash(arrival["seconds"]) + " s of machine time" : "");
-  }
-  if (const Json& uncured = object_of(yield, "uncured"); !uncured.empty())
-    text +=
-        "; before curing " + std::to_string(count_of(uncured, "in")) + " of " + std::to_string(count_of(uncured, "n"));
-  return text + ". ";
-}
-
 // Rows with a result, oracles apart since they are not ranked. Of one observation class, or of all.
 struct Ranked {
-  explicit Ranked(const Json& group, const std::string& of_class = "") {
-    for (const Json& row : group["rows"]) {
-      if (score_of(row)["n"] == 0 || !(of_class.empty() || text_of(row, "class") == of_class)) continue;
-      (flag_of(row, "oracle") ? oracles : methods).push_back(&row);
-    }
+  explicit Ranked(const Group& group, std::optional<ObservationClass> of_class = std::nullopt) {
+    for (const Row& row : group.rows)
+      if (row.has_score() && (!of_class || row.of_class == *of_class))
+        (row.oracle() ? oracles : methods).push_back(&row);
   }
-  std::vector<const Json*> methods, oracles;
+  std::vector<const Row*> methods, oracles;
 };
 
-double yield_of(const Json& row) {
-  const Json& share = object_of(row, "yield").value("share", Json());
-  return share.is_number() ? share.get<double>() : -1;
+// "0.0110 (95 % CI 0.0090 to 0.0130) over 60 instances", or with quartiles if there is no interval.
+std::string median_text(const Score& score) {
+  const std::string median = number_text(score.median);
+  if (score.n == 1) return median + " on a single instance";
+  const bool interval = score.interval.exists();
+  return median + (interval ? " (95 % CI " : " (quartiles ") +
+         interval_text(interval ? score.interval : statistics::Interval{score.q25, score.q75}, 3, " to ") + ") over " +
+         counted(score.n, "instance");
 }
 
-// The method with the highest yield, if it is not the one with the lowest median.
-std::string highest_yield_text(const Ranked& ranked) {
-  const Json* most = ranked.methods.front();
-  for (const Json* row : ranked.methods)
-    if (yield_of(*row) > yield_of(*most)) most = row;
-  if (most == ranked.methods.front()) return "";
-  const Json& yield = object_of(*most, "yield");
-  return "The highest yield is that of " + text_of(*most, "method") + ": " + std::to_string(count_of(yield, "in")) +
-         " of " + std::to_string(count_of(yield, "n")) + ". ";
-}
-
-std::string failures_of(const Json& row) {
-  const std::uint64_t failed = count_of(row, "failed");
-  if (failed == 0) return "";
-  return " (" + std::to_string(failed) + " of its " + std::to_string(failed + count_of(row, "trials")) +
+std::string failures_of(const Row& row) {
+  if (row.failed == 0) return "";
+  return " (" + std::to_string(row.failed) + " of its " + std::to_string(row.failed + row.trials) +
          " trials failed, excluded from the median)";
 }
 
-std::string oracle_text(const Ranked& ranked) {
+// What a sentence may be about: a class of a group, or the whole group if it has one class only.
+struct Subject {
+  const Group& group;
+  Ranked ranked;
+  double relevant;  // smallest relevant ratio
+  bool whole;
+  const Row& best() const { return *ranked.methods.front(); }
+};
+
+std::string lowest_error(const Subject& of) {
+  const Score& score = of.best().score();
+  const std::string start = of.whole && std::isfinite(of.group.start)
+                                ? "; the median error at the start is " + number_text(of.group.start)
+                                : "";
+  return of.best().method + " has the lowest " + (score.n == 1 ? "" : "median ") +
+         (of.group.measured_only ? "measured error" : "error") + ", " + median_text(score) + failures_of(of.best()) +
+         start + ". ";
+}
+
+std::string yield_of_best(const Subject& of) {
+  const std::string spec = spec_words(of.group.spec);
+  if (!of.best().yield || spec.empty()) return "";
+  const Yield& yield = *of.best().yield;
+  std::string text = "Yield: " + std::to_string(yield.in) + " of " + counted(yield.n, "instance") + " (95 % CI " +
+                     whole_percent(yield.interval.low) + " to " + whole_percent(yield.interval.high) +
+                     " %) meet the specification (" + spec + ")";
+  if (const std::optional<TimeToSpec>& time = of.best().to_spec; time && std::isfinite(time->steps)) {
+    // More instances may meet the specification at some step than at the end, so that the median time is below the
+    // budget although the yield is under one half.
+    if (time->successes > yield.in) text += "; " + std::to_string(time->successes) + " met it at some step";
+    text += std::string(", half of all instances") + (of.group.spec.limits_mtf() ? " by RMSE" : "") + " within " +
+            counted(static_cast<std::size_t>(std::ceil(time->steps)), "step");
+    if (std::isfinite(time->seconds)) text += " and " + number_text(time->seconds) + " s of machine time";
+  }
+  if (yield.uncured)
+    text += "; before curing " + std::to_string(yield.uncured->in) + " of " + std::to_string(yield.uncured->n);
+  return text + ". ";
+}
+
+// Of another method than the one with the lowest median.
+std::string highest_yield(const Subject& of) {
+  const auto share = [](const Row* row) { return row->yield ? row->yield->share : -1; };
+  const auto most = std::max_element(of.ranked.methods.begin(), of.ranked.methods.end(),
+                                     [&](const Row* a, const Row* b) { return share(a) < share(b); });
+  if (*most == &of.best()) return "";
+  return "The highest yield is that of " + (*most)->method + ": " + std::to_string((*most)->yield->in) + " of " +
+         std::to_string((*most)->yield->n) + ". ";
+}
+
+std::string second_method(const Subject& of) {
+  if (of.ranked.methods.size() < 2)
+    return of.whole ? "No other method has a result. " : "No other method of this class has a result. ";
+  const Row& next = *of.ranked.methods[1];
+  const std::string median = number_text(next.score().median);
+  std::string text = "Second is " + next.method + " with " +
+                     (median == number_text(of.best().score().median) ? "the same median" : median) +
+                     failures_of(next) + ". ";
+  const std::optional<Pair> pair = find_pair(of.group.pairs, of.best().method, next.method);
+  if (pair && std::isfinite(pair->ratio)) text += verdict_sentence(*pair, of.relevant) + ". ";
+  return text;
+}
+
+// The sentences that belong to the group rather than to a class.
+std::string oracles_and_ground_truth(const Group& group, const Ranked& ranked) {
   std::string text;
-  for (const Json* oracle : ranked.oracles)
-    text += "The oracle " + text_of(*oracle, "method") + ", which is given the design pose, reaches " +
-            number_or_dash(score_of(*oracle)["median"]) + ". ";
+  for (const Row* oracle : ranked.oracles)
+    text += "The oracle " + oracle->method + ", which is given the design pose, reaches " +
+            number_text(oracle->score().median) + ". ";
+  if (group.measured_only)
+    text += group.station ? "Measured only: a station has no ground truth. "
+                          : "Measured only: this scene has no ground truth. ";
   return text;
 }
 
-std::string measured_only_text(const Json& group) {
-  if (!flag_of(group, "measured_only")) return "";
-  return flag_of(group, "station") ? "Measured only: a station has no ground truth. "
-                                   : "Measured only: this scene has no ground truth. ";
+std::string nothing_ranked(const Group& group, const Ranked& ranked) {
+  if (!ranked.oracles.empty()) return "only oracles have results; nothing can be ranked.";
+  const bool any_trial =
+      std::any_of(group.rows.begin(), group.rows.end(), [](const Row& row) { return row.trials > 0; });
+  return any_trial ? "no measured or noise-free error was recorded; nothing can be ranked."
+                   : "every trial failed; nothing can be ranked.";
 }
 
-// Of one class, or of the whole group if there is only one class: `whole` adds the texts that belong to the group.
-std::string sentence(const Json& group, const Ranked& ranked, double relevant, bool whole) {
-  if (ranked.methods.empty()) {
-    if (!ranked.oracles.empty()) return "only oracles have results; nothing can be ranked.";
-    const bool any_trial = std::any_of(group["rows"].begin(), group["rows"].end(),
-                                       [](const Json& row) { return count_of(row, "trials") > 0; });
-    return any_trial ? "no measured or noise-free error was recorded; nothing can be ranked."
-                     : "every trial failed; nothing can be ranked.";
-  }
-  const Json& best = *ranked.methods.front();
-  const Json& score = score_of(best);
-  const bool measured_only = flag_of(group, "measured_only");
-  const std::string error = measured_only ? "measured error" : "error";
-  std::string text = text_of(best, "method") + " has the lowest ";
-  text += (score["n"] == 1 ? error : "median " + error) + ", " + median_text(score);
-  text += failures_of(best);
-  if (whole && group["start"].is_number())
-    text += "; the median error at the start is " + number_or_dash(group["start"]);
-  text += ". " + yield_text(group, best) + highest_yield_text(ranked);
-  if (ranked.methods.size() > 1) {
-    const Json& next = *ranked.methods[1];
-    const bool equal = number_or_dash(score_of(next)["median"]) == number_or_dash(score["median"]);
-    text += "Second is " + text_of(next, "method") + " with " +
-            (equal ? "the same median" : number_or_dash(score_of(next)["median"]));
-    text += failures_of(next) + ". ";
-    const std::string words = comparison(group, text_of(best, "method"), text_of(next, "method"), relevant);
-    if (!words.empty()) text += words + ". ";
-  } else {
-    text += whole ? "No other method has a result. " : "No other method of this class has a result. ";
-  }
-  if (whole) text += oracle_text(ranked) + measured_only_text(group);
-  text.pop_back();
+std::string without_last_space(std::string text) {
+  if (!text.empty()) text.pop_back();
   return text;
 }
 
-// " (instances 3, 17)"
-std::string infeasible_names(const Json& group) {
-  constexpr std::size_t kMaxNamed = 10;
-  std::vector<std::string> names;
-  for (const Json& instance : list_of(group, "infeasible"))
-    if (names.size() < kMaxNamed && instance.is_number()) names.push_back(instance.dump());
-  if (names.empty()) return "";
-  return std::string(names.size() == 1 ? " (instance " : " (instances ") + join(names, ", ") +
-         (list_of(group, "infeasible").size() > kMaxNamed ? ", ..." : "") + ")";
+std::string sentences(const Subject& of) {
+  if (of.ranked.methods.empty()) return nothing_ranked(of.group, of.ranked);
+  return without_last_space(lowest_error(of) + yield_of_best(of) + highest_yield(of) + second_method(of) +
+                            (of.whole ? oracles_and_ground_truth(of.group, of.ranked) : ""));
 }
 
-double relevant_ratio(const Json& data) {
-  const Json& ratio = data.value("smallest_relevant_ratio", Json());
-  return ratio.is_number() ? ratio.get<double>() : 1;
+GroupVerdict verdict_of(const Group& group, double relevant) {
+  const Ranked all(group);
+  GroupVerdict verdict;
+  verdict.label = group.label;
+  if (!all.methods.empty()) verdict.best = all.methods.front()->method;
+  // Methods with different observations are not comparable: one ranking per class.
+  for (const ObservationClass of_class : kClasses) {
+    const Subject subject = {group, Ranked(group, of_class), relevant, false};
+    if (!subject.ranked.methods.empty())
+      verdict.classes.push_back({of_class, subject.best().method, sentences(subject)});
+  }
+  if (verdict.classes.size() < 2) {
+    verdict.classes.clear();
+    verdict.text = sentences({group, all, relevant, true});
+    return verdict;
+  }
+  const std::string rest =
+      (std::isfinite(group.start) ? "The median error at the start is " + number_text(group.start) + ". " : "") +
+      oracles_and_ground_truth(group, all);
+  for (const ClassVerdict& one : verdict.classes) verdict.text += class_title(one.of_class) + ": " + one.text + " ";
+  verdict.text = without_last_space(verdict.text + rest);
+  verdict.rest = without_last_space(rest);
+  return verdict;
 }
 
 }  // namespace
 
-Json verdict(const Json& data) {
-  Json list = Json::array();
-  const double relevant = relevant_ratio(data);
-  for (const Json& group : data["groups"]) {
-    const Ranked ranked(group);
-    Json entry = {{"label", group["label"]},
-                  {"best", ranked.methods.empty() ? "" : text_of(*ranked.methods.front(), "method")}};
-    std::vector<std::pair<std::string, Ranked>> classes;
-    for (const char* name : kClasses)
-      if (Ranked of_class(group, name); !of_class.methods.empty()) classes.emplace_back(name, std::move(of_class));
-    if (classes.size() < 2) {
-      entry["text"] = sentence(group, ranked, relevant, true);
-      list.push_back(std::move(entry));
-      continue;
-    }
-    // Methods with different observations are not comparable: one ranking per class.
-    std::string text;
-    entry["classes"] = Json::array();
-    for (const auto& [name, of_class] : classes) {
-      const std::string words = sentence(group, of_class, relevant, false);
-      const std::string best = text_of(*of_class.methods.front(), "method");
-      entry["classes"].push_back({{"class", name}, {"title", class_title(name)}, {"best", best}, {"text", words}});
-      text += class_title(name) + ": " + words + " ";
-    }
-    std::string rest = oracle_text(ranked) + measured_only_text(group);
-    if (group["start"].is_number())
-      rest = "The median error at the start is " + number_or_dash(group["start"]) + ". " + rest;
-    text += rest;
-    if (!rest.empty()) entry["rest"] = rest.substr(0, rest.size() - 1);
-    entry["text"] = text.substr(0, text.size() - 1);
-    list.push_back(std::move(entry));
-  }
+std::vector<GroupVerdict> verdict(const PageModel& page) {
+  std::vector<GroupVerdict> list;
+  for (const Group& group : page.groups) list.push_back(verdict_of(group, page.smallest_relevant_ratio));
   return list;
 }
 
-std::string computing_time_note(const Json& data) {
+std::string computing_time_note(const RunState& ran) {
   constexpr double kMaxHarness = 0.05;            // share of the scene's time
   constexpr double kFewHarnessMicroseconds = 50;  // per step: negligible for any scene
-  const Json& harness = object_of(data["ran"], "harness");
-  const Json& share = member(harness, "share_of_scene_time");
-  if (!share.is_number() || share.get<double>() <= kMaxHarness ||
-      harness["microseconds_per_step"].get<double>() <= kFewHarnessMicroseconds)
+  if (!ran.harness || !(ran.harness->share_of_scene_time > kMaxHarness) ||
+      ran.harness->microseconds_per_step <= kFewHarnessMicroseconds)
     return "";
-  return "Harness overhead was " + significant(100 * share.get<double>(), 2) +
+  return "Harness overhead was " + significant(100 * ran.harness->share_of_scene_time, 2) +
          " % of the scene's time, on a busy machine mostly waiting for a core: do not compare compute times of this "
          "run. Errors and images are not affected.";
 }
 
-Json caveats(const Json& data) {
-  Json list = Json::array();
-  const Json& ran = data["ran"];
-  const std::uint64_t failed = count_of(ran, "failed"), missing = count_of(ran, "missing");
-  if (missing > 0)
-    list.push_back("Partial results: " + std::to_string(missing) + " of " + counted(count_of(ran, "planned"), "trial") +
-                   " have not finished, and all numbers below may change.");
-  if (failed > 0)
-    list.push_back(
-        counted(failed, "trial") +
-        " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "
-        "instances; the ranking lists their number.");
+namespace {
 
+constexpr std::size_t kFewInstances = 60;
+
+// Of the group with the fewest; 0 without groups.
+std::size_t fewest_instances(const PageModel& page) {
+  std::size_t fewest = 0;
+  for (const Group& group : page.groups) fewest = fewest == 0 ? group.instances : std::min(fewest, group.instances);
+  return fewest;
+}
+
+bool budgets_differ(const Group& group) {
+  return std::any_of(group.rows.begin(), group.rows.end(),
+                     [&](const Row& row) { return row.step != group.rows.front().step; });
+}
+
+// " (instances 3, 17)"
+std::string infeasible_names(const Group& group) {
+  constexpr std::size_t kMaxNamed = 10;
+  std::vector<std::string> names;
+  for (const std::uint64_t instance : group.infeasible)
+    if (names.size() < kMaxNamed) names.push_back(std::to_string(instance));
+  if (names.empty()) return "";
+  return std::string(names.size() == 1 ? " (instance " : " (instances ") + join(names, ", ") +
+         (group.infeasible.size() > kMaxNamed ? ", ..." : "") + ")";
+}
+
+using Texts = std::vector<std::string>;
+
+Texts oracle_caveats(const PageModel& page) {
   std::set<std::string> oracles;
-  bool home_observes_start = false, uneven = false, uneven_steps = false, station = false, measured_only = false;
-  std::uint64_t fewest = 0;
-  for (const Json& group : data["groups"]) {
-    uneven = uneven || !flag_of(group, "same_instances");
-    station = station || flag_of(group, "station");
-    measured_only = measured_only || flag_of(group, "measured_only");
-    const std::uint64_t instances = count_of(group, "instances");
-    fewest = fewest == 0 ? instances : std::min(fewest, instances);
-    for (const Json& row : group["rows"]) {
-      if (flag_of(row, "oracle"))
-        oracles.insert(label_of(data["methods"], text_of(row, "method"), text_of(group, "protocol")));
-      if (!flag_of(row, "oracle") && text_of(row, "method") == "home") home_observes_start = true;
-      if (row["step"] != group["rows"].front()["step"]) uneven_steps = true;
-    }
-  }
-  if (std::string note = computing_time_note(data); !note.empty()) list.push_back(std::move(note));
-  if (uneven)
-    list.push_back("Not every method has finished the same instances, so some medians are over different instances.");
-  if (uneven_steps) list.push_back("Methods have different step budgets; see the column 'steps'.");
+  for (const Group& group : page.groups)
+    for (const Row& row : group.rows)
+      if (row.oracle()) oracles.insert(label_of(page.methods, row.method, group.protocol));
+  Texts texts;
   for (const std::string& oracle : oracles)
-    list.push_back(oracle + " is an oracle: it is given the design pose, which no method may observe under the blind " +
-                   "protocol. It shows the value of this information and is not ranked.");
-  if (measured_only)
-    list.push_back(
-        "Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all images it "
+    texts.push_back(oracle +
+                    " is an oracle: it is given the design pose, which no method may observe under the blind " +
+                    "protocol. It shows the value of this information and is not ranked.");
+  return texts;
+}
+
+Texts infeasible_caveats(const PageModel& page) {
+  Texts texts;
+  for (const Group& group : page.groups)
+    if (group.cannot_meet_spec > 0)
+      texts.push_back(group.label + ": " + counted(group.cannot_meet_spec, "infeasible instance") +
+                      infeasible_names(group) +
+                      (group.spec.limits_mtf()
+                           ? ": neither the own optimum nor the final pose of any method meets the specification."
+                           : ": even the own optimum misses the specification."));
+  return texts;
+}
+
+std::string brackets_text(const PageModel& page) {
+  const std::size_t fewest = fewest_instances(page);
+  if (fewest == 1) return "Results on a single instance do not generalise to other instances.";
+  if (!any_row(page, [](const Row& row) { return row.score().interval.exists(); }))
+    return "Brackets are quartiles (the middle half of the instances), not confidence intervals.";
+  return "95 % intervals (CI) are bootstrap confidence intervals over instances. 'Better' requires the whole interval "
+         "of the error ratio to be beyond the smallest relevant ratio of " +
+         significant(page.smallest_relevant_ratio, 3) +
+         (fewest < kFewInstances ? "; with only " + std::to_string(fewest) + " instances intervals are wide." : ".");
+}
+
+bool home_observes_the_start(const Row& row) { return row.method == "home" && !row.oracle(); }
+
+}  // namespace
+
+std::vector<std::string> caveats(const PageModel& page) {
+  const RunState& ran = page.ran;
+  const struct {
+    bool applies;
+    Texts texts;
+  } table[] = {
+      {ran.missing > 0,
+       {"Partial results: " + std::to_string(ran.missing) + " of " + counted(ran.planned, "trial") +
+        " have not finished, and all numbers below may change."}},
+      {ran.failed > 0,
+       {counted(ran.failed, "trial") +
+        " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "
+        "instances; the ranking lists their number."}},
+      {!computing_time_note(ran).empty(), {computing_time_note(ran)}},
+      {!every_group(page, &Group::same_instances),
+       {"Not every method has finished the same instances, so some medians are over different instances."}},
+      {any_group(page, budgets_differ), {"Methods have different step budgets; see the column 'steps'."}},
+      {true, oracle_caveats(page)},
+      {any_group(page, &Group::measured_only),
+       {"Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all images it "
         "favours methods that take many. True poses, noise-free errors and the result of fixing the lens at the "
-        "recommended pose are unknown.");
-  if (station)
-    list.push_back(
-        "Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in unknown "
-        "ways. home, which needs the true start pose, is left out.");
-  if (home_observes_start)
-    list.push_back(
-        "home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
-        "lens and stage are nearly perfect, far from it otherwise.");
-  if (count_of(ran, "finished") > 0) {
-    const bool intervals = std::any_of(data["groups"].begin(), data["groups"].end(), [](const Json& group) {
-      return std::any_of(group["rows"].begin(), group["rows"].end(),
-                         [](const Json& row) { return has_interval(score_of(row)); });
-    });
-    if (fewest == 1)
-      list.push_back("Results on a single instance do not generalise to other instances.");
-    else if (!intervals)
-      list.push_back("Brackets are quartiles (the middle half of the instances), not confidence intervals.");
-    else
-      list.push_back(
-          "95 % intervals (CI) are bootstrap confidence intervals over instances. 'Better' requires the whole interval "
-          "of the error ratio to be beyond the smallest relevant ratio of " +
-          significant(relevant_ratio(data), 3) +
-          (fewest < kFewInstances ? "; with only " + std::to_string(fewest) + " instances intervals are wide." : "."));
-    for (const Json& group : data["groups"])
-      if (const std::uint64_t infeasible = count_of(group, "cannot_meet_spec"); infeasible > 0)
-        list.push_back(
-            text_of(group, "label") + ": " + counted(infeasible, "infeasible instance") + infeasible_names(group) +
-            (judges_mtf(group) ? ": neither the own optimum nor the final pose of any method meets the specification."
-                               : ": even the own optimum misses the specification."));
-  }
+        "recommended pose are unknown."}},
+      {any_group(page, &Group::station),
+       {"Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "
+        "unknown ways. home, which needs the true start pose, is left out."}},
+      {any_row(page, home_observes_the_start),
+       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
+        "lens and stage are nearly perfect, far from it otherwise."}},
+      {ran.finished > 0, {brackets_text(page)}},
+      {ran.finished > 0, infeasible_caveats(page)},
+  };
+  Texts list;
+  for (const auto& [applies, texts] : table)
+    if (applies) list.insert(list.end(), texts.begin(), texts.end());
   return list;
 }
 

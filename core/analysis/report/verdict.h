@@ -2,18 +2,20 @@
 // ranked, and methods are ranked within their observation class.
 #pragma once
 
-#include "base/json_source.h"
+#include <string>
+#include <vector>
+
+#include "report/page_model.h"
 
 namespace relign::report {
 
-// One entry per group of page_data: [{label, best, text}], with several observation classes also classes [{class,
-// title, best, text}] and rest. `best` is "" if nothing can be ranked.
-Json verdict(const Json& data);
+// One entry per group.
+std::vector<GroupVerdict> verdict(const PageModel& page);
 
-// Caveats that a reader needs before relying on the ranking: a list of sentences ("caveats" in page_data).
-Json caveats(const Json& data);
+// Caveats that a reader needs before relying on the ranking, as sentences.
+std::vector<std::string> caveats(const PageModel& page);
 
 // A sentence if compute times of this folder are unreliable, else empty.
-std::string computing_time_note(const Json& data);
+std::string computing_time_note(const RunState& ran);
 
 }  // namespace relign::report

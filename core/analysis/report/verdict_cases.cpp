@@ -3,9 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "base/json_members.h"
 #include "base/text.h"
-#include "report/page_data.h"
 #include "statistics/study.h"
 
 namespace relign::report {
@@ -48,57 +46,55 @@ std::string filled_in(std::string text, const std::string& name, const std::stri
 
 }  // namespace
 
-VerdictCase case_of(const Json& pair, double smallest_relevant_ratio) {
-  const std::string word = text_of(pair, "verdict");
-  if (word == "better") return VerdictCase::better;
-  if (word == "worse") return VerdictCase::worse;
-  if (word == "practically equal") return VerdictCase::practically_equal;
-  const double low = number_in(pair, "lo95"), high = number_in(pair, "hi95");
-  if (count_of(pair, "n") < statistics::kMinCompared) return VerdictCase::too_few_instances;
-  if (std::isnan(low) || std::isnan(high)) return VerdictCase::no_interval;
-  const bool may_be_better = low<1 / smallest_relevant_ratio, may_be_worse = high> smallest_relevant_ratio;
+VerdictCase case_of(const Pair& pair, double smallest_relevant_ratio) {
+  using statistics::Verdict;
+  if (pair.verdict == Verdict::better) return VerdictCase::better;
+  if (pair.verdict == Verdict::worse) return VerdictCase::worse;
+  if (pair.verdict == Verdict::practically_equal) return VerdictCase::practically_equal;
+  if (pair.n < statistics::kMinCompared) return VerdictCase::too_few_instances;
+  if (!pair.interval.exists()) return VerdictCase::no_interval;
+  const bool may_be_better = pair.interval.low < 1 / smallest_relevant_ratio;
+  const bool may_be_worse = pair.interval.high > smallest_relevant_ratio;
   return may_be_better && may_be_worse ? VerdictCase::may_be_either
          : may_be_worse                ? VerdictCase::may_be_worse
                                        : VerdictCase::may_be_better;
 }
 
-std::string undecided_reason(const Json& pair, double smallest_relevant_ratio) {
-  const std::uint64_t n = count_of(pair, "n");
+std::string undecided_reason(const Pair& pair, double smallest_relevant_ratio) {
   std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).reason;
-  text = filled_in(text, "n", std::to_string(n));
+  text = filled_in(text, "n", std::to_string(pair.n));
   text = filled_in(text, "needed", std::to_string(statistics::kMinCompared));
   text = filled_in(text, "low", significant(1 / smallest_relevant_ratio, 3));
   return filled_in(text, "high", significant(smallest_relevant_ratio, 3));
 }
 
-std::string verdict_sentence(const Json& pair, double smallest_relevant_ratio) {
-  const std::string first = text_of(pair, "a");
-  const auto shown = [&](const char* key) { return significant(number_in(pair, key), 2); };
-  const bool interval = member(pair, "lo95").is_number() && member(pair, "hi95").is_number();
+std::string verdict_sentence(const Pair& pair, double smallest_relevant_ratio) {
   std::string figures =
-      "paired by instance, the error of " + first + " is " + shown("ratio") + " times that of " + text_of(pair, "b");
-  if (interval) figures += " (95 % CI " + shown("lo95") + " to " + shown("hi95") + ")";
+      "paired by instance, the error of " + pair.a + " is " + significant(pair.ratio, 2) + " times that of " + pair.b;
+  if (pair.interval.exists()) figures += " (95 % CI " + interval_text(pair.interval, 2, " to ") + ")";
   std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).verdict;
   text = filled_in(text, "reason", undecided_reason(pair, smallest_relevant_ratio));
   text = filled_in(text, "high", significant(smallest_relevant_ratio, 3));
   text = filled_in(text, "figures", figures);
-  return filled_in(text, "first", first);
+  return filled_in(text, "first", pair.a);
 }
 
-Json turned(const Json& pair) {
-  const auto inverse = [&](const char* key) {
-    const double value = number_in(pair, key);
-    return std::isnan(value) ? Json() : Json(1 / value);
-  };
-  Json other = pair;
-  other["a"] = member(pair, "b");
-  other["b"] = member(pair, "a");
-  other["ratio"] = inverse("ratio");
-  other["lo95"] = inverse("hi95");
-  other["hi95"] = inverse("lo95");
-  const std::string word = text_of(pair, "verdict");
-  other["verdict"] = word == "better" ? "worse" : word == "worse" ? "better" : word;
-  return other;
+Pair turned(Pair pair) {
+  using statistics::Verdict;
+  std::swap(pair.a, pair.b);
+  pair.ratio = 1 / pair.ratio;
+  pair.interval = {1 / pair.interval.high, 1 / pair.interval.low};
+  if (pair.verdict == Verdict::better || pair.verdict == Verdict::worse)
+    pair.verdict = pair.verdict == Verdict::better ? Verdict::worse : Verdict::better;
+  return pair;
+}
+
+std::optional<Pair> find_pair(const std::vector<Pair>& pairs, const std::string& first, const std::string& second) {
+  for (const Pair& pair : pairs) {
+    if (pair.a == first && pair.b == second) return pair;
+    if (pair.a == second && pair.b == first) return turned(pair);
+  }
+  return std::nullopt;
 }
 
 }  // namespace relign::report

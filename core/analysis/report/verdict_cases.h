@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "base/json_source.h"
+#include "report/page_group.h"
 
 namespace relign::report {
 
@@ -18,18 +18,19 @@ enum class VerdictCase {
   may_be_either   // the interval crosses both
 };
 
-// Of a pair {n, lo95, hi95, verdict}, where the interval is of the error ratio first / second. smallest_relevant_ratio
-// is at least 1.
-VerdictCase case_of(const Json& pair, double smallest_relevant_ratio);
+// smallest_relevant_ratio is at least 1.
+VerdictCase case_of(const Pair& pair, double smallest_relevant_ratio);
 
 // Why the comparison is undecided, without a full stop; empty if it is decided.
-std::string undecided_reason(const Json& pair, double smallest_relevant_ratio);
+std::string undecided_reason(const Pair& pair, double smallest_relevant_ratio);
 
-// The sentence of the case, without a full stop: "A is better: FIGURES". `pair` also needs a and b, the names of the
-// two, and ratio.
-std::string verdict_sentence(const Json& pair, double smallest_relevant_ratio);
+// The sentence of the case, without a full stop: "A is better: FIGURES".
+std::string verdict_sentence(const Pair& pair, double smallest_relevant_ratio);
 
-// The pair with a and b exchanged.
-Json turned(const Json& pair);
+// The comparison of b with a, from that of a with b: verdict, ratio and interval.
+Pair turned(Pair pair);
+
+// The comparison of first with second, turned if necessary; nullopt without one.
+std::optional<Pair> find_pair(const std::vector<Pair>& pairs, const std::string& first, const std::string& second);
 
 }  // namespace relign::report

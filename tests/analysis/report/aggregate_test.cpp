@@ -6,7 +6,6 @@
 #include "report/aggregate_data.h"
 #include "report/figures.h"
 #include "report/made_results.h"
-#include "report/page_data.h"
 #include "report/report.h"
 #include "report/sections.h"
 
@@ -57,7 +56,7 @@ class AggregateReport : public MadeResults {
     }
     add_to_manifest({{"algorithms", algorithms}});
   }
-  Json data() { return page_data(load_results(folder_)); }
+  PageModel data() { return page_model(load_results(folder_)); }
 };
 
 TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
@@ -79,22 +78,22 @@ TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
 TEST_F(AggregateReport, MarksTrainedMethodsInAllTables) {
   write_study();
   const Report report(folder_);
-  EXPECT_EQ(training_tag(report.data(), "lone"), "one training");
-  EXPECT_EQ(training_tag(report.data(), "net (two)"), "1 of 2 trainings");
-  EXPECT_EQ(training_tag(report.data(), "search"), "");
+  EXPECT_EQ(training_tag(report.model().methods, "lone"), "one training");
+  EXPECT_EQ(training_tag(report.model().methods, "net (two)"), "1 of 2 trainings");
+  EXPECT_EQ(training_tag(report.model().methods, "search"), "");
   EXPECT_THAT(report.ranking_table(), HasSubstr("lone *"));
   EXPECT_THAT(report.ranking_table(), Not(HasSubstr("search *")));
   EXPECT_THAT(report.ranking_table(), HasSubstr("* one training"));
   EXPECT_THAT(report.markdown(), HasSubstr("| lone (one training) |"));
   for (const std::string& section :
-       {ranking_section(report.data()), heat_section(report.data()), pairs_section(report.data()),
-        training_section(report.data()), methods_section(report.data())})
+       {ranking_section(report.model()), heat_section(report.model()), pairs_section(report.model()),
+        training_section(report.model()), methods_section(report.model())})
     EXPECT_THAT(section, HasSubstr("one training"));
 }
 
 TEST_F(AggregateReport, MarkdownMatchesCsv) {
   write_study();
-  const Json all = data();
+  const PageModel all = data();
   const std::string markdown = aggregate_markdown(all), csv = aggregate_csv(all);
   EXPECT_THAT(markdown, HasSubstr("| net (2 trainings) | images | 0.333"));
   EXPECT_THAT(markdown, HasSubstr("net: IQM of 2 trainings 0 to 0.667, standard deviation 0.47."));
@@ -121,8 +120,8 @@ TEST_F(AggregateReport, HasProfileAndConvergenceFigures) {
 
 TEST_F(AggregateReport, NeedsGroundTruth) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
-  const Json all = data();
-  EXPECT_FALSE(all.contains("aggregate"));
+  const PageModel all = data();
+  EXPECT_TRUE(all.aggregates.empty());
   EXPECT_THAT(aggregate_section(all), IsEmpty());
   EXPECT_THAT(aggregate_markdown(all), IsEmpty());
   const std::string csv = aggregate_csv(all);

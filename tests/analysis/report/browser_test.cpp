@@ -10,7 +10,6 @@
 #include "report/made_pictures.h"
 #include "report/made_statistics.h"
 #include "report/page.h"
-#include "report/page_data.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -142,7 +141,7 @@ TEST_F(Browser, ControlsSortTablesAndChangeCharts) {
 
 TEST_F(Browser, ShowsClocksBandsAndLabels) {
   write(two_levels());
-  const std::string html = page(with_statistics(page_data(load_results(folder_))), load_gallery(folder_), {});
+  const std::string html = page_html(with_statistics(page_model(load_results(folder_))), load_gallery(folder_), {});
   const Seen seen = open(acting(html, R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
@@ -188,7 +187,7 @@ TEST_F(Browser, ReplaySelectsStepsAndPlays) {
               {{{"scene", "relign_od"}, {"file", "end.png"}}});
   Gallery gallery = load_gallery(folder_);
   gallery.axes["relign_od"] = {{kHostile, "mm", -1, 1}};
-  const std::string html = page(page_data(load_results(folder_)), gallery, {});
+  const std::string html = page_html(page_model(load_results(folder_)), gallery, {});
   EXPECT_EQ(open(html).console, "");
   const Seen seen = open(acting(html, R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);

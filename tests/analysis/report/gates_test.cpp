@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "report/made_results.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 
 namespace relign::report {
 namespace {
@@ -16,7 +16,7 @@ class Gates : public MadeResults {
  protected:
   // The gate of this name; null if absent.
   Json gate(const std::string& name) {
-    const Json data = page_data(load_results(folder_));
+    const Json data = to_json(page_model(load_results(folder_)));
     for (const Json& one : data["gates"])
       if (one["name"] == name) return one;
     return nullptr;
@@ -148,7 +148,7 @@ TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
     times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001};
     times.harness_seconds = seconds;
     write_file_atomically(folder_ / "times" / "0000.jsonl", to_line(times) + "\n");
-    return page_data(load_results(folder_));
+    return to_json(page_model(load_results(folder_)));
   };
   const auto warns = Contains(HasSubstr("Harness overhead was 25 % of the scene's time"));
   EXPECT_THAT(with_harness(0.0001)["caveats"].get<std::vector<std::string>>(), Not(warns));

@@ -8,7 +8,7 @@
 #include "base/json_members.h"
 #include "error_text.h"
 #include "report/made_results.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/report.h"
 #include "report/rules_data.h"
 #include "report/statistics_data.h"
@@ -24,7 +24,7 @@ class Rules : public MadeResults {
  protected:
   Json data(std::optional<statistics::Rule> rule = std::nullopt) {
     const LoadedResults results = load_results(folder_);
-    return page_data(results, statistics::make_study(results.trials, study_options(results, rule)));
+    return to_json(page_model(results, statistics::make_study(results.trials, study_options(results, rule))));
   }
 
   // "model" recommends a pose that it has not visited, "walker" one that it has measured. By `own` the model is far
@@ -221,7 +221,7 @@ TEST_F(Rules, RanksWithinObservationClasses) {
   EXPECT_THAT(text_of(classes[1], "text"), HasSubstr("No other method of this class"));
   const std::string page = Report(folder_).html();
   EXPECT_LT(page.find("Methods that observe the merit alone"), page.find("Methods that observe images and the design"));
-  EXPECT_THAT(ranking_csv_rows(found, "x"), HasSubstr(",images and design,combined,"));
+  EXPECT_THAT(ranking_csv_rows(Report(folder_).model(), "x"), HasSubstr(",images and design,combined,"));
 }
 
 TEST_F(Rules, FollowsTheAnalysisPlan) {

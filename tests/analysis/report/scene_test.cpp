@@ -4,7 +4,7 @@
 #include "markup/escape.h"
 #include "report/figures.h"
 #include "report/made_results.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/report.h"
 #include "report/scene_data.h"
 
@@ -48,7 +48,7 @@ class ScenePart : public MadeResults {
               {"up_shares", {0.45, 0.55}},
               {"mse", {1e-4, 0, 1e-4, 4e-4, 0, 4e-4}}}}};
   }
-  Json facts() { return page_data(load_results(folder_))["scene_facts"][0]; }
+  Json facts() { return to_json(page_model(load_results(folder_)))["scene_facts"][0]; }
 };
 
 TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {

@@ -62,11 +62,11 @@ class SeveralFolders : public MadePictures {
 TEST_F(SeveralFolders, CompareTheSameInstancesInOneGroup) {
   const fs::path ours = made("ours", "set A", "compass", 0.01), theirs = made("theirs", "set A", "sbplx", 0.02);
   const Report report({ours, theirs});
-  const Json& data = report.data();
+  const Json data = report.json();
   ASSERT_EQ(data["groups"].size(), 1U);
   EXPECT_THAT(methods_of(data["groups"][0]), ElementsAre("compass", "sbplx", "home"));
   EXPECT_EQ(data["ran"]["planned"], 9) << "the trials of home are the same in both";
-  EXPECT_FALSE(data.contains("parts"));
+  EXPECT_TRUE(report.model().parts.empty());
   const std::string page = report.html();
   EXPECT_THAT(page, AllOf(HasSubstr("Merged from 2 results folders"),
                           HasSubstr("The results folders contain the same numbers")));
@@ -91,7 +91,7 @@ TEST_F(SeveralFolders, RemoveTheTemporaryFolder) {
 TEST_F(SeveralFolders, HaveSeparateGroupsForOtherInstances) {
   const fs::path first = made("first", "set A", "compass", 0.01), second = made("second", "set B", "compass", 0.02);
   const Report report({first, second});
-  const Json& data = report.data();
+  const Json data = report.json();
   ASSERT_EQ(data["groups"].size(), 2U);
   EXPECT_EQ(data["groups"][0]["label"], "first: rho0");
   EXPECT_EQ(data["groups"][1]["label"], "second: rho0");
@@ -105,9 +105,9 @@ TEST_F(SeveralFolders, HaveSeparateGroupsForOtherInstances) {
   EXPECT_THAT(page, Not(HasSubstr("instances each")));
   // Three folders, two of them one set.
   const Report three({first, second, made("third", "set A", "sbplx", 0.005)});
-  ASSERT_EQ(three.data()["groups"].size(), 2U);
-  EXPECT_EQ(three.data()["groups"][0]["label"], "first and 1 more: rho0");
-  EXPECT_THAT(methods_of(three.data()["groups"][0]), ElementsAre("sbplx", "compass", "home"));
+  ASSERT_EQ(three.json()["groups"].size(), 2U);
+  EXPECT_EQ(three.json()["groups"][0]["label"], "first and 1 more: rho0");
+  EXPECT_THAT(methods_of(three.json()["groups"][0]), ElementsAre("sbplx", "compass", "home"));
 }
 
 TEST_F(SeveralFolders, KeepThePicturesOfEach) {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 
 #include "report/made_results.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -24,7 +24,7 @@ class States : public MadeResults {
     return made;
   }
   std::string html() { return Report(folder_).html(); }
-  Json group() { return page_data(load_results(folder_))["groups"][0]; }
+  Json group() { return to_json(page_model(load_results(folder_)))["groups"][0]; }
 };
 
 TEST_F(States, CompleteResultsHaveStatistics) {

@@ -2,11 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "report/figures.h"
 #include "report/made_pictures.h"
 #include "report/made_statistics.h"
 #include "report/page.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/residual_text.h"
 
 namespace relign::report {
@@ -28,8 +30,8 @@ class Statistics : public MadePictures {
       }
     write(trials);
   }
-  Json data() { return with_statistics(page_data(load_results(folder_))); }
-  std::string html(const Json& data) { return page(data, load_gallery(folder_), {}); }
+  PageModel data() { return with_statistics(page_model(load_results(folder_))); }
+  std::string html(const PageModel& page) { return page_html(page, load_gallery(folder_), {}); }
 };
 
 TEST_F(Statistics, ShowsSpecificationGatesAndIntervals) {
@@ -45,8 +47,8 @@ TEST_F(Statistics, ShowsSpecificationGatesAndIntervals) {
 
 TEST_F(Statistics, FailedGatesPrecedeTheVerdict) {
   write_two_levels();
-  Json broken = data();
-  broken["gates"].push_back({{"name", "replay"}, {"ok", false}, {"text", "trial 4f1c came out differently"}});
+  PageModel broken = data();
+  broken.gates.push_back({"replay", false, "trial 4f1c came out differently"});
   const std::string page = html(broken);
   EXPECT_THAT(page, HasSubstr("FAILED replay"));
   ASSERT_NE(page.find("trial 4f1c came out differently</li>"), std::string::npos);
@@ -55,11 +57,12 @@ TEST_F(Statistics, FailedGatesPrecedeTheVerdict) {
 
 TEST_F(Statistics, OmitsSectionsWithoutData) {
   write_two_levels();
-  Json bare = page_data(load_results(folder_));
-  for (Json& group : bare["groups"]) {
-    for (const char* key : {"pairs", "ecdf", "floor"}) group.erase(key);
-    for (Json& row : group["rows"])
-      for (const char* key : {"lo95", "hi95"}) row["recommended"].erase(key);
+  PageModel bare = page_model(load_results(folder_));
+  for (Group& group : bare.groups) {
+    group.pairs.clear();
+    group.ecdf.clear();
+    group.own_optimum = group.next_image = kMissing;
+    for (Row& row : group.rows) row.recommended.interval = {};
   }
   const std::string page = html(bare);
   for (const char* words : {"Specification: ", "images to spec", "position / tilt", "Pairwise comparisons",
@@ -78,7 +81,7 @@ TEST_F(Statistics, BoundOfOneMoreImageIsAboveTheOwnOptimum) {
   }
   write(trials);
   add_to_manifest({{"scenes", {{{"name", "relign_od"}, {"folder", "scenes/abc"}}}}});
-  const auto floor = [&] { return page_data(load_results(folder_))["groups"][0]["floor"]; };
+  const auto floor = [&] { return to_json(page_model(load_results(folder_)))["groups"][0]["floor"]; };
   EXPECT_FALSE(floor().contains("next_image"));
   const fs::path file = folder_ / "scenes/abc/next_image/rho0.json";
   write_file_atomically(file, R"({"format": 1, "lenses": [{"excess_mse": 1.5e-5}, {"excess_mse": 1.7e-5}]})");
@@ -111,17 +114,18 @@ TEST_F(Statistics, WritesFigures) {
 
 TEST_F(Statistics, EscapesNamesInPagesAndFileNames) {
   write_two_levels(kHostile);
-  Json hostile = data();
-  hostile["spec_text"] = kHostile;
-  hostile["gates"][0] = {{"name", kHostile}, {"ok", false}, {"text", kHostile}};
-  for (Json& group : hostile["groups"]) {
-    group["label"] = "../../" + kHostile;
-    for (Json& row : group["rows"]) row["residual"]["axes"][0]["name"] = row["residual"]["axes"][0]["unit"] = kHostile;
-    for (Json& pair : group["pairs"]) pair["verdict"] = kHostile;
+  PageModel hostile = data();
+  hostile.spec_text = kHostile;
+  hostile.gates[0] = {kHostile, false, kHostile};
+  for (Group& group : hostile.groups) {
+    group.label = "../../" + kHostile;
+    for (Row& row : group.rows) row.residual[0].name = row.residual[0].unit = kHostile;
+    for (Pair& pair : group.pairs) pair.reason = kHostile;
   }
-  hostile["training"][0]["machine"] = kHostile;
-  for (const char* key : {"label", "lenses", "against"}) hostile["training"][0]["pays_after"][0][key] = kHostile;
-  hostile["training"][0]["pays_after"][1]["against"] = kHostile;
+  TrainingCost& cost = hostile.training[0];
+  cost.machine = cost.pays_after[0].label = cost.pays_after[0].against = kHostile;
+  cost.pays_after[1].against = kHostile;
+  cost.pays_after[1].lenses = std::numeric_limits<double>::infinity();
   const std::string page = html(hostile);
   EXPECT_THAT(page, Not(HasSubstr("<img")));
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
@@ -147,17 +151,14 @@ TEST_F(Statistics, ShowsFilmsWithoutScripts) {
 }
 
 TEST(ResidualText, ShowsTheWorstAxisInSuitableUnits) {
-  const auto row = [](const char* unit, double a, double b) {
-    return Json{{"residual",
-                 {{"axes",
-                   {{{"name", "p"}, {"unit", unit}, {"median", a}, {"q75", 1}},
-                    {{"name", "q"}, {"unit", unit}, {"median", b}, {"q75", nullptr}}}}}}};
+  const auto text = [](const char* unit, double a, double b) {
+    return residual_of({{"p", unit, a, 1}, {"q", unit, b, kMissing}}).text;
   };
-  EXPECT_EQ(residual_of(row("mm", 0.0008, 0.0002)).text, "0.80 \u00b5m");
-  EXPECT_EQ(residual_of(row("mm", 0.1, 0.25)).text, "0.25 mm");
-  EXPECT_EQ(residual_of(row("deg", 0.01, 0.005)).text, "0.60\u2032");
-  EXPECT_EQ(residual_of(row("furlong", 1, 2)).text, "-") << "unknown unit";
-  EXPECT_EQ(residual_of(Json::object()).text, "-");
+  EXPECT_EQ(text("mm", 0.0008, 0.0002), "0.80 \u00b5m");
+  EXPECT_EQ(text("mm", 0.1, 0.25), "0.25 mm");
+  EXPECT_EQ(text("deg", 0.01, 0.005), "0.60\u2032");
+  EXPECT_EQ(text("furlong", 1, 2), "-") << "unknown unit";
+  EXPECT_EQ(residual_of({}).text, "-");
 }
 
 // A hundred methods on fifty scenes, curves at 16 steps.
@@ -165,25 +166,24 @@ TEST_F(Statistics, LargePagesAreUnderTenMegabytes) {
   std::vector<double> errors;
   for (int step = 0; step < 17; ++step) errors.push_back(0.0123456789 + 0.0987654321 / (1 + step));
   write({trial("method", 0, errors)});
-  Json small = page_data(load_results(folder_));
-  const Json group = small["groups"][0], method = small["methods"][0];
-  small["methods"] = small["groups"] = small["verdict"] = Json::array();
+  PageModel small = page_model(load_results(folder_));
+  const Group group = small.groups[0];
+  const Method method = small.methods[0];
+  small.methods.clear();
+  small.groups.clear();
+  small.verdict.clear();
   for (int m = 0; m < 100; ++m) {
-    small["methods"].push_back(method);
-    small["methods"].back()["name"] = "method-" + std::to_string(m);
+    small.methods.push_back(method);
+    small.methods.back().name = "method-" + std::to_string(m);
   }
   for (int scene = 0; scene < 50; ++scene) {
-    Json one = group;
-    one["scene"] = one["label"] = "scene " + std::to_string(scene);
-    one["rows"] = one["curves"] = Json::array();
-    for (const Json& named : small["methods"]) {
-      for (const char* list : {"rows", "curves"}) {
-        one[list].push_back(group[list][0]);
-        one[list].back()["method"] = named["name"];
-      }
-    }
-    small["verdict"].push_back({{"label", one["label"]}, {"best", "method-0"}, {"text", "method-0 is best."}});
-    small["groups"].push_back(one);
+    Group one = group;
+    one.scene = one.label = "scene " + std::to_string(scene);
+    one.rows.assign(100, group.rows[0]);
+    one.curves.assign(100, group.curves[0]);
+    for (std::size_t m = 0; m < 100; ++m) one.rows[m].method = one.curves[m].method = small.methods[m].name;
+    small.verdict.push_back({one.label, "method-0", "method-0 is best.", {}, ""});
+    small.groups.push_back(one);
   }
   const std::size_t size = html(with_statistics(small)).size();
   EXPECT_LT(size + kMaxPictureBytes, 10'000'000u);

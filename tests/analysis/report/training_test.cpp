@@ -6,7 +6,7 @@
 
 #include "base/json_members.h"
 #include "report/made_results.h"
-#include "report/page_data.h"
+#include "report/page_json.h"
 #include "report/report.h"
 #include "report/training_data.h"
 
@@ -57,7 +57,7 @@ class Training : public MadeResults {
             {{"name", "lost"}, {"training", {{"hours", 1}}}}};
   }
   Json of(const std::string& method) {
-    const Json data = page_data(load_results(folder_));
+    const Json data = to_json(page_model(load_results(folder_)));
     for (const Json& entry : list_of(data, "training"))
       if (entry["method"] == method) return entry;
     return nullptr;

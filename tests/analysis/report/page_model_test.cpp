@@ -1,5 +1,3 @@
-#include "report/page_data.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +8,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "report/made_results.h"
+#include "report/page_json.h"
 #include "report/report.h"
 
 namespace relign::report {
@@ -32,7 +31,7 @@ std::string all_text(const Json& list) {
 // The approved data of a small folder. After an intended change, check the difference and copy the file named in the
 // failure.
 TEST(PageData, MatchesTheApprovedOne) {
-  const Json data = page_data(load_results(kGolden / "small"));
+  const Json data = to_json(page_model(load_results(kGolden / "small")));
   const Json approved = Json::parse(read_file(kGolden / "page_data.json"));
   if (data != approved) {
     const fs::path received = fs::temp_directory_path() / "page_data.received.json";
@@ -43,7 +42,7 @@ TEST(PageData, MatchesTheApprovedOne) {
 
 // The same folder by hand: medians and quartiles of three round numbers.
 TEST(PageData, MatchesHandCalculation) {
-  const Json data = page_data(load_results(kGolden / "small"));
+  const Json data = to_json(page_model(load_results(kGolden / "small")));
   ASSERT_EQ(data["groups"].size(), 2u);
   const Json& rho0 = data["groups"][0];
   EXPECT_EQ(rho0["instances"], 3);
@@ -63,7 +62,7 @@ TEST(PageData, MatchesHandCalculation) {
 }
 
 TEST(PageData, CountsTrialsAndListsFailures) {
-  const Json data = page_data(load_results(kGolden / "small"));
+  const Json data = to_json(page_model(load_results(kGolden / "small")));
   const Json expected = {{"planned", 15}, {"finished", 12},        {"failed", 1},
                          {"missing", 2},  {"from_other_plans", 0}, {"incomplete", {"00000000000000ad"}}};
   EXPECT_EQ(data["ran"], expected);
@@ -75,7 +74,7 @@ TEST(PageData, CountsTrialsAndListsFailures) {
 }
 
 TEST(PageData, VerdictExcludesOraclesAndHasCaveats) {
-  const Json data = page_data(load_results(kGolden / "small"));
+  const Json data = to_json(page_model(load_results(kGolden / "small")));
   EXPECT_EQ(data["verdict"][0]["best"], "compass") << "oracles are not ranked";
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("The oracle home, which is given the design pose, reaches 0.00400"));
   EXPECT_THAT(all_text(data["verdict"]), HasSubstr("1 of its 3 trials failed, excluded from the median"));
@@ -88,7 +87,7 @@ TEST(PageData, VerdictExcludesOraclesAndHasCaveats) {
 
 class Verdict : public MadeResults {
  protected:
-  Json data() { return page_data(load_results(folder_)); }
+  Json data() { return to_json(page_model(load_results(folder_))); }
 };
 
 TEST_F(Verdict, StatesBetterEqualAndUndecided) {
@@ -305,7 +304,7 @@ TEST_F(Verdict, ExcludesTrialsOfAnEarlierPlan) {
 TEST_F(Verdict, RejectsFoldersWithoutResults) {
   const auto message = [&](const fs::path& folder) {
     try {
-      page_data(load_results(folder));
+      page_model(load_results(folder));
     } catch (const Error& error) {
       return std::string(error.what());
     }

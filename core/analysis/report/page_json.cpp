@@ -1,0 +1,339 @@
+#include "report/page_json.h"
+
+namespace relign::report {
+namespace {
+
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+Json arrival(double value) { return std::isinf(value) ? Json("never") : number(value); }
+
+// Members in pairs of name and value: unknown numbers become null, absent optional parts are left out.
+void put(Json&) {}
+template <class Value, class... More>
+void put(Json& json, const char* name, const Value& value, const More&... more) {
+  if constexpr (std::is_floating_point_v<Value>) {
+    json[name] = number(value);
+  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
+    Json& list = json[name] = Json::array();
+    for (const double one : value) list.push_back(number(one));
+  } else if constexpr (requires { value.has_value(); }) {
+    if (value) put(json, name, *value);
+  } else {
+    json[name] = value;
+  }
+  put(json, more...);
+}
+
+// A text, list or object that is left out if it is empty.
+template <class Value>
+void put_filled(Json& json, const char* name, const Value& value) {
+  if (!value.empty()) put(json, name, value);
+}
+
+void put_interval(Json& json, const statistics::Interval& interval) {
+  put(json, "lo95", interval.low, "hi95", interval.high);
+}
+
+void put_band(Json& json, const std::string& name, const statistics::Band& band) {
+  json[name] = number(band.estimate);
+  json[name + "_lo95"] = number(band.interval.low);
+  json[name + "_hi95"] = number(band.interval.high);
+}
+
+void put_bands(Json& json, const statistics::AggregateBands& bands) {
+  put(json, "n", bands.iqm.n);
+  put_band(json, "iqm", bands.iqm);
+  put_band(json, "median", bands.median);
+  put_band(json, "gap", bands.gap);
+  put_band(json, "area", bands.area);
+}
+
+}  // namespace
+
+// nlohmann finds these functions by their second argument, also for the elements of a list.
+
+template <class Value>
+static void to_json(Json& json, const statistics::ByRule<Value>& values) {
+  for (const statistics::Rule rule : statistics::kRules) json[statistics::rule_name(rule)] = values[rule];
+}
+
+static void to_json(Json& json, const Method& method) {
+  put(json, "name", method.name, "label", method.label, "id", method.id, "protocol", method.protocol, "merit",
+      method.merit, "key", method.key, "class", class_name(method.of_class), "oracle",
+      method.of_class == ObservationClass::oracle, "observes", method.observes, "steps", method.steps, "parameters",
+      method.parameters);
+  put_filled(json, "training_tag", method.training_tag);
+  if (method.in_manifest)
+    put(json, "kind", method.kind, "summary", method.summary, "reproducible", method.reproducible, "plugin_hash",
+        method.plugin_hash);
+}
+
+static void to_json(Json& json, const Score& score) {
+  put(json, "n", score.n);
+  if (score.n > 0) put(json, "median", score.median, "q25", score.q25, "q75", score.q75);
+}
+
+static void to_json(Json& json, const Share& share) {
+  put(json, "in", share.in, "n", share.n, "share", share.share);
+  put_interval(json, share.interval);
+}
+
+static void to_json(Json& json, const Yield& yield) {
+  to_json(json, static_cast<const Share&>(yield));
+  put(json, "uncured", yield.uncured);
+}
+
+static void to_json(Json& json, const TimeToSpec& time) {
+  put(json, "successes", time.successes, "n", time.n, "steps", arrival(time.steps), "lo95", arrival(time.interval.low),
+      "hi95", arrival(time.interval.high), "expected", arrival(time.expected), "seconds", arrival(time.seconds));
+}
+
+static void to_json(Json& json, const MtfScores& mtf) { put(json, "centre", mtf.centre, "corner", mtf.corner); }
+
+static void to_json(Json& json, const ResidualAxis& axis) {
+  put(json, "name", axis.name, "unit", axis.unit, "median", axis.median, "q75", axis.q75);
+}
+
+static void to_json(Json& json, const RuleScore& score) {
+  put(json, "n", score.median.n);
+  if (score.median.n == 0) return;
+  put(json, "median", score.median.estimate, "yield", score.yield);
+  put_interval(json, score.median.interval);
+  if (!std::isnan(score.steps)) put(json, "steps", arrival(score.steps));
+}
+
+static void to_json(Json& json, const Row& row) {
+  put(json, "method", row.method, "oracle", row.oracle(), "class", class_name(row.of_class), "merit", row.merit, "key",
+      row.key, "observes", row.observes, "trials", row.trials, "failed", row.failed, "step", row.step, "recommended",
+      row.recommended, "commanded", row.commanded, "measured", row.measured, "machine_seconds", row.machine_seconds,
+      "algorithm_ms_per_step", row.algorithm_ms_per_step, "yield", row.yield, "to_spec", row.to_spec, "mtf", row.mtf,
+      "rules", row.rules);
+  put_interval(json["recommended"], row.recommended.interval);
+  put_band(json["recommended"], "iqm", row.recommended_iqm);
+  put_interval(json["commanded"], row.commanded.interval);
+  put_filled(json, "training_tag", row.training_tag);
+  if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
+}
+
+static void to_json(Json& json, const CurveTrack& track) {
+  put(json, "median", track.median, "q25", track.q25, "q75", track.q75);
+  put_filled(json, "lo95", track.low);
+  put_filled(json, "hi95", track.high);
+}
+
+static void to_json(Json& json, const Curve& curve) {
+  put(json, "method", curve.method, "trials", curve.trials, "first_step", curve.first_step, "tracks", Json::object(),
+      "machine_seconds", curve.machine_seconds);
+  for (const statistics::Track track : statistics::kTracks)
+    if (!curve.track(track).median.empty()) put(json["tracks"], statistics::track_name(track), curve.track(track));
+  put_filled(json, "algorithm_seconds", curve.algorithm_seconds);
+}
+
+static void to_json(Json& json, const Ecdf& ecdf) {
+  put(json, "method", ecdf.method, "steps", Json::array(), "share", Json::array());
+  for (const auto& [step, share] : ecdf.points) {
+    json["steps"].push_back(step);
+    json["share"].push_back(number(share));
+  }
+}
+
+static void to_json(Json& json, const PairYields& yields) {
+  put(json, "n", yields.n, "a", yields.a, "b", yields.b, "a_alone", yields.a_alone, "b_alone", yields.b_alone, "p",
+      yields.p, "p_planned", yields.p_planned);
+}
+
+static void to_json(Json& json, const Pair& pair) {
+  put(json, "a", pair.a, "b", pair.b, "n", pair.n, "ratio", pair.ratio, "improvement", pair.improvement, "p", pair.p,
+      "p_holm", pair.p_holm, "verdict", statistics::verdict_name(pair.verdict));
+  put_interval(json, pair.interval);
+  put_filled(json, "reason", pair.reason);
+  if (pair.planned) put(json, "planned", true, "p_planned", pair.p_planned, "yields", pair.yields);
+}
+
+static void to_json(Json& json, const Lead& lead) {
+  put(json, "class", class_name(lead.of_class), "best", lead.best);
+  put_filled(json, "next", lead.next);
+  if (!lead.pair) return;
+  put(json, "n", lead.pair->n, "ratio", lead.pair->ratio, "verdict", statistics::verdict_name(lead.pair->verdict));
+  put_interval(json, lead.pair->interval);
+}
+
+static void to_json(Json& json, const RuleComparison& rule) { put(json, "pairs", rule.pairs, "leads", rule.leads); }
+
+static void to_json(Json& json, const Group::Friedman& friedman) {
+  put(json, "p", friedman.p, "instances", friedman.instances);
+}
+
+static void put_spec(Json& json, const Group& group) {
+  const auto put_limit = [](Json& of, const char* name, double limit) {
+    if (std::isfinite(limit)) of[name] = limit;
+  };
+  const records::Specification& spec = group.spec;
+  put_limit(json, "spec_rmse", spec.rmse);
+  if (spec.measures_mtf()) {
+    Json& mtf = json["spec_mtf"];
+    put(mtf, "lp_per_mm", spec.lp_per_mm);
+    put_limit(mtf, "centre", spec.mtf_centre);
+    put_limit(mtf, "corner", spec.mtf_corner);
+    if (spec.diffraction) mtf["diffraction"] = true;
+  }
+  if (spec.limits_anything()) put(json, "cannot_meet_spec", group.cannot_meet_spec, "infeasible", group.infeasible);
+}
+
+static void to_json(Json& json, const Group& group) {
+  put(json, "scene", group.scene, "noise_level", group.noise_level, "protocol", group.protocol, "label", group.label,
+      "instances", group.instances, "same_instances", group.same_instances, "start", group.start, "rows", group.rows,
+      "curves", group.curves, "friedman", group.friedman, "rules", group.rules);
+  if (group.station) json["station"] = true;
+  if (group.measured_only) json["measured_only"] = true;
+  put_filled(json, "ecdf", group.ecdf);
+  put_filled(json, "pairs", group.pairs);
+  if (std::isfinite(group.own_optimum)) json["floor"]["own_optimum"] = group.own_optimum;
+  if (std::isfinite(group.next_image)) json["floor"]["next_image"] = group.next_image;
+  put_spec(json, group);
+}
+
+static void to_json(Json& json, const RunState::Harness& harness) {
+  put(json, "microseconds_per_step", harness.microseconds_per_step, "share_of_scene_time", harness.share_of_scene_time);
+}
+
+static void to_json(Json& json, const RunState& ran) {
+  put(json, "planned", ran.planned, "finished", ran.finished, "failed", ran.failed, "missing", ran.missing,
+      "incomplete", ran.incomplete, "from_other_plans", ran.from_other_plans, "harness", ran.harness);
+}
+
+static void to_json(Json& json, const FailedTrial& trial) {
+  put(json, "trial", trial.trial, "scene", trial.scene, "noise_level", trial.noise_level, "protocol", trial.protocol,
+      "instance", trial.instance, "steps", trial.steps);
+  put_filled(json, "log", trial.log);
+}
+
+static void to_json(Json& json, const Failure& failure) {
+  put(json, "method", failure.method, "message", failure.message, "count", failure.count, "trials", failure.trials);
+}
+
+static void to_json(Json& json, const PluginWarning& warning) {
+  put(json, "method", warning.method, "message", warning.message, "count", warning.count);
+}
+
+static void to_json(Json& json, const QualityGate& gate) {
+  put(json, "name", gate.name, "ok", gate.ok, "text", gate.text);
+}
+
+static void to_json(Json& json, const ClassVerdict& verdict) {
+  put(json, "class", class_name(verdict.of_class), "title", class_title(verdict.of_class), "best", verdict.best, "text",
+      verdict.text);
+}
+
+static void to_json(Json& json, const GroupVerdict& verdict) {
+  put(json, "label", verdict.label, "best", verdict.best, "text", verdict.text);
+  put_filled(json, "classes", verdict.classes);
+  put_filled(json, "rest", verdict.rest);
+}
+
+static void to_json(Json& json, const BreakEven& even) {
+  put(json, "group", even.group, "label", even.label, "lenses", arrival(even.lenses), "against", even.against, "saves",
+      even.saves);
+}
+
+static void to_json(Json& json, const TrainingCost& cost) {
+  put(json, "method", cost.method, "hours", cost.hours, "steps",
+      std::isfinite(cost.steps) ? Json(std::llround(cost.steps)) : Json(), "machine", cost.machine, "pays_after",
+      cost.pays_after);
+}
+
+static void to_json(Json& json, const SceneAxis& axis) {
+  put(json, "name", axis.name, "unit", axis.unit, "lower", axis.lower, "upper", axis.upper);
+}
+
+static void to_json(Json& json, const LandscapeLine& line) {
+  put(json, "axis", line.axis, "unit", line.unit, "away", line.away, "rmse", line.rmse);
+}
+
+static void to_json(Json& json, const LandscapePlane::Axis& axis) {
+  put(json, "name", axis.name, "unit", axis.unit, "values", axis.values);
+}
+
+static void to_json(Json& json, const LandscapePlane& plane) {
+  put(json, "across", plane.across, "up", plane.up, "rmse", plane.rmse);
+}
+
+static void to_json(Json& json, const SceneFacts& facts) {
+  put(json, "scene", facts.scene, "id", facts.id, "summary", facts.summary, "width", facts.width, "height",
+      facts.height, "axes", facts.axes);
+  for (std::size_t k = 0; k < facts.clock.size(); ++k)
+    if (std::isfinite(facts.clock[k])) json["machine_time"][kClockParameters[k].name] = facts.clock[k];
+  if (!facts.landscape.empty()) put(json["landscape"], "lines", facts.landscape, "plane", facts.plane);
+}
+
+static void to_json(Json& json, const AggregateTraining& training) {
+  put(json, "training", training.name, "failed", training.failed);
+  put_bands(json, training.bands);
+}
+
+static void to_json(Json& json, const AggregateMethod::Spread& spread) {
+  put(json, "lowest", spread.lowest, "highest", spread.highest, "sd", spread.sd);
+}
+
+static void to_json(Json& json, const AggregateMethod& method) {
+  put(json, "method", method.method, "class", class_name(method.of_class), "oracle", method.oracle(), "strata",
+      method.strata, "failed", method.failed, "steps", method.steps);
+  put_filled(json, "training_tag", method.training_tag);
+  if (!method.has_numbers()) return;
+  put_bands(json, method.bands);
+  std::vector<double> share, low, high;
+  for (const statistics::Band& band : method.bands.profile) {
+    share.push_back(band.estimate);
+    low.push_back(band.interval.low);
+    high.push_back(band.interval.high);
+  }
+  put(json["profile"], "share", share, "lo95", low, "hi95", high);
+  put(json, "by_step", method.by_step, "spread", method.spread);
+  put_filled(json, "trainings", method.trainings);
+}
+
+static void to_json(Json& json, const Stratum& stratum) {
+  put(json, "scene", stratum.scene, "noise_level", stratum.noise_level, "instances", stratum.instances);
+}
+
+static void to_json(Json& json, const AggregatePair& pair) {
+  put(json, "a", pair.a, "b", pair.b, "n", pair.improvement.n, "improvement", pair.improvement.estimate);
+  put_interval(json, pair.improvement.interval);
+}
+
+static void to_json(Json& json, const Aggregate& aggregate) {
+  put(json, "protocol", aggregate.protocol, "resolution", statistics::kResolution, "strata", aggregate.strata,
+      "methods", aggregate.methods, "pairs", aggregate.pairs, "profile_places", shown(statistics::profile_places()));
+}
+
+static void to_json(Json& json, const Source& source) {
+  put(json, "folder", source.folder, "trials", source.trials, "cpu", source.cpu, "program", source.program);
+}
+
+static void put_provenance(Json& json, const Provenance& from) {
+  put(json, "suite_name", from.suite_name, "suite_file", from.suite_file, "suite_text", from.suite_text, "seed",
+      from.seed, "instance_set", from.instance_set, "command", from.command, "program", from.program, "machine",
+      from.machine);
+  if (!from.sources.empty()) put(json, "sources", from.sources, "merge", from.merge);
+}
+
+Json to_json(const PageModel& page) {
+  Json json;
+  put(json, "format", 1, "scenes", page.scenes, "noise_levels", page.noise_levels, "protocols", page.protocols, "steps",
+      page.steps ? Json{page.steps->least, page.steps->most} : Json::array(), "instances", page.instances, "ran",
+      page.ran, "methods", page.methods, "groups", page.groups, "failures", page.failures, "warnings", page.warnings,
+      "rule", statistics::rule_name(page.rule), "targets", page.targets, "resamples", page.resamples,
+      "smallest_relevant_ratio", page.smallest_relevant_ratio, "gates", page.gates, "scene_facts", page.scene_facts,
+      "verdict", page.verdict, "caveats", page.caveats);
+  put_provenance(json, page.provenance);
+  put_filled(json, "spec", page.spec);
+  put_filled(json, "spec_text", page.spec_text);
+  put_filled(json, "aggregate", page.aggregates);
+  put_filled(json, "training", page.training);
+  put_filled(json, "rules_note", page.rules_note);
+  if (page.trials_without_rules > 0) put(json, "trials_without_rules", page.trials_without_rules);
+  put_filled(json, "analysis", page.analysis.plan);
+  if (!page.analysis.plan.empty() || !page.analysis.notes.empty()) put(json, "analysis_notes", page.analysis.notes);
+  return json;
+}
+
+}  // namespace relign::report

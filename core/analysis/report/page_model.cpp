@@ -1,0 +1,126 @@
+#include "report/page_model.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "base/json_members.h"
+#include "records/results_folder.h"
+#include "report/aggregate_data.h"
+#include "report/gates.h"
+#include "report/page_groups.h"
+#include "report/rules_data.h"
+#include "report/scene_data.h"
+#include "report/spec_words.h"
+#include "report/statistics_data.h"
+#include "report/training_data.h"
+#include "report/verdict.h"
+
+namespace relign::report {
+namespace {
+
+constexpr std::size_t kTrialsNamedPerFailure = 5;
+
+template <typename Value>
+void add_once(std::vector<Value>& list, const Value& value) {
+  if (std::find(list.begin(), list.end(), value) == list.end()) list.push_back(value);
+}
+
+// One entry per method and message, so that equal failures take one line.
+std::vector<Failure> failures_of(const statistics::TrialTable& trials, const std::vector<Method>& methods) {
+  std::map<std::pair<std::string, std::string>, std::size_t> place;
+  std::vector<Failure> list;
+  for (const statistics::TrialRow& trial : trials.rows) {
+    if (trial.ended_well) continue;
+    const statistics::Series& series = trials.series_of(trial);
+    const std::string& message = trials.text(trial.message);
+    const std::string label = label_of(methods, series.algorithm, series.protocol);
+    const auto [found, is_new] = place.try_emplace({label, message}, list.size());
+    if (is_new) list.push_back({label, message, 0, {}});
+    Failure& failure = list[found->second];
+    ++failure.count;
+    if (failure.trials.size() >= kTrialsNamedPerFailure) continue;
+    const std::string log = records::log_file(trial.trial);
+    std::error_code code;
+    failure.trials.push_back({trial.trial, series.scene, series.noise_level, series.protocol, trial.instance,
+                              trial.last_step, std::filesystem::exists(trials.folder / log, code) ? log : ""});
+  }
+  return list;
+}
+
+std::vector<PluginWarning> warnings_of(const statistics::TrialTable& trials, const std::vector<Method>& methods) {
+  std::map<std::pair<std::string, std::string>, std::size_t> counts;
+  for (const auto& [warning, count] : trials.warnings)
+    counts[{label_of(methods, trials.series[warning.series].algorithm, trials.series[warning.series].protocol),
+            trials.text(warning.text)}] += count;
+  std::vector<PluginWarning> list;
+  for (const auto& [what, count] : counts) list.push_back({what.first, what.second, count});
+  return list;
+}
+
+RunState state_of(const LoadedResults& results) {
+  const statistics::TrialTable& trials = results.trials;
+  RunState ran;
+  for (const statistics::TrialRow& trial : trials.rows) ++(trial.ended_well ? ran.finished : ran.failed);
+  const std::size_t planned = results.planned > 0 ? results.planned : count_of(results.manifest, "trials");
+  ran.planned = std::max(planned, trials.rows.size() + results.incomplete.size());
+  ran.missing = ran.planned - trials.rows.size();
+  ran.incomplete = results.incomplete;
+  ran.from_other_plans = results.from_other_plans;
+  if (trials.timed_steps > 0)
+    ran.harness = {rounded(1e6 * trials.harness_seconds / static_cast<double>(trials.timed_steps), 3),
+                   shown(trials.harness_seconds / trials.scene_seconds)};
+  return ran;
+}
+
+}  // namespace
+
+PageModel page_model(const LoadedResults& results) {
+  return page_model(results, statistics::make_study(results.trials, study_options(results)));
+}
+
+PageModel page_model(const LoadedResults& results, const statistics::Study& study) {
+  const Json& manifest = results.manifest;
+  const statistics::StudyOptions options = study_options(results, study.rule);
+  const Methods methods(results);
+  PageModel page;
+  page.provenance = provenance_of(manifest);
+  page.title = page.provenance.suite_name;
+  for (const statistics::Series& series : results.trials.series) {
+    add_once(page.scenes, series.scene);
+    add_once(page.noise_levels, series.noise_level);
+    add_once(page.protocols, series.protocol);
+  }
+  std::set<std::uint64_t> instances;
+  for (const statistics::TrialRow& trial : results.trials.rows) {
+    instances.insert(trial.instance);
+    if (!page.steps) page.steps = {trial.budget, trial.budget};
+    page.steps->least = std::min(page.steps->least, trial.budget);
+    page.steps->most = std::max(page.steps->most, trial.budget);
+  }
+  page.instances = instances.size();
+  page.ran = state_of(results);
+  page.methods = methods.list();
+  label_methods(page.methods);
+  page.rule = study.rule;
+  page.targets = options.targets.empty() ? statistics::default_targets() : options.targets;
+  page.resamples = study.resamples;
+  page.smallest_relevant_ratio = options.smallest_relevant_ratio;
+  page.groups = page_groups(results, study, methods, options.smallest_relevant_ratio);
+  page.failures = failures_of(results.trials, page.methods);
+  page.warnings = warnings_of(results.trials, page.methods);
+  page.spec = object_of(manifest, "spec");
+  page.spec_text = spec_sentence(page.groups);
+  page.gates = quality_gates(page, results);
+  page.aggregates = aggregates_of(results, study, page.methods);
+  page.scene_facts = scene_facts(results.folder, manifest);
+  page.training = training_costs(manifest, page.methods, page.groups);
+  page.rules_note = rules_note(page.groups);
+  page.trials_without_rules = results.trials.without_rules;
+  page.analysis = analysis_of(manifest, study.rule);
+  page.verdict = verdict(page);
+  page.caveats = caveats(page);
+  return page;
+}
+
+}  // namespace relign::report
