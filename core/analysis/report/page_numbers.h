@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/text.h"
 #include "statistics/band.h"
 
 namespace relign::report {
