@@ -3,6 +3,7 @@
 #include <map>
 
 #include "base/json_members.h"
+#include "base/text.h"
 #include "markup/html_writer.h"
 #include "report/rules_data.h"
 #include "report/sections.h"

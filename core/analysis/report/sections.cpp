@@ -12,10 +12,6 @@ std::string number_text(const Json& number, int digits) {
   return number.is_number() ? significant(number.get<double>(), digits) : "-";
 }
 
-std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 std::string joined(const Json& list, const std::string& separator) {
   std::string out;
   for (const Json& item : list)

@@ -37,8 +37,7 @@ std::string provenance_section(const Json& data);
 Json curve_data(const Json& data);
 
 // Helpers shared by the sections.
-std::string number_text(const Json& number, int digits);            // "-" for null
-std::string counted(std::uint64_t count, const std::string& noun);  // "1 trial", "2 trials"
+std::string number_text(const Json& number, int digits);  // "-" for null
 std::string joined(const Json& list, const std::string& separator);
 std::string sort_value(const Json& number);  // for data-sort; "" for null
 bool any_group(const Json& data, const char* flag);

@@ -78,8 +78,8 @@ class Writer {
           {design_.file, 0, 0, "", "expected a wavelength from 100 to 100000 nm, found " + shortest(wavelength_nm_)});
     if (design_.surfaces.size() < (has_mirrors() ? 3 : 4)) {
       problems_.push_back({design_.file, 0, 0, "",
-                           "found only " + std::to_string(design_.surfaces.size()) +
-                               " surfaces; a lens needs at least an object, two faces or a mirror, and an image"});
+                           "found only " + counted(design_.surfaces.size(), "surface") +
+                               "; a lens needs at least an object, two faces or a mirror, and an image"});
       return;
     }
     if (medium(0) != nullptr)

@@ -281,6 +281,8 @@ TEST(LensWriter, RejectsWithFileAndLine) {
                 "if 4 is the back of a plate, add the image surface"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "SURF 1", "  GLAS X\nSURF 1")), HasSubstr("the object is inside glass"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "  GLAS ___BLANK 1 0 1.5 0\n", "")), HasSubstr("no lens found"));
+  EXPECT_THAT(refusal("ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\n"),
+              HasSubstr("a.zmx: found only 1 surface; a lens needs at least an object"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM -12")), HasSubstr("negative semi-diameter"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "0.55", "0.00055")),
               HasSubstr("a.zmx:6: WAVM, WAVL: expected micrometres from 0.1 to 100 (green: 0.55), found 0.00055"));
