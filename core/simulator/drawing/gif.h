@@ -1,10 +1,12 @@
-// Writes animated GIFs in 256 greys. Own code, since OpenCV's image codecs do not write GIF and the format takes a
-// hundred lines.
+// Writes animated GIFs in 256 greys, by giflib: OpenCV's image codecs do not write GIF.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
+
+struct GifFileType;
 
 namespace relign::drawing {
 
@@ -16,19 +18,23 @@ class GreyGif {
 
   // Sides of 1 to kMaxSide pixels. Loops for ever.
   GreyGif(int width, int height, double frames_per_second);
+  GreyGif(const GreyGif&) = delete;
 
   // width * height values, row 0 on top.
-  void add(const std::vector<std::uint8_t>& grey);
+  void add(std::vector<std::uint8_t> grey);
 
   // The file. Call once, last.
   std::string take();
 
  private:
-  void number(int value);
   int width_, height_;
   double frames_per_second_;
   int frames_ = 0;
   std::string bytes_;
+  struct Close {
+    void operator()(GifFileType* file) const;
+  };
+  std::unique_ptr<GifFileType, Close> file_;
 };
 
 }  // namespace relign::drawing

@@ -12,32 +12,52 @@ using optics::kPi;
 using optics::kSupports;
 using optics::Vec3;
 
-constexpr double kAxesMargin =
-    0.05;  // for the curvature of regions across a tile: the farthest of 2e9 rays was 0.02 outside
+// The constants of this file. Margins that are too small lose light, which a scene's certificate (certificate.h) finds;
+// too large ones only cost time.
+
+// Tiles are small compared with the image, whatever its resolution, so that corners represent what is between them.
 constexpr int kMinTilesAcross = 12;
-constexpr double kProbeScale = 0.9;     // probe rays stay inside the passing region
-constexpr double kHullWidening = 0.15;  // of the hull's own size, on each side
-// And of the blur, the spread of one corner's probe rays: defocus and low-order aberrations can be extrapolated beyond
-// the probe rays, the high-order aberrations of a strong blur cannot.
-constexpr double kBlurWidening = 0.2;
-constexpr double kStrongBlur = 0.1;  // of the emitter's side
+constexpr int kCellPixels = 3;  // per side: the resolution of a tile's lit pixels
+
+// The region B around the polygons of a tile's corners, relative to its axes.
+constexpr double kAxesMargin = 0.05;         // its curvature across a tile: the farthest of 2e9 rays was 0.02 outside
+constexpr double kPartlyLitFactor = 1.3;     // no light at some corner: the others alone do not bound the region
+constexpr double kSmallestVariance = 1e-12;  // keeps the ellipse of one point regular
+// Directions of B outside the unit disc are lost like others: only a large B is replaced by the whole disc, and on a
+// plane one that reaches the disc's rim.
+constexpr double kLargestShareOfDisc = 0.5;
+constexpr double kMaxSine = 0.999;  // against the axis
+
+// Borders of regions of direction cosines: from azimuth to azimuth of twice as many as there are supports.
+constexpr double kBetweenAzimuths = 1.005;  // 1 / cos(pi / 32)
+constexpr double kLongestReach = 2;         // the diameter of the disc
+constexpr double kParallelSupport = 1e-6;   // a cosine: such support lines do not cut the azimuth
+constexpr double kTiny = 1e-12;             // instead of dividing by 0
+
+// Where light can meet the emitter: the hull of the hits of probe rays, which stay inside the passing region, is
+// widened by a share of its own size, of the emitter's side, and of the blur, the spread of one corner's probe rays.
+// Defocus and low-order aberrations can be extrapolated beyond the probe rays, the high-order aberrations of a strong
+// blur cannot.
+constexpr double kProbeScale = 0.9;
+constexpr double kHullWidening = 0.15;      // of the hull's own size, on each side
+constexpr double kHullMarginShare = 0.005;  // of the emitter's side
+constexpr double kSteepMarginShare = 0.1;   // the same for regions in direction cosines: strong aspheres
+constexpr double kBlurWidening = 0.2;       // of the blur
 constexpr double kStrongBlurWidening = 0.75;
 constexpr double kLostBlurWidening = 0.3;  // if some probe rays were lost
 constexpr double kLostStrongBlurWidening = 1;
-constexpr double kBlurryShare = 0.3;        // of the emitter's side: a blur that can carry light anywhere
-constexpr double kHullMarginShare = 0.005;  // of the emitter's side
-constexpr double kSteepMarginShare = 0.1;   // the same for regions in direction cosines
-constexpr double kAnywhere = 1e300;         // mm: farther than any ray goes
-constexpr int kCellPixels = 3;              // per side: the resolution of a tile's lit pixels
+constexpr double kStrongBlur = 0.1;   // of the emitter's side
+constexpr double kBlurryShare = 0.3;  // of the emitter's side: a blur that can carry light anywhere
+constexpr double kAnywhere = 1e300;   // mm: farther than any ray goes
 
-constexpr double kMaxSine = 0.999;  // against the axis
+using Corners = std::array<const TileCorner*, 4>;  // left and right above, then below
 
 double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
 // Bounding box of hits on the emitter's plane.
 struct Hull {
   int hits = 0;
-  double low_x = 1e300, high_x = -1e300, low_y = 1e300, high_y = -1e300;
+  double low_x = kAnywhere, high_x = -kAnywhere, low_y = kAnywhere, high_y = -kAnywhere;
 
   void add(double x, double y) {
     ++hits;
@@ -45,6 +65,10 @@ struct Hull {
     high_x = std::max(high_x, x);
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
+  }
+  void add(const TileCorner& corner) {
+    for (std::size_t probe = 0; probe < kProbes; ++probe)
+      if (corner.hit[probe]) add(corner.hit_x[probe], corner.hit_y[probe]);
   }
   // Widened for rays between the probe rays, and by the blur: aberrations send rays at the rim of the region farther
   // out than the probe rays, which stay inside it.
@@ -58,6 +82,23 @@ struct Hull {
     return low_x > -half_emitter && high_x < half_emitter && low_y > -half_emitter && high_y < half_emitter;
   }
 };
+
+Hull hull_of(const Corners& corners) {
+  Hull hull;
+  for (const TileCorner* corner : corners) hull.add(*corner);
+  return hull;
+}
+
+// The spread of the probe rays of a corner; 0 if all of them miss the emitter.
+double blur(const TileCorner& corner, double half_emitter) {
+  Hull hull;
+  hull.add(corner);
+  bool lit = false;
+  for (std::size_t probe = 0; probe < kProbes; ++probe)
+    lit |= corner.hit[probe] && std::fabs(corner.hit_x[probe]) < half_emitter &&
+           std::fabs(corner.hit_y[probe]) < half_emitter;
+  return lit ? std::max(hull.high_x - hull.low_x, hull.high_y - hull.low_y) : 0;
+}
 
 }  // namespace
 
@@ -73,7 +114,6 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
   const int width = scene.sensor.width, height = scene.sensor.height;
-  // Tiles are small compared with the image, whatever its resolution, so that corners represent what is between them.
   tile_pixels_ = std::clamp(std::min(width, height) / kMinTilesAcross, 1, kTilePixels);
   across_ = (width + tile_pixels_ - 1) / tile_pixels_;
   down_ = (height + tile_pixels_ - 1) / tile_pixels_;
@@ -90,7 +130,7 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
   visibilities_.resize(tiles_.size());
 }
 
-std::array<const PupilTiles::Corner*, 4> PupilTiles::corners_of(const Tile& tile) const {
+std::array<const TileCorner*, 4> PupilTiles::corners_of(const Tile& tile) const {
   const int column = tile.box.column / tile_pixels_, row = tile.box.row / tile_pixels_;
   const auto corner = [&](int c, int r) { return &corners_[static_cast<std::size_t>(r * (across_ + 1) + c)]; };
   return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
@@ -142,17 +182,17 @@ void directions_on_plane(const optics::PassingRegion& region, const Vec3& place,
 // is where the first support line cuts each of twice as many azimuths, plus a margin for directions in between.
 void directions_of_cosines(const optics::PassingRegion& region, Vec3* directions) {
   constexpr int kAzimuths = 2 * kSupports;
-  constexpr double kBetween = 1.005;  // 1 / cos(pi / 32)
   for (int k = 0; k < kAzimuths; ++k) {
     const auto azimuth = optics::support_direction(k, kAzimuths);
-    double reach = 2;
+    double reach = kLongestReach;
     for (int j = 0; j < kSupports; ++j) {
       const auto support = optics::support_direction(j, kSupports);
       const double along = azimuth[0] * support[0] + azimuth[1] * support[1];
-      if (along > 1e-6) reach = std::min(reach, region.supports[static_cast<std::size_t>(j)] / along);
+      if (along > kParallelSupport) reach = std::min(reach, region.supports[static_cast<std::size_t>(j)] / along);
     }
-    double a = region.middle[0] + kBetween * reach * azimuth[0], b = region.middle[1] + kBetween * reach * azimuth[1];
-    const double shrink = std::min(1.0, kMaxSine / std::max(length(a, b), 1e-12));
+    double a = region.middle[0] + kBetweenAzimuths * reach * azimuth[0],
+           b = region.middle[1] + kBetweenAzimuths * reach * azimuth[1];
+    const double shrink = std::min(1.0, kMaxSine / std::max(length(a, b), kTiny));
     a *= shrink;
     b *= shrink;
     directions[k] = {a, b, -std::sqrt(1 - a * a - b * b)};
@@ -166,7 +206,7 @@ void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
   const optics::PupilSearch& search = table_->search();
   std::array<Vec3, 2 * kSupports> directions{};
   for (int column = 0; column <= across_; ++column) {
-    Corner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
+    TileCorner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
     const Vec3 place = to_lens.point(corner_place(column, row));
     const optics::PassingRegion region = table_->at(place);
     corner.empty = region.empty;
@@ -193,83 +233,94 @@ void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
   }
 }
 
-void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
-                               const optics::EmitterPlane& emitter, optics::RayBlock& space) {
-  optics::RayBlock* const block = &space;
-  int owners[kBlockRays], probes[kBlockRays];
-  int count = 0;
-  const auto flush = [&] {
-    const int padded = (count + 15) / 16 * 16;
-    for (int i = count; i < padded; ++i) {  // repeat the last ray: any finite one will do
-      block->x[i] = block->x[count - 1];
-      block->y[i] = block->y[count - 1];
-      block->z[i] = block->z[count - 1];
-      block->lx[i] = block->lx[count - 1];
-      block->ly[i] = block->ly[count - 1];
-      block->lz[i] = block->lz[count - 1];
-      block->margin[i] = 1;
-    }
+namespace {
+
+// Probe rays of many corners in one block of rays.
+class ProbeBlock {
+ public:
+  ProbeBlock(std::vector<TileCorner>& corners, const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter,
+             optics::RayBlock& block)
+      : corners_(corners), ops_(ops), emitter_(emitter), block_(block) {}
+
+  void add(std::size_t corner, std::size_t probe, const Vec3& start, const Vec3& direction) {
+    rays_[count_] = {corner, probe};
+    optics::put_ray(block_, count_, start, direction);
+    if (++count_ == kBlockRays) trace();
+  }
+
+  // Traces the rays so far and adds their hits to the corners.
+  void trace() {
+    if (count_ == 0) return;
+    const int padded = (count_ + 15) / 16 * 16;
+    repeat_last_ray(padded);
     const optics::BlockKernels& kernels = optics::block_kernels();
-    kernels.trace(*block, ops.data(), static_cast<int>(ops.size()), false, padded);
-    kernels.look_up(*block, emitter, padded);
-    for (int i = 0; i < count; ++i) {
-      if (!(block->margin[i] > 0) || !(block->lz[i] < 0)) continue;
-      Corner& corner = corners_[static_cast<std::size_t>(owners[i])];
-      const auto probe = static_cast<std::size_t>(probes[i]);
+    kernels.trace(block_, ops_.data(), static_cast<int>(ops_.size()), false, padded);
+    kernels.look_up(block_, emitter_, padded);
+    for (int i = 0; i < count_; ++i) {
+      if (!(block_.margin[i] > 0) || !(block_.lz[i] < 0)) continue;
+      const auto [owner, probe] = rays_[i];
+      TileCorner& corner = corners_[owner];
       ++corner.hits;
       corner.hit[probe] = true;
-      corner.hit_x[probe] = static_cast<double>(block->x[i]);
-      corner.hit_y[probe] = static_cast<double>(block->y[i]);
+      corner.hit_x[probe] = static_cast<double>(block_.x[i]);
+      corner.hit_y[probe] = static_cast<double>(block_.y[i]);
     }
-    count = 0;
+    count_ = 0;
+  }
+
+ private:
+  void repeat_last_ray(int padded) {  // any finite one will do
+    const int last = count_ - 1;
+    for (int i = count_; i < padded; ++i) {
+      for (auto* values : {block_.x, block_.y, block_.z, block_.lx, block_.ly, block_.lz}) values[i] = values[last];
+      block_.margin[i] = 1;
+    }
+  }
+
+  struct Ray {
+    std::size_t corner, probe;
   };
+  std::vector<TileCorner>& corners_;
+  const std::vector<optics::Op>& ops_;
+  const optics::EmitterPlane& emitter_;
+  optics::RayBlock& block_;
+  Ray rays_[kBlockRays];
+  int count_ = 0;
+};
+
+}  // namespace
+
+void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
+                               const optics::EmitterPlane& emitter, optics::RayBlock& block) {
+  ProbeBlock rays(corners_, ops, emitter, block);
   for (int column = 0; column <= across_; ++column) {
-    const int owner = row * (across_ + 1) + column;
-    const Corner& corner = corners_[static_cast<std::size_t>(owner)];
+    const auto owner = static_cast<std::size_t>(row * (across_ + 1) + column);
+    const TileCorner& corner = corners_[owner];
     if (corner.empty) continue;
     const Vec3 start = path.into_first_frame.point(corner_place(column, row));
-    for (int probe = 0; probe < kProbes; ++probe) {
+    for (std::size_t probe = 0; probe < kProbes; ++probe) {
       double p = corner.centre_p, q = corner.centre_q;
       if (probe > 0) {
-        const std::size_t point = points_ / (kProbes - 1) * static_cast<std::size_t>(probe - 1);
+        const std::size_t point = points_ / (kProbes - 1) * (probe - 1);
         p += kProbeScale * (corner.p[point] - p);
         q += kProbeScale * (corner.q[point] - q);
       }
       const double rest = 1 - p * p - q * q;
-      if (!(rest > 0)) continue;
-      const Vec3 direction = path.into_first_frame.direction({p, q, -std::sqrt(rest)});
-      owners[count] = owner;
-      probes[count] = probe;
-      optics::put_ray(*block, count, start, direction);
-      if (++count == kBlockRays) flush();
+      if (rest > 0) rays.add(owner, probe, start, path.into_first_frame.direction({p, q, -std::sqrt(rest)}));
     }
   }
-  if (count > 0) flush();
-}
-
-// The spread of the probe rays of a corner; 0 if all of them miss the emitter.
-double PupilTiles::blur(const Corner& corner, double half_emitter) {
-  Hull hull;
-  bool lit = false;
-  for (std::size_t probe = 0; probe < kProbes; ++probe) {
-    if (!corner.hit[probe]) continue;
-    const double x = corner.hit_x[probe], y = corner.hit_y[probe];
-    hull.add(x, y);
-    lit |= std::fabs(x) < half_emitter && std::fabs(y) < half_emitter;
-  }
-  return lit ? std::max(hull.high_x - hull.low_x, hull.high_y - hull.low_y) : 0;
+  rays.trace();
 }
 
 // What to add to a tile's hulls. Lost probe rays are inconclusive, since rays beside them may arrive.
-double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const {
+double PupilTiles::blur_margin(const Corners& corners, double half_emitter) const {
   double largest = 0;
   bool lost = false;
-  for (const Corner* corner : corners) {
+  for (const TileCorner* corner : corners) {
     lost |= !corner->empty && corner->hits < kProbes;
     largest = std::max(largest, blur(*corner, kAnywhere));
   }
   if (lost && blurry_) return kAnywhere;
-  // Strong aspheres: light can deviate this much between corners and probe rays.
   if (!table_->search().on_plane()) return lost ? kAnywhere : largest + kSteepMarginShare * 2 * half_emitter;
   const bool strong = largest > kStrongBlur * 2 * half_emitter;
   if (lost) return (strong ? kLostStrongBlurWidening : kLostBlurWidening) * largest;
@@ -277,81 +328,92 @@ double PupilTiles::blur_margin(const std::array<const Corner*, 4>& corners, doub
 }
 
 PupilTiles::Visibility PupilTiles::visibility(const Tile& tile, double half_emitter) const {
-  Hull hull;
-  for (const Corner* corner : corners_of(tile))
-    for (std::size_t probe = 0; probe < kProbes; ++probe)
-      if (corner->hit[probe]) hull.add(corner->hit_x[probe], corner->hit_y[probe]);
+  const Hull hull = hull_of(corners_of(tile));
   if (hull.hits == 0) return Visibility::unknown;
   return hull.misses(half_emitter, blur_margin(corners_of(tile), half_emitter)) ? Visibility::nothing
                                                                                 : Visibility::emitter;
 }
 
-// Interpolates the hits of each probe ray bilinearly between the corners, which is accurate enough for culling, since
-// the mapping is smooth over a tile. A probe that arrives from some corners only is inconclusive: then all pixels count
-// as lit.
-PixelBox PupilTiles::lit_pixels(const Tile& tile, double half_emitter) const {
-  const std::array<const Corner*, 4> corners = corners_of(tile);
-  Hull all;
-  for (const Corner* corner : corners)
-    for (std::size_t probe = 0; probe < kProbes; ++probe)
-      if (corner->hit[probe]) all.add(corner->hit_x[probe], corner->hit_y[probe]);
-  if (all.hits == 0 || all.is_inside(half_emitter)) return tile.box;
-  const int cells_x = (tile.box.columns + kCellPixels - 1) / kCellPixels;
-  const int cells_y = (tile.box.rows + kCellPixels - 1) / kCellPixels;
-  std::array<double, (kTilePixels / kCellPixels + 2) * (kTilePixels / kCellPixels + 2)> grid_x{}, grid_y{};
-  std::array<Hull, (kTilePixels / kCellPixels + 1) * (kTilePixels / kCellPixels + 1)> hulls{};
-  const int across = cells_x + 1;
-  for (std::size_t probe = 0; probe < kProbes; ++probe) {
-    int hits = 0;
-    for (const Corner* corner : corners) hits += corner->hit[probe] ? 1 : 0;
-    if (hits == 0) continue;
-    if (hits < 4) return tile.box;
-    for (int y = 0; y <= cells_y; ++y)
-      for (int x = 0; x <= cells_x; ++x) {
-        const double fx = std::min(1.0, static_cast<double>(x * kCellPixels) / tile.box.columns);
-        const double fy = std::min(1.0, static_cast<double>(y * kCellPixels) / tile.box.rows);
-        const auto between = [&](const std::array<double, kProbes> Corner::*member) {
+namespace {
+
+// Where light from the cells of a tile can meet the emitter's plane.
+class CellHulls {
+ public:
+  explicit CellHulls(const PixelBox& box)
+      : box_(box),
+        columns_((box.columns + kCellPixels - 1) / kCellPixels),
+        rows_((box.rows + kCellPixels - 1) / kCellPixels) {}
+
+  // Interpolates the hits of a probe ray bilinearly between the corners, which is accurate enough for culling, since
+  // the mapping is smooth over a tile.
+  void add(const Corners& corners, std::size_t probe) {
+    const int across = columns_ + 1;
+    for (int y = 0; y <= rows_; ++y)
+      for (int x = 0; x <= columns_; ++x) {
+        const double fx = std::min(1.0, static_cast<double>(x * kCellPixels) / box_.columns);
+        const double fy = std::min(1.0, static_cast<double>(y * kCellPixels) / box_.rows);
+        const auto between = [&](const std::array<double, kProbes> TileCorner::*member) {
           const double above = (1 - fx) * (corners[0]->*member)[probe] + fx * (corners[1]->*member)[probe];
           const double below = (1 - fx) * (corners[2]->*member)[probe] + fx * (corners[3]->*member)[probe];
           return (1 - fy) * above + fy * below;
         };
         const auto at = static_cast<std::size_t>(y * across + x);
-        grid_x[at] = between(&Corner::hit_x);
-        grid_y[at] = between(&Corner::hit_y);
+        grid_x_[at] = between(&TileCorner::hit_x);
+        grid_y_[at] = between(&TileCorner::hit_y);
       }
-    for (int y = 0; y < cells_y; ++y)
-      for (int x = 0; x < cells_x; ++x) {
-        Hull& hull = hulls[static_cast<std::size_t>(y * cells_x + x)];
+    for (int y = 0; y < rows_; ++y)
+      for (int x = 0; x < columns_; ++x)
         for (const int at : {y * across + x, y * across + x + 1, (y + 1) * across + x, (y + 1) * across + x + 1})
-          hull.add(grid_x[static_cast<std::size_t>(at)], grid_y[static_cast<std::size_t>(at)]);
-      }
+          hulls_[static_cast<std::size_t>(y * columns_ + x)].add(grid_x_[static_cast<std::size_t>(at)],
+                                                                 grid_y_[static_cast<std::size_t>(at)]);
   }
-  const double margin = blur_margin(corners, half_emitter);
-  int low_x = cells_x, high_x = -1, low_y = cells_y, high_y = -1;
-  for (int y = 0; y < cells_y; ++y)
-    for (int x = 0; x < cells_x; ++x) {
-      if (hulls[static_cast<std::size_t>(y * cells_x + x)].misses(half_emitter, margin)) continue;
-      low_x = std::min(low_x, x);
-      high_x = std::max(high_x, x);
-      low_y = std::min(low_y, y);
-      high_y = std::max(high_y, y);
-    }
-  PixelBox lit;
-  if (high_x < 0) return lit;
-  const int end_column = std::min((high_x + 1) * kCellPixels, tile.box.columns);
-  const int end_row = std::min((high_y + 1) * kCellPixels, tile.box.rows);
-  lit.column = tile.box.column + low_x * kCellPixels;
-  lit.row = tile.box.row + low_y * kCellPixels;
-  lit.columns = end_column - low_x * kCellPixels;
-  lit.rows = end_row - low_y * kCellPixels;
-  return lit;
+
+  // The smallest box of the cells that do not miss the emitter.
+  PixelBox lit(double half_emitter, double margin) const {
+    int low_x = columns_, high_x = -1, low_y = rows_, high_y = -1;
+    for (int y = 0; y < rows_; ++y)
+      for (int x = 0; x < columns_; ++x) {
+        if (hulls_[static_cast<std::size_t>(y * columns_ + x)].misses(half_emitter, margin)) continue;
+        low_x = std::min(low_x, x);
+        high_x = std::max(high_x, x);
+        low_y = std::min(low_y, y);
+        high_y = std::max(high_y, y);
+      }
+    if (high_x < 0) return {};
+    const int column = low_x * kCellPixels, row = low_y * kCellPixels;
+    return {box_.column + column, box_.row + row, std::min((high_x + 1) * kCellPixels, box_.columns) - column,
+            std::min((high_y + 1) * kCellPixels, box_.rows) - row};
+  }
+
+ private:
+  static constexpr std::size_t kMostCells = kTilePixels / kCellPixels + 1;  // a side
+  PixelBox box_;
+  int columns_, rows_;
+  std::array<Hull, kMostCells * kMostCells> hulls_{};
+  std::array<double, (kMostCells + 1) * (kMostCells + 1)> grid_x_{}, grid_y_{};  // at the corners of cells
+};
+
+}  // namespace
+
+// A probe that arrives from some corners only is inconclusive: then all pixels count as lit.
+PixelBox PupilTiles::lit_pixels(const Tile& tile, double half_emitter) const {
+  const Corners corners = corners_of(tile);
+  const Hull all = hull_of(corners);
+  if (all.hits == 0 || all.is_inside(half_emitter)) return tile.box;
+  CellHulls cells(tile.box);
+  for (std::size_t probe = 0; probe < kProbes; ++probe) {
+    const auto hits = std::count_if(corners.begin(), corners.end(), [&](auto* corner) { return corner->hit[probe]; });
+    if (hits > 0 && hits < 4) return tile.box;
+    if (hits == 4) cells.add(corners, probe);
+  }
+  return cells.lit(half_emitter, blur_margin(corners, half_emitter));
 }
 
 // A tile from whose corners no probe ray passes the whole lens may still receive some light of the emitter if a
 // neighbour does, or if the image is very blurred.
 void PupilTiles::find_unlit_tiles(double half_emitter) {
   blurry_ = false;
-  for (const Corner& corner : corners_)
+  for (const TileCorner& corner : corners_)
     blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
   for (std::size_t i = 0; i < tiles_.size(); ++i) visibilities_[i] = visibility(tiles_[i], half_emitter);
   for (int row = 0; row < down_; ++row)
@@ -362,85 +424,98 @@ void PupilTiles::find_unlit_tiles(double half_emitter) {
         for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
           neighbour |= visibilities_[static_cast<std::size_t>(r * across_ + c)] == Visibility::emitter;
       bool passes = false;
-      for (const Corner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
+      for (const TileCorner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
       tiles_[at].unlit = !passes || visibilities_[at] == Visibility::nothing ||
                          (visibilities_[at] == Visibility::unknown && !neighbour && !blurry_);
     }
 }
 
-void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
-  const std::array<const Corner*, 4> corners = corners_of(tile);
-  const double pitch = scene_->sensor.pitch_mm;
-  const double half_x = 0.5 * tile.box.columns * pitch, half_y = 0.5 * tile.box.rows * pitch;
-  const double at_x[4] = {-half_x, half_x, -half_x, half_x};
-  const double at_y[4] = {half_y, half_y, -half_y, -half_y};
+namespace {
 
+// Over a tile the centre of B moves linearly: p = centre[0] + slope[0] x + slope[1] y, q likewise with x and y in mm
+// from the tile's middle. Without slope if no light passes at some corner.
+struct MovingCentre {
   int corners_with_light = 0;
+  double half_x = 0, half_y = 0;  // of the tile, mm
   double centre[2] = {0, 0}, slope[4] = {0, 0, 0, 0};
-  for (const Corner* corner : corners) {
+};
+
+MovingCentre moving_centre(const Corners& corners, double half_x, double half_y) {
+  MovingCentre moving;
+  moving.half_x = half_x;
+  moving.half_y = half_y;
+  for (const TileCorner* corner : corners) {
     if (corner->empty) continue;
-    ++corners_with_light;
-    centre[0] += corner->centre_p;
-    centre[1] += corner->centre_q;
+    ++moving.corners_with_light;
+    moving.centre[0] += corner->centre_p;
+    moving.centre[1] += corner->centre_q;
   }
-  centre[0] /= corners_with_light;
-  centre[1] /= corners_with_light;
-  if (corners_with_light == 4) {
-    const auto along = [&](double Corner::*member, double* both) {
-      const double c0 = corners[0]->*member, c1 = corners[1]->*member, c2 = corners[2]->*member,
-                   c3 = corners[3]->*member;
-      both[0] = (c1 + c3 - c0 - c2) / (4 * half_x);
-      both[1] = (c0 + c1 - c2 - c3) / (4 * half_y);
-    };
-    along(&Corner::centre_p, slope);
-    along(&Corner::centre_q, slope + 2);
-  }
-  // Residuals of all polygon vertices from the moving centre, then the ellipse of their covariance scaled until it
-  // contains them all.
-  double pp = 0, pq = 0, qq = 0;
-  const auto residual = [&](int j, std::size_t k, double& dp, double& dq) {
-    dp = corners[j]->p[k] - (centre[0] + slope[0] * at_x[j] + slope[1] * at_y[j]);
-    dq = corners[j]->q[k] - (centre[1] + slope[2] * at_x[j] + slope[3] * at_y[j]);
+  for (double& part : moving.centre) part /= moving.corners_with_light;
+  if (moving.corners_with_light < 4) return moving;
+  const auto set_slope = [&](double TileCorner::*member, double* both) {
+    const double c0 = corners[0]->*member, c1 = corners[1]->*member, c2 = corners[2]->*member, c3 = corners[3]->*member;
+    both[0] = (c1 + c3 - c0 - c2) / (4 * half_x);
+    both[1] = (c0 + c1 - c2 - c3) / (4 * half_y);
   };
-  for (int j = 0; j < 4; ++j) {
+  set_slope(&TileCorner::centre_p, moving.slope);
+  set_slope(&TileCorner::centre_q, moving.slope + 2);
+  return moving;
+}
+
+// Visits the vertices of the corners' polygons, relative to the moving centre.
+template <class Visit>
+void each_residual(const Corners& corners, std::size_t points, const MovingCentre& moving, const Visit& visit) {
+  const double at_x[4] = {-moving.half_x, moving.half_x, -moving.half_x, moving.half_x};
+  const double at_y[4] = {moving.half_y, moving.half_y, -moving.half_y, -moving.half_y};
+  for (std::size_t j = 0; j < 4; ++j) {
     if (corners[j]->empty) continue;
-    for (std::size_t k = 0; k < points_; ++k) {
-      double dp = 0, dq = 0;
-      residual(j, k, dp, dq);
-      pp += dp * dp;
-      pq += dp * dq;
-      qq += dq * dq;
-    }
+    for (std::size_t k = 0; k < points; ++k)
+      visit(corners[j]->p[k] - (moving.centre[0] + moving.slope[0] * at_x[j] + moving.slope[1] * at_y[j]),
+            corners[j]->q[k] - (moving.centre[1] + moving.slope[2] * at_x[j] + moving.slope[3] * at_y[j]));
   }
-  const double l00 = std::sqrt(std::max(pp, 1e-12));
+}
+
+// A triangular matrix that maps the unit disc to the ellipse of the residuals' covariance, scaled until it contains
+// them all: {pp, 0, qp, qq}.
+std::array<double, 4> ellipse_around(const Corners& corners, std::size_t points, const MovingCentre& moving) {
+  double pp = 0, pq = 0, qq = 0;
+  each_residual(corners, points, moving, [&](double dp, double dq) {
+    pp += dp * dp;
+    pq += dp * dq;
+    qq += dq * dq;
+  });
+  const double l00 = std::sqrt(std::max(pp, kSmallestVariance));
   const double l10 = pq / l00;
-  const double l11 = std::sqrt(std::max(qq - l10 * l10, 1e-12));
+  const double l11 = std::sqrt(std::max(qq - l10 * l10, kSmallestVariance));
   double largest = 0;
-  for (int j = 0; j < 4; ++j) {
-    if (corners[j]->empty) continue;
-    for (std::size_t k = 0; k < points_; ++k) {
-      double dp = 0, dq = 0;
-      residual(j, k, dp, dq);
-      const double a = dp / l00, b = (dq - l10 * a) / l11;
-      largest = std::max(largest, a * a + b * b);
-    }
-  }
-  // If no light passes at some corner, the corners alone do not bound the region: larger margin.
-  const double scale = std::sqrt(largest) * (1 + kAxesMargin) * (corners_with_light == 4 ? 1.0 : 1.3);
-  optics::TileStart& start = tile.start;
-  const double axes[4] = {scale * l00, 0, scale * l10, scale * l11};
+  each_residual(corners, points, moving, [&](double dp, double dq) {
+    const double a = dp / l00, b = (dq - l10 * a) / l11;
+    largest = std::max(largest, a * a + b * b);
+  });
+  const double scale =
+      std::sqrt(largest) * (1 + kAxesMargin) * (moving.corners_with_light == 4 ? 1.0 : kPartlyLitFactor);
+  return {scale * l00, 0, scale * l10, scale * l11};
+}
+
+}  // namespace
+
+void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
+  const Corners corners = corners_of(tile);
+  const double pitch = scene_->sensor.pitch_mm;
+  const MovingCentre moving = moving_centre(corners, 0.5 * tile.box.columns * pitch, 0.5 * tile.box.rows * pitch);
+  const std::array<double, 4> axes = ellipse_around(corners, points_, moving);
+  const auto& [corners_with_light, half_x, half_y, centre, slope] = moving;
   // Farthest point of B from the disc's centre, at any point of the tile.
   const double reach = length(centre[0], centre[1]) +
                        length(std::fabs(slope[0]) * half_x + std::fabs(slope[1]) * half_y,
                               std::fabs(slope[2]) * half_x + std::fabs(slope[3]) * half_y) +
                        length(axes[0], length(axes[2], axes[3]));
   tile.area = kPi * axes[0] * axes[3];
-  // Directions of B outside the disc are lost like others: only a large B is replaced by the whole disc.
-  tile.whole_disc = tile.area > 0.5 * kPi || (table_->search().on_plane() && !(reach < 0.999));
+  tile.whole_disc = tile.area > kLargestShareOfDisc * kPi || (table_->search().on_plane() && !(reach < kMaxSine));
   if (tile.whole_disc) tile.area = kPi;
-
+  optics::TileStart& start = tile.start;
   for (int i = 0; i < 2; ++i) start.centre[i] = static_cast<float>(centre[i]);
-  for (int i = 0; i < 4; ++i) {
+  for (std::size_t i = 0; i < 4; ++i) {
     start.slope[i] = static_cast<float>(slope[i]);
     start.axes[i] = static_cast<float>(axes[i]);
   }

@@ -39,6 +39,17 @@ struct Tile {
   optics::TileStart start{};
 };
 
+// Results at one corner of tiles.
+struct TileCorner {
+  bool empty = true;
+  double p[2 * optics::kSupports], q[2 * optics::kSupports];  // vertices of the polygon of passing directions
+  double centre_p = 0, centre_q = 0;
+  // Hits of the probe rays on the emitter's plane.
+  int hits = 0;
+  std::array<bool, kProbes> hit{};
+  std::array<double, kProbes> hit_x{}, hit_y{};
+};
+
 // Sets where a tile's rays start: pixel pitch, and the motion from the sensor to the path's first frame.
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
                 const optics::BackwardPath& path);
@@ -55,24 +66,12 @@ class PupilTiles {
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
-  // Results at one corner of tiles.
-  struct Corner {
-    bool empty = true;
-    double p[2 * optics::kSupports], q[2 * optics::kSupports];  // vertices of the polygon of passing directions
-    double centre_p = 0, centre_q = 0;
-    // Hits of the probe rays on the emitter's plane.
-    int hits = 0;
-    std::array<bool, kProbes> hit{};
-    std::array<double, kProbes> hit_x{}, hit_y{};
-  };
-
   void fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world);
   // Fits one row of corners.
   void fit_corners(int row, const optics::Motion& lens_to_world);
   void probe_emitter(int row, const optics::BackwardPath& path, const std::vector<optics::Op>& ops,
                      const optics::EmitterPlane& emitter, optics::RayBlock& block);
-  static double blur(const Corner& corner, double half_emitter);
-  double blur_margin(const std::array<const Corner*, 4>& corners, double half_emitter) const;
+  double blur_margin(const std::array<const TileCorner*, 4>& corners, double half_emitter) const;
   enum class Visibility { emitter, nothing, unknown };
   Visibility visibility(const Tile& tile, double half_emitter) const;
   // The pixels of a tile that the emitter can light, from the hits of its corners; all pixels if these are
@@ -80,7 +79,7 @@ class PupilTiles {
   PixelBox lit_pixels(const Tile& tile, double half_emitter) const;
   void find_unlit_tiles(double half_emitter);
   void fit_tile(Tile& tile, const optics::BackwardPath& path) const;
-  std::array<const Corner*, 4> corners_of(const Tile& tile) const;  // left and right above, then below
+  std::array<const TileCorner*, 4> corners_of(const Tile& tile) const;  // left and right above, then below
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
   const SceneFile* scene_;
@@ -89,7 +88,7 @@ class PupilTiles {
   int tile_pixels_;         // a side; fewer than kTilePixels when the sensor has few
   int across_, down_;       // tiles
   std::size_t points_ = 0;  // vertices of each corner's polygon
-  std::vector<Corner> corners_;
+  std::vector<TileCorner> corners_;
   std::vector<Tile> tiles_;
   bool blurry_ = false;                                    // hits spread over a large part of the emitter
   std::vector<int> missing_;                               // in the table

@@ -65,18 +65,23 @@ Clearance clearance_of(const optics::Prescription& lens, double focus, double wa
   return clearance;
 }
 
-OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const OrderedJson& travel) {
+// Half of the travel: shifts along x and y, along the axis, and tilts.
+struct Travel {
+  double sideways_mm = 0, along_mm = 0, tilt_deg = 0;
+};
+
+OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const Travel& travel) {
   OrderedJson elements = OrderedJson::object();
   const double shift = grade.shift_um, tilt = grade.tilt_arcmin;
   for (const optics::Element& element : lens.elements)
     elements[element.name] = {
         {"shift_um", {shift, shift, shift}}, {"tilt_arcmin", {tilt, tilt}}, {"pivot", "own_front"}};
-  const auto half_um = [&](std::size_t i) { return rounded(500 * travel["shift_mm"][i].get<double>(), 3); };
-  const double half_arcmin = 30 * travel["tilt_deg"][0].get<double>();
+  const double sideways_um = rounded(500 * travel.sideways_mm, 3), along_um = rounded(500 * travel.along_mm, 3);
+  const double half_arcmin = 30 * travel.tilt_deg;
   return {{"use", "tolerances"},
           {"limits_are_sigmas", 3},
           {"elements", elements},
-          {"start", {{"shift_um", {half_um(0), half_um(1), half_um(2)}}, {"tilt_arcmin", {half_arcmin, half_arcmin}}}},
+          {"start", {{"shift_um", {sideways_um, sideways_um, along_um}}, {"tilt_arcmin", {half_arcmin, half_arcmin}}}},
           {"movement", {{"cross_talk", 0.01}, {"backlash_um", 0}, {"repeatability_um", 0}}},
           {"cure_shift", {{"shift_um", {0, 0, 0}}, {"tilt_arcmin", {0, 0}}}}};
 }
@@ -107,26 +112,29 @@ void refuse_mirrors(const LensDesign& design) {
   throw_if_any(problems);
 }
 
+struct WeightedWavelength {
+  double nm = 0, weight = 0;
+};
+
 // "wavelengths" of a scene file. A weight of 0 switches a wavelength off; weights of duplicates are added.
-OrderedJson wavelengths_of(const LensDesign& design) {
+std::vector<WeightedWavelength> wavelengths_of(const LensDesign& design) {
   constexpr std::size_t kMost = 24;
-  std::vector<std::pair<double, double>> found;
+  std::vector<WeightedWavelength> found;
   for (std::size_t i = 0; i < design.all_wavelengths_nm.size(); ++i) {
     const double nm = rounded(design.all_wavelengths_nm[i], 9), weight = design.wavelength_weights[i];
     if (!(weight > 0)) continue;
-    const auto same = std::find_if(found.begin(), found.end(), [nm](const auto& one) { return one.first == nm; });
+    const auto same =
+        std::find_if(found.begin(), found.end(), [nm](const WeightedWavelength& one) { return one.nm == nm; });
     if (same == found.end())
-      found.emplace_back(nm, weight);
+      found.push_back({nm, weight});
     else
-      same->second += weight;
+      same->weight += weight;
   }
   if (found.empty() || found.size() > kMost)
     throw Error(ErrorKind::bad_input, "--polychromatic: found " + std::to_string(found.size()) +
                                           " wavelengths with a weight above 0 in the file, allowed are 1 to " +
                                           std::to_string(kMost));
-  OrderedJson list = OrderedJson::array();
-  for (const auto& [nm, weight] : found) list.push_back({{"nm", nm}, {"weight", weight}});
-  return list;
+  return found;
 }
 
 }  // namespace
@@ -239,9 +247,6 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
       throw Error(ErrorKind::bad_input, "the last face reaches the sensor at " + significant(focus - last, 4) +
                                             " mm behind its vertex; the lens needs room to move");
 
-    const OrderedJson travel = {{"shift_mm", {sideways, sideways, along}},
-                                {"tilt_deg", {tilt_deg, tilt_deg}},
-                                {"rotation_z_deg", kTravelTilt_deg}};
     layout.scene = {
         {"use", "lens_system"},
         {"format", 1},
@@ -253,10 +258,16 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
         {"pivot_behind_first_vertex_mm", pivot},
         {"sensor", {{"z_mm", rounded(focus - pivot, 9)}}},
         {"emitter", {{"z_mm", -rounded(distance + pivot, 12)}, {"side_mm", emitter_side}, {"target", choices.target}}},
-        {"travel", travel},
+        {"travel",
+         {{"shift_mm", {sideways, sideways, along}},
+          {"tilt_deg", {tilt_deg, tilt_deg}},
+          {"rotation_z_deg", kTravelTilt_deg}}},
         {"machine_time",
          {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 5}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}}}};
-    if (choices.polychromatic) layout.scene["wavelengths"] = wavelengths_of(design);
+    std::vector<WeightedWavelength> wavelengths;
+    if (choices.polychromatic) wavelengths = wavelengths_of(design);
+    for (const auto& [nm, weight] : wavelengths)
+      layout.scene["wavelengths"].push_back({{"nm", nm}, {"weight", weight}});
     OrderedJson& of_sensor = layout.scene["sensor"];
     if (square) {
       of_sensor["side_mm"] = rounded(side, 12);
@@ -267,7 +278,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     }
     if (choices.target_is_named) layout.scene["emitter"]["texels"] = kTexels;
     const Grade grade = grade_of(data.focal_length);
-    layout.tolerances = tolerances_of(lens, grade, travel);
+    layout.tolerances = tolerances_of(lens, grade, {sideways, along, tilt_deg});
     layout.grade = grade.text();
     layout.pitch_mm = side / (square ? kPixels : std::min(sensor.columns, sensor.rows));
     layout.suite = {{"name", choices.suite_name.empty() ? choices.name : choices.suite_name},
@@ -281,9 +292,9 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     line("wavelength", lens.wavelength_nm, "nm", "the file's reference, or --wavelength");
     if (choices.polychromatic) {
       std::string all, weights;
-      for (const OrderedJson& one : layout.scene["wavelengths"]) {
-        all += (all.empty() ? "" : ", ") + shortest(one["nm"].get<double>());
-        weights += (weights.empty() ? "" : ", ") + shortest(one["weight"].get<double>());
+      for (const auto& [nm, weight] : wavelengths) {
+        all += (all.empty() ? "" : ", ") + shortest(nm);
+        weights += (weights.empty() ? "" : ", ") + shortest(weight);
       }
       layout.lines.push_back({"wavelengths of images", all + " nm", "the file's; weights " + weights});
     }

@@ -334,7 +334,7 @@ TEST(Completion, ReportsMistakesWithLinesOfTheDesign) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
               HasSubstr("a.zmx:15: surface 2: the face at z = -4"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 47.6", "DISZ 2e6")),
-              HasSubstr("a.zmx:22: surface 4: expected a number from -1e+06 to 1e+06, found 2000005.0"));
+              HasSubstr("a.zmx:23: surface 4: expected a number from -1e+06 to 1e+06, found 2000005.0"));
   EXPECT_THAT(refusal(replaced(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n"), "ENPD 10", "FLOA")),
               HasSubstr("a.zmx:19: the stop opens to a radius of 13.0000 mm, wider than every face"));
 }

@@ -42,7 +42,7 @@ TEST(ZmxShape, RoundsFractionalTermCountDown) {
   const LensDesign lens = read(small_zmx("  TYPE XASPHERE\n  XDAT 1 1.5\n  XDAT 2 1\n  XDAT 3 1e-3\n"));
   EXPECT_THAT(lens.surfaces[1].even_asphere, ElementsAre(1e-3));
   ASSERT_EQ(lens.remarks.size(), 1U);
-  EXPECT_EQ(lens.remarks[0].text, "surface 1: XDAT 1 states 1.5 terms; 1 are read");
+  EXPECT_EQ(lens.remarks[0].text, "surface 1: XDAT 1 states 1.5 terms; 1 is read");
 }
 
 TEST(ZmxShape, UsesNoMoreTermsThanStated) {
