@@ -63,19 +63,18 @@ Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugi
 
 // Excess RMSE of the recommended pose over the instance's best pose after each step; the last value is carried forward
 // after an early end.
-std::vector<double> excess(Lens& lens, const relign_image& reference, const trials::SceneFacts& facts,
-                           const Choice& algorithm, const Arguments& given) {
-  trials::TrialSetup setup;
-  setup.assembly = &lens.assembly;
-  setup.reference = reference;
-  setup.scene = &facts;
-  setup.instance = &lens.instance;
-  setup.algorithm = &algorithm;
+std::vector<double> excess(Lens& lens, plugin_host::Scene& scene, plugin_host::NoiseLevel& level,
+                           const trials::SceneFacts& facts, const Choice& algorithm, const Arguments& given) {
+  trials::TrialSetup setup{.stage = trials::SimulatedLens{lens.assembly, scene, level},
+                           .reference = scene.reference(),
+                           .scene = facts,
+                           .instance = lens.instance,
+                           .algorithm = algorithm,
+                           .terms = {.protocol = *trials::protocol_from_name(given.protocol),
+                                     .budget = given.steps,
+                                     .algorithm_seed = algorithm_seed(given.seed, algorithm.id, lens.instance.number),
+                                     .machine_time = facts.machine_time}};
   setup.services.log = [](int, const std::string& message) { std::fprintf(stderr, "%s\n", message.c_str()); };
-  setup.protocol = *trials::protocol_from_name(given.protocol);
-  setup.budget = given.steps;
-  setup.algorithm_seed = algorithm_seed(given.seed, algorithm.id, lens.instance.number);
-  setup.machine_time = facts.machine_time;
   const trials::TrialResult result = trials::run_trial(setup);
   if (result.end == trials::End::failed) throw Error(ErrorKind::plugin_failed, algorithm.id + ": " + result.message);
   std::vector<double> worse;
@@ -114,7 +113,7 @@ void run(const Arguments& given) {
   for (std::uint64_t number = 0; number < given.instances; ++number) {
     Lens lens = draw_near(scene, facts, level, given, number);
     for (std::size_t i = 0; i < algorithms.size(); ++i) {
-      trials[i].push_back(excess(lens, scene.reference(), facts, algorithms[i], given));
+      trials[i].push_back(excess(lens, scene, level, facts, algorithms[i], given));
       if (given.every)
         std::printf("%s %llu: own optimum %.5f, start +%.5f, end +%.5f\n", algorithms[i].id.c_str(),
                     static_cast<unsigned long long>(number), lens.optimum_rmse, trials[i].back().front(),

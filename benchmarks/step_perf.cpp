@@ -27,14 +27,14 @@ void trial(benchmark::State& state, const std::string& walker, bool truth, unsig
   for (int i = 0; i < 25; ++i) instance.perturbations.distortion.push_back(i % 6 == 0 ? 1.0 : 0.01);
   instance.perturbations.elements_json = "{}";
   relign::plugin_host::MountedAssembly assembly = scene.mount("{}");
-  trials::TrialSetup setup;
-  setup.assembly = &assembly;
-  setup.reference = scene.reference();
-  setup.scene = &facts;
-  setup.instance = &instance;
-  setup.algorithm = &algorithm;
-  setup.protocol = trials::Protocol::blind;
-  setup.budget = steps;
+  catalog.scan(RELIGN_PLUGINS);
+  relign::plugin_host::NoiseLevel level(catalog.resolve_or_throw(Kind::noise_level, "rho0"), {});
+  const trials::TrialSetup setup{.stage = trials::SimulatedLens{assembly, scene, level},
+                                 .reference = scene.reference(),
+                                 .scene = facts,
+                                 .instance = instance,
+                                 .algorithm = algorithm,
+                                 .terms = {.protocol = trials::Protocol::blind, .budget = steps}};
   for (auto _ : state)
     if (trials::run_trial(setup).end != trials::End::budget_spent) state.SkipWithError("the trial ended early");
   state.counters["step"] =

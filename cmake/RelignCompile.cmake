@@ -43,3 +43,7 @@ if(RELIGN_SANITIZE)
                          -fno-sanitize-recover=all)
   target_link_options(relign_compile INTERFACE -fsanitize=${RELIGN_SANITIZE})
 endif()
+if(RELIGN_COVERAGE)
+  target_compile_options(relign_compile INTERFACE --coverage -fprofile-update=atomic)  # tests use threads
+  target_link_options(relign_compile INTERFACE --coverage)
+endif()

@@ -42,7 +42,7 @@ install(CODE "
   endif()
   file(INSTALL \"${completions}/_relign-bench\" DESTINATION \"\${CMAKE_INSTALL_PREFIX}/share/zsh/\${folder}\")")
 
-# The package lies in the build folder as it does in an installation: -DCMAKE_PREFIX_PATH=BUILD_FOLDER works too.
+# The build folder has the package where an installation has it: -DCMAKE_PREFIX_PATH=BUILD_FOLDER works too.
 set(package_here "${PROJECT_BINARY_DIR}/${package_folder}")
 configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/relign-benchConfig.cmake.in"
                               "${package_here}/relign-benchConfig.cmake" INSTALL_DESTINATION "${package_folder}")

@@ -9,7 +9,7 @@
 #   RELIGN_PLUGIN_DIR   the folder of built plugins
 #
 # relign_add_python_file_test(NAME test_file.py): a unittest program for the distribution's own Python, where its packages
-# (python3-scipy ...) are; python3 of the PATH may be another one. What it lacks is skipped with a word.
+# (python3-scipy ...) are; python3 of the PATH may be another one. What it lacks is skipped with a message.
 include(GoogleTest)
 
 find_program(RELIGN_DISTRIBUTION_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)

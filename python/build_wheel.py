@@ -22,6 +22,9 @@ TREE = pathlib.Path(__file__).resolve().parent.parent
 SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
 # Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
 SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
+# Debian packages whose headers are compiled into the program, or whose files are embedded in it.
+EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libjs-dygraphs", "nlohmann-json3-dev",
+            "pybind11-dev")
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
@@ -53,10 +56,13 @@ def found_pythons():
     return pythons
 
 
-def compile_module(build, python, package):
-    """Puts the compiled module for one Python beside the package's sources."""
+def compile_module(build, python, package, built):
+    """Puts the compiled module for one Python beside the package's sources; `built`: takes the build folder's own."""
     query = "import sysconfig as s; print(s.get_paths()['include']); print(s.get_config_var('EXT_SUFFIX'))"
     include, suffix = run(python, "-c", query, capture_output=True, text=True).stdout.split()
+    if built:
+        shutil.copy2(build / "python" / "relign_bench" / f"_core{suffix}", package)
+        return
     import pybind11
 
     run("cmake", build, f"-DRELIGN_WHEEL_PYTHON_INCLUDE={include}", f"-DRELIGN_WHEEL_PYTHON_SUFFIX={suffix}",
@@ -89,6 +95,23 @@ def bundle_desktop_libraries(libraries):
                 shutil.copy(known[name], libraries / name)
                 run("patchelf", "--set-rpath", "$ORIGIN", libraries / name)
                 waiting.append(libraries / name)
+
+
+def bundle_licences(libraries, folder):
+    """Writes the copyright files of the Debian packages that the wheel has code of, and the licences that they name."""
+    folder.mkdir(parents=True, exist_ok=True)
+    packages = {package for package in EMBEDDED if pathlib.Path("/usr/share/doc", package, "copyright").is_file()}
+    for library in sorted(libraries.iterdir()):
+        name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", library.name)  # auditwheel adds a hash
+        owners = run("dpkg-query", "-S", f"*/{name}", capture_output=True, text=True).stdout
+        packages |= {line.split(":")[0] for line in owners.splitlines()}
+    common = set()
+    for package in sorted(packages):
+        text = pathlib.Path("/usr/share/doc", package, "copyright").read_bytes()
+        (folder / f"{package}.txt").write_bytes(text)
+        common |= set(re.findall(rb"/usr/share/common-licenses/([\w.-]*\w)", text))
+    for name in sorted(common):
+        shutil.copy(pathlib.Path("/usr/share/common-licenses") / name.decode(), folder / f"{name.decode()}.txt")
 
 
 def metadata(name, version, pythons):
@@ -134,6 +157,7 @@ def main():
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
     parser.add_argument("--python", action="append",
                         help="interpreter to compile the module for; repeatable [default: those found]")
+    parser.add_argument("--built-module", action="store_true", help="take the module that the build folder has, for its Python alone")
     given = parser.parse_args()
     build = given.build.resolve()
     pythons = sorted(given.python or found_pythons(), key=version_of)
@@ -149,7 +173,7 @@ def main():
         for unused in ("include", "share/cmake", "share/doc", "share/bash-completion", "share/fish", "share/zsh"):
             shutil.rmtree(package / unused, ignore_errors=True)
         for python in pythons:
-            compile_module(build, python, package)
+            compile_module(build, python, package, given.built_module)
         stripped(package)
         info = tree / f"relign_bench-{version}.dist-info"
         info.mkdir()
@@ -170,6 +194,7 @@ def main():
             if file.is_file() and file.open("rb").read(4) == b"\x7fELF":
                 file.chmod(0o755)
         bundle_desktop_libraries(whole / "relign_bench.libs")
+        bundle_licences(whole / "relign_bench.libs", whole / info.name / "licenses")
         (whole / info.name / "RECORD").unlink()
         packed(whole, given.out / repaired.name)
     made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)

@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_source.h"
+#include "base/text.h"
 #include "cli/chosen_lens.h"
 #include "cli/film.h"
 #include "cli/interrupt.h"
@@ -115,7 +116,7 @@ void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& f
     if (stop) {
       printer.finish();
       throw Error(ErrorKind::stopped, "stopped after " + std::to_string(frame) + " of " +
-                                          std::to_string(plan.poses.size()) + " frames; nothing was written");
+                                          counted(plan.poses.size(), "frame") + "; nothing was written");
     }
     const std::optional<std::uint64_t> seed = plan.noise_free ? std::nullopt : std::optional(plan.seed + frame);
     const std::vector<std::uint8_t> grey =

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
 #include "cli/pretraining_job.h"
@@ -29,9 +30,8 @@ Json to_json(const runner::PretrainingEntry& entry) {
 std::string line_of(const runner::PretrainingEntry& entry) {
   char made[64] = "already in the cache";
   if (entry.made_now) std::snprintf(made, sizeof made, "pretrained in %.1f s", entry.seconds);
-  return entry.algorithm + ": " + std::to_string(entry.sources) + " source instances of " +
-         std::to_string(entry.steps) + " steps, " + made + "\n" +
-         (entry.file.empty() ? "not kept: no cache folder" : entry.file.string()) + "\n";
+  return entry.algorithm + ": " + counted(entry.sources, "source instance") + " of " + counted(entry.steps, "step") +
+         ", " + made + "\n" + (entry.file.empty() ? "not kept: no cache folder" : entry.file.string()) + "\n";
 }
 
 int prepare_plugin(Context& context, const PrepareArguments& arguments) {

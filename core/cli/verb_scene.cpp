@@ -50,7 +50,7 @@ void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssemb
       if (stop) {
         printer.finish();
         throw Error(ErrorKind::stopped, "stopped after " + std::to_string(progress.done) + " of " +
-                                            std::to_string(progress.total) + " poses; nothing was written");
+                                            counted(progress.total, "pose") + "; nothing was written");
       }
       std::vector<double> here = pose;
       here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);

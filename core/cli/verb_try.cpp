@@ -156,28 +156,25 @@ int run_try(Context& context, TryArguments arguments) {
   std::optional<plugin_host::MountedAssembly> assembly;
   if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.perturbations.elements_json));
 
-  trials::TrialSetup setup;
-  setup.assembly = assembly ? &*assembly : nullptr;
-  setup.station = scene.facts.owns_stage ? scene.scene.get() : nullptr;
-  setup.reference = scene.scene->reference();
-  setup.scene = &scene.facts;
-  setup.instance = &instance;
-  setup.algorithm = &algorithm;
-  setup.design = scene.scene.get();
   plugin_host::NoiseLevel prior(level, services);
-  setup.level = &prior;
-  setup.services = services;
+  trials::TrialSetup setup{
+      .stage = assembly ? trials::StageSetup(trials::SimulatedLens{*assembly, *scene.scene, prior})
+                        : trials::Station{*scene.scene},
+      .reference = scene.scene->reference(),
+      .scene = scene.facts,
+      .instance = instance,
+      .algorithm = algorithm,
+      .terms = {.protocol = *trials::protocol_from_name(arguments.protocol),
+                .budget = arguments.steps,
+                .algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance),
+                .machine_time = scene.facts.machine_time},
+      .services = services};
   setup.services.log = [](int, const std::string& message) {
     std::fprintf(stderr, "%s\n", printable(message).c_str());
   };
-  setup.protocol = *trials::protocol_from_name(arguments.protocol);
-  setup.budget = arguments.steps;
-  setup.algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance);
-  setup.machine_time = scene.facts.machine_time;
-  const auto pretraining = pretraining_of(scene, level, algorithm, setup.protocol, services);
-  setup.prepared = pretraining.get();
-  setup.stop = services.stop;
-  setup.on_step = [&](const trials::Step& step, const float* pixels) {
+  if (const auto prepared = pretraining_of(scene, level, algorithm, setup.terms.protocol, services))
+    setup.prepared = *prepared;
+  setup.callbacks.on_step = [&](const trials::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
   };

@@ -1,7 +1,7 @@
 # What my_plugin promises, checked by running trials. relign_test_plugin gives trial, value_at, step_count, fail
 # and PLUGIN_FOLDER, the built plugin.
 
-# Starts lie within 0.3 of the middle of the travel, and differ from instance to instance.
+# Starts are within 0.3 of the middle of the travel, and differ from instance to instance.
 set(seen "")
 foreach(instance 0 1 2 3 4)
   trial(home home --noise-level "${PLUGIN_FOLDER}" --instance ${instance})

@@ -54,7 +54,7 @@ class Spot final : public relign::Assembly {
 
   // The model is exact, so one render has no error and the seed is not needed. A scene that samples would
   // multiply the differences of two independent renders to two independent references: their noise then
-  // averages out instead of adding to the error, and the standard error says how well.
+  // averages out instead of adding to the error, and the standard error is its precision.
   Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t /*seed*/) override {
     const std::vector<float> clean = render(true_pose, offsets_);
     double sum = 0;

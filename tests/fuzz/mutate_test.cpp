@@ -1,4 +1,4 @@
-// The driver that stands in for libFuzzer: the same changes everywhere, and a planted mistake is found and kept.
+// The driver in place of libFuzzer: the same changes everywhere, and a planted mistake is found and kept.
 #include "mutate.h"
 
 #include <gtest/gtest.h>

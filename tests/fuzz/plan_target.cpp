@@ -1,4 +1,4 @@
-// Plan files, with the hash that whoever writes one can write, too.
+// Plan files with a correct hash, since an attacker can compute it.
 #include <set>
 
 #include "base/hash.h"

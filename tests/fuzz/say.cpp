@@ -1,4 +1,5 @@
-// A plugin's or worker's process that says what stands in a file, whatever it is told, and listens until it is left.
+// A plugin's or worker's process that sends the contents of a file whatever it receives, and reads until its input
+// ends.
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <unistd.h>

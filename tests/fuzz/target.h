@@ -2,7 +2,7 @@
 // with it. Everything else ends the program, and the input that did it is kept.
 //
 // A target is one function, LLVMFuzzerTestOneInput, linked to libFuzzer where the tree is built with it (preset fuzz)
-// and to drive.cpp elsewhere. CONTRIBUTING.md says how to run one.
+// and to drive.cpp elsewhere. See CONTRIBUTING.md for how to run one.
 #pragma once
 
 #include <cstddef>

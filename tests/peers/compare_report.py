@@ -21,7 +21,8 @@ import recompute
 
 TOLERANCE = 1e-9
 # Texts and members that do not follow from the trials' errors. Every other member of a group must be recomputed.
-WORDS = {"label", "training_tag", "station", "observes", "oracle", "name", "unit", "algorithm_seconds", "key", "reason", "leads"}
+WORDS = {"label", "training_tag", "station", "observes", "oracle", "name", "unit", "algorithm_seconds", "key", "reason",
+         "leads"}
 ONLY_IN_TABLES = {"n", "mean"}  # of a curve's tracks
 
 

@@ -37,26 +37,20 @@ struct FrozenTrial {
         algorithm(frozen(Kind::optimizer, algorithm_folder)),
         facts(read_scene_facts(scene.describe(), scene_folder)) {
     if (!facts.owns_stage) instance = draw_instance(level, facts, 1, SeedDomain::benchmark, 0);
-    setup.scene = &facts;
-    setup.reference = scene.reference();
-    setup.instance = &instance;
-    setup.algorithm = &algorithm;
-    setup.services = logging();
-    setup.protocol = Protocol::blind;
-    setup.budget = 10;
-    setup.machine_time = facts.machine_time;
-    if (facts.owns_stage) {
-      setup.station = &scene;
-    } else {
-      setup.design = &scene;
-      setup.level = &level;
-    }
   }
   TrialResult run() {
-    if (facts.owns_stage) return run_trial(setup);
+    if (facts.owns_stage) return run_on(Station{scene});
     plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
-    setup.assembly = &assembly;
-    return run_trial(setup);
+    return run_on(SimulatedLens{assembly, scene, level});
+  }
+  TrialResult run_on(StageSetup stage) {
+    return run_trial({.stage = stage,
+                      .reference = scene.reference(),
+                      .scene = facts,
+                      .instance = instance,
+                      .algorithm = algorithm,
+                      .terms = {.protocol = Protocol::blind, .budget = 10, .machine_time = facts.machine_time},
+                      .services = logging()});
   }
   plugin_host::HostServices logging() {
     plugin_host::HostServices services;
@@ -70,7 +64,6 @@ struct FrozenTrial {
   Choice algorithm;
   SceneFacts facts;
   Instance instance;
-  TrialSetup setup;
 };
 
 // By scene.c: sum of the distances from 0.5, the first axis moved by the shift of L1.
@@ -125,6 +118,8 @@ TEST(Frozen, AStationMovesAndIsCutAtItsLimits) {
   FrozenTrial trial("station", "agent");
   const TrialResult result = trial.run();
   EXPECT_EQ(result.message, "");
+  for (const char* service : {"prior", "model"})
+    EXPECT_THAT(trial.log, testing::Not(Contains(HasSubstr(service)))) << "a station offers neither";
   ASSERT_EQ(result.steps.size(), 3U);
   EXPECT_DOUBLE_EQ(result.steps[2].machine_seconds, 3 * 0.125 + 2 * 0.5);
   EXPECT_DOUBLE_EQ(result.steps[2].measured_rmse, 1);  // both places together, against a dark reference

@@ -48,7 +48,7 @@ class Walk:
                 return node
 
     def places(self, value, node=None, at=()):
-        """(place, schema there, value there), the whole first. What stands in a place that may hold anything is left out."""
+        """(place, schema there, value there), the whole first. Values whose schema allows anything are left out."""
         node = self.node(self.schema if node is None else node, value)
         if is_free(node):
             return

@@ -136,7 +136,7 @@ class Schemas(unittest.TestCase):
 
 @unittest.skipIf(program.path() is None, "relign-bench was not built")
 class Readers(unittest.TestCase):
-    """The readers tell which keys they know; the schemas must know the same."""
+    """Readers list the keys that they accept; the schemas must accept the same."""
 
     # Read by another reader than the one that is asked here, or handed on as it stands.
     ELSEWHERE = {"scene": {"/meshes"}}

@@ -17,8 +17,18 @@ CLEAN = [
     "CHANGELOG.md",
     "CONTRIBUTING.md",
     "README.md",
+    "SECURITY.md",
+    "benchmarks/**/*.cpp",
+    "benchmarks/**/*.py",
+    "cmake/*",
+    "core/**/*.cpp",
+    "core/**/*.h",
+    "core/**/*.hpp",
+    "core/**/CMakeLists.txt",
     "core/README.md",
     "docs/**/*.md",
+    "docs/schemas/*.json",
+    "docs/site/*.py",
     "examples/**/*.md",
     "examples/**/*.py",
     "examples/compass/*",
@@ -32,33 +42,35 @@ CLEAN = [
     "reports/README.md",
     "reports/paper/*.py",
     "results/README.md",
-    "templates/**/*.md",
-    "templates/**/*.py",
-    "tests/peers/*.py",
+    "templates/**/*",
+    "tests/**/*.cpp",
+    "tests/**/*.h",
+    "tests/**/*.py",
+    "tests/**/CMakeLists.txt",
     "tests/peers/README.md",
     "tests/plugin_api/frozen_1_0/README.md",
-    "tests/python/*.py",
-    "tests/python_style/*.py",
-    "tests/style/*.py",
 ]
-NOT_YET = {"docs/commands.md", "tests/style/phrases.py"}
+NOT_YET = {"docs/commands.md", "tests/plugin_api/frozen_1_0/abi_layout.h", "tests/plugin_api/frozen_1_0/relign/plugin.h",
+           "tests/style/phrases.py"}
 
 # Lines whose words are another file's: (file, regular expression of the line).
 QUOTED = [
     ("docs/plugin_check.md", r"^\| `[\w-]+` \| [\w ]+ \| "),  # promises of core/harness/conformance
     ("CONTRIBUTING.md", r"unknown key 'spce'"),  # a misspelt key, as the example of an error
     # Titles of papers.
+    ("core/analysis/statistics/normalised_error.h", r"Optimization Methods and Software"),
     ("plugins/optimizers/bo_forest/README.md", r"Sequential model-based optimization"),
     ("plugins/optimizers/transfer_gp/README.md", r"Transfer Learning with Gaussian Processes"),
 ]
 
 # Words that codespell takes for misspelt ones: keywords of lens files, names, notation.
-SPELLING = ["nd", "parm", "thi", "thr"]
+SPELLING = ["nd", "parm", "thi", "thr", "zar", "kown"]
+MISSPELT = ["recomended", "fo", "algoritm", "algoritms", "strat", "scrpt", "sqares", "wieght"]  # on purpose, in tests of suggestions
 
 
 def clean_files():
     files = {file for pattern in CLEAN for file in ROOT.glob(pattern)}
-    return sorted(file for file in files if str(file.relative_to(ROOT)) not in NOT_YET)
+    return sorted(file for file in files if file.is_file() and str(file.relative_to(ROOT)) not in NOT_YET)
 
 
 def quoted(file, line):
@@ -128,7 +140,7 @@ class Style(unittest.TestCase):
         if shutil.which("codespell") is None:
             self.skipTest("codespell is not installed")
         files = [str(file.relative_to(ROOT)) for file in clean_files()]
-        done = subprocess.run(["codespell", "--builtin", "clear,rare", "--ignore-words-list", ",".join(SPELLING), *files], cwd=ROOT,
+        done = subprocess.run(["codespell", "--builtin", "clear,rare", "--ignore-words-list", ",".join(SPELLING + MISSPELT), *files], cwd=ROOT,
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 

@@ -41,10 +41,6 @@ std::string whole_percent(double share) {
   return std::isfinite(share) ? std::to_string(std::lround(100 * share)) : "-";
 }
 
-std::string counted(std::size_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
 std::string interval_text(const statistics::Interval& interval, int digits, const char* separator) {
   return interval.exists() ? number_text(interval.low, digits) + separator + number_text(interval.high, digits) : "";
 }

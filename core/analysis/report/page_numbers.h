@@ -27,7 +27,6 @@ double shown_arrival(double value);
 std::string number_text(double value, int digits = 3);            // "-" if not finite
 std::string sort_value(double value);                             // for data-sort; "" if not finite
 std::string whole_percent(double share);                          // "57"; "-" if not finite
-std::string counted(std::size_t count, const std::string& noun);  // "1 trial", "2 trials"
 
 // "LOW - HIGH" with the separator; "" without an interval.
 std::string interval_text(const statistics::Interval& interval, int digits, const char* separator);

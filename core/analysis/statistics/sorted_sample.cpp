@@ -26,7 +26,7 @@ SortedSample::SortedSample(const std::vector<double>& values) {
   all_equal_ = values_.front() == values_.back();
 }
 
-// The quantile of `drawn` values lies between the order statistics `below` and `below + 1` (from 0). The index of an
+// The quantile of `drawn` values is between the order statistics `below` and `below + 1` (from 0). The index of an
 // order statistic among the sorted values is the number of values with a cumulative count of at most `below`.
 template <class Count>
 void SortedSample::walk(const ResampleBlock& block, double share, double* results) const {

@@ -15,7 +15,7 @@ struct SurvivalPoint {
   std::size_t reached = 0;   // at this step
   std::size_t censored = 0;  // at this step, after those that reached it
   double survival = 1;       // share not yet reached after this step
-  // Greenwood's standard error and the log-log interval (Kalbfleisch and Prentice 1980), which lies within [0, 1].
+  // Greenwood's standard error and the log-log interval (Kalbfleisch and Prentice 1980), which is within [0, 1].
   // Before the first success both ends are 1. At survival 0 neither exists: the error is NaN, and the interval's upper
   // end is the previous survival times the exact upper limit for 0 of those at risk (Clopper and Pearson, Biometrika 26
   // (1934)), so that the interval stays finite if all trials reach the target at the same step.

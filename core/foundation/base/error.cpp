@@ -14,6 +14,15 @@ std::string printable_excerpt(const std::string& message) {
   return printable(message.substr(0, cut)) + "... (" + std::to_string(message.size() - cut) + " more bytes)";
 }
 
+std::string listed(const std::vector<Problem>& problems) {
+  std::string text;
+  for (std::size_t i = 0; i < std::min(problems.size(), kMaxProblems); ++i)
+    text += (i > 0 ? "\n" : "") + problems[i].to_string();
+  if (problems.size() > kMaxProblems)
+    text += "\nand " + std::to_string(problems.size() - kMaxProblems) + " more mistakes";
+  return text;
+}
+
 }  // namespace
 
 Error::Error(ErrorKind kind, const std::string& message)
@@ -30,14 +39,12 @@ std::string Problem::to_string() const {
   return text + message;
 }
 
+ProblemsError::ProblemsError(const std::vector<Problem>& problems)
+    : Error(ErrorKind::bad_input, listed(problems)),
+      problems_(std::make_shared<const std::vector<Problem>>(problems)) {}
+
 void throw_if_any(const std::vector<Problem>& problems) {
-  if (problems.empty()) return;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(problems.size(), kMaxProblems); ++i)
-    text += (i > 0 ? "\n" : "") + problems[i].to_string();
-  if (problems.size() > kMaxProblems)
-    text += "\nand " + std::to_string(problems.size() - kMaxProblems) + " more mistakes";
-  throw Error(ErrorKind::bad_input, text);
+  if (!problems.empty()) throw ProblemsError(problems);
 }
 
 }  // namespace relign

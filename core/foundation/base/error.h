@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -46,8 +47,17 @@ struct Problem {
   std::string to_string() const;
 };
 
-// Throws one Error(bad_input) that lists the problems, one per line: the first kMaxProblems and the number of further
-// ones. Does nothing if `problems` is empty.
+// Error(bad_input) that lists the problems, one per line: the first kMaxProblems and the number of further ones.
+class ProblemsError : public Error {
+ public:
+  explicit ProblemsError(const std::vector<Problem>& problems);
+  const std::vector<Problem>& problems() const { return *problems_; }
+
+ private:
+  std::shared_ptr<const std::vector<Problem>> problems_;  // exceptions are copied
+};
+
+// Throws ProblemsError; does nothing if `problems` is empty.
 void throw_if_any(const std::vector<Problem>& problems);
 
 }  // namespace relign

@@ -190,6 +190,13 @@ JsonSource JsonSource::from_text(std::string text, std::string file_name) {
   return source;
 }
 
+JsonSource JsonSource::from_value(Json value, std::string file_name) {
+  JsonSource source;
+  source.file_ = std::move(file_name);
+  source.root_ = std::move(value);
+  return source;
+}
+
 Problem JsonSource::problem(const std::string& pointer, const std::string& message) const {
   Problem problem;
   problem.file = file_;

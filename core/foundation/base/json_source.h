@@ -30,6 +30,8 @@ class JsonSource {
   // invalid JSON, nesting deeper than kMaxJsonDepth and duplicate keys, and for files larger than 256 MB.
   static JsonSource from_file(const std::filesystem::path& path);
   static JsonSource from_text(std::string text, std::string file_name);
+  // A value without text: problems have no line.
+  static JsonSource from_value(Json value, std::string file_name);
 
   const Json& root() const { return root_; }
   const std::string& file() const { return file_; }

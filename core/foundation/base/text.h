@@ -1,6 +1,7 @@
 // Formats names and numbers for messages and files.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +33,9 @@ std::string suggestion(std::string_view name, const std::vector<std::string>& kn
 // Two lower-case digits per byte. from_hex throws Error(bad_input) for anything else.
 std::string to_hex(std::string_view bytes);
 std::string from_hex(std::string_view digits);
+
+// "1 trial", "2 trials".
+std::string counted(std::uint64_t count, const std::string& noun);
 
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 

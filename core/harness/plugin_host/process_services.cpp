@@ -12,7 +12,7 @@ namespace relign::plugin_host {
 namespace {
 
 constexpr const char* kNoMemoryForData = "the host has not enough memory for the shared data";
-constexpr std::uint64_t kMaxDataBytes = std::uint64_t{1} << 30;  // as in relign/plugin.h
+constexpr std::uint64_t kMaxDataBytes = std::uint64_t{1} << 30;  // as in relign/services/prepared.h
 
 Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
 

@@ -1,4 +1,4 @@
-// Services of a trial (relign/plugin.h) as requests of a process; docs/process_plugins.md lists them.
+// Services of a trial (relign/services/) as requests of a process; docs/process_plugins.md lists them.
 #pragma once
 
 #include <relign/plugin.h>

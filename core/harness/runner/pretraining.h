@@ -11,7 +11,7 @@
 #include <string>
 
 #include "runner/trial_runner.h"
-#include "trials/pretraining_service.h"
+#include "trials/pretraining.h"
 
 namespace relign::runner {
 

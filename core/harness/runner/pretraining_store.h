@@ -9,7 +9,7 @@
 #include <string>
 
 #include "base/json_source.h"
-#include "trials/pretraining_service.h"
+#include "trials/pretraining.h"
 
 namespace relign::runner {
 

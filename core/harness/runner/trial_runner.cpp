@@ -38,6 +38,20 @@ std::string key_of(const plugin_host::Choice& choice) {
 
 SeedDomain domain_of(const TrialJob& job) { return job.pretraining ? SeedDomain::pretraining : SeedDomain::benchmark; }
 
+trials::Terms terms_of(const TrialJob& job) {
+  return {.protocol = job.protocol,
+          .merit = job.merit,
+          .limits = job.limits,
+          .budget = job.budget,
+          .algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance),
+          .machine_time = job.machine_time};
+}
+
+trials::Purpose purpose_of(const TrialJob& job) {
+  if (job.pretraining) return trials::Pretraining{*job.pretraining};
+  return trials::Scoring{job.mtf_lp_per_mm};
+}
+
 }  // namespace
 
 records::StepRecord to_record(const trials::Step& step) {
@@ -195,6 +209,11 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
           }};
 }
 
+trials::StageSetup TrialRunner::stage(const TrialJob& job, const Placed& placed) const {
+  if (job.facts.owns_stage) return trials::Station{*bench_->scene};
+  return trials::SimulatedLens{*placed.assembly, *bench_->scene, *bench_->level};
+}
+
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
   TrialOutcome outcome;
   records::TrialRecord& record = outcome.record = begin_record(job);
@@ -210,28 +229,18 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       if (job.mtf_lp_per_mm > 0) record.own_optimum_mtf = bench_->optimum_mtf(*optimum, job.mtf_lp_per_mm);
     }
     if (options_.on_begin) options_.on_begin(record);
-    trials::TrialSetup setup;
-    setup.assembly = placed.assembly;
-    if (job.facts.owns_stage) setup.station = bench_->scene.get();
-    setup.design = bench_->scene.get();
-    setup.level = bench_->level.get();
-    setup.reference = placed.reference;
-    setup.scene = &job.facts;
-    setup.instance = &placed.instance;
-    setup.algorithm = &job.algorithm;
-    setup.prepared = job.prepared.get();
-    setup.pretraining = job.pretraining;
-    setup.services = services(job.algorithm_name, 1, true);
-    setup.protocol = job.protocol;
-    setup.merit = job.merit;
-    setup.limits = job.limits;
-    setup.budget = job.budget;
-    setup.algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance);
-    setup.machine_time = job.machine_time;
-    setup.mtf_lp_per_mm = job.mtf_lp_per_mm;
-    setup.stop = stop;
-    setup.on_runaway = options_.on_runaway;
-    setup.on_step = [&made, &on_step](const trials::Step& step, const float* pixels) {
+    trials::TrialSetup setup{.stage = stage(job, placed),
+                             .reference = placed.reference,
+                             .scene = job.facts,
+                             .instance = placed.instance,
+                             .algorithm = job.algorithm,
+                             .terms = terms_of(job),
+                             .purpose = purpose_of(job),
+                             .services = services(job.algorithm_name, 1, true)};
+    if (job.prepared) setup.prepared = *job.prepared;
+    setup.services.stop = stop;
+    setup.callbacks.on_runaway = options_.on_runaway;
+    setup.callbacks.on_step = [&made, &on_step](const trials::Step& step, const float* pixels) {
       made.push_back(step);
       if (on_step) on_step(step, pixels);
     };

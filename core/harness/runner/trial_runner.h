@@ -15,7 +15,7 @@
 #include "runner/run.h"
 #include "runner/trial_log.h"
 #include "trials/instance.h"
-#include "trials/pretraining_service.h"
+#include "trials/pretraining.h"
 #include "trials/trial.h"
 
 namespace relign::runner {
@@ -62,7 +62,7 @@ class TrialRunner {
     std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
     const std::atomic<bool>* stop = nullptr;             // for scenes and levels that run as processes; may be null
     std::function<void(std::string_view)> on_log = {};   // each piece of a trial's log; may be empty
-    std::function<void()> on_runaway = {};               // see trials::TrialSetup; may be empty
+    std::function<void()> on_runaway = {};               // see trials::Callbacks; may be empty
     // Called when the lens is mounted, with the record before the first step; may be empty.
     std::function<void(const records::TrialRecord&)> on_begin = {};
   };
@@ -92,6 +92,7 @@ class TrialRunner {
   struct Bench;
   // `name` precedes warnings; in a trial's log the algorithm's lines have none.
   plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
+  trials::StageSetup stage(const TrialJob& job, const Placed& placed) const;
   Options options_;
   std::shared_ptr<TrialLog> log_;
   std::unique_ptr<Bench> bench_;

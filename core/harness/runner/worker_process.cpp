@@ -363,7 +363,7 @@ void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::
 }
 
 std::string ProcessWorker::memory_message(const Attempt& attempt) const {
-  return "it needs more memory than the limit of " + shortest(static_cast<double>(limits_.memory_bytes / 1'000'000)) +
+  return "it needs more memory than the limit of " + std::to_string(limits_.memory_bytes / 1'000'000) +
          " MB ('trial_memory_mb' of the suite)" + attempt.after_steps();
 }
 

@@ -19,13 +19,13 @@ std::uint64_t frame_of(std::uint64_t chosen_seed) {
 
 }  // namespace
 
-ModelService::ModelService(ServiceContext& shared) : shared_(&shared) {
-  const SceneFacts& scene = *shared.host.setup().scene;
+ModelService::ModelService(ServiceContext& shared, plugin_host::Scene& scene) : shared_(&shared), scene_(&scene) {
+  const SceneFacts& facts = shared.host.setup().scene;
   table_.struct_size = sizeof table_;
   table_.context = this;
-  table_.scene_json = {scene.text.data(), scene.text.size()};
-  table_.image_width = scene.image_width;
-  table_.image_height = scene.image_height;
+  table_.scene_json = {facts.text.data(), facts.text.size()};
+  table_.image_width = facts.image_width;
+  table_.image_height = facts.image_height;
   table_.mount = mount;
   table_.capture = capture;
   table_.noise_free = noise_free;
@@ -44,8 +44,8 @@ relign_status ModelService::mount(void* context, relign_text offsets_json, relig
     if (!made) return model.shared_->refuse("'made' is null");
     if (model.lenses_.size() >= kMaxLenses)
       return model.shared_->refuse("16 lenses are mounted, the maximum; unmount one of them first");
-    const TrialSetup& setup = model.shared_->host.setup();
-    model.lenses_.push_back(setup.design->mount(read_offsets(text_of(offsets_json), *setup.scene)));
+    const SceneFacts& facts = model.shared_->host.setup().scene;
+    model.lenses_.push_back(model.scene_->mount(read_offsets(text_of(offsets_json), facts)));
     *made = reinterpret_cast<relign_model_lens*>(&model.lenses_.back());
     return RELIGN_OK;
   });

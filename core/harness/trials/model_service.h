@@ -11,7 +11,8 @@ namespace relign::trials {
 
 class ModelService {
  public:
-  explicit ModelService(ServiceContext& shared);
+  // `scene` must outlive this object.
+  ModelService(ServiceContext& shared, plugin_host::Scene& scene);
   ModelService(const ModelService&) = delete;
   ModelService& operator=(const ModelService&) = delete;
   const relign_model_service* table() const { return &table_; }
@@ -33,6 +34,7 @@ class ModelService {
                                       const float* pixels);
 
   ServiceContext* shared_;
+  plugin_host::Scene* scene_;
   relign_model_service table_{};
   Lenses lenses_;  // a list, because the addresses are the handles
 };

@@ -30,7 +30,8 @@ PretrainingService::PretrainingService(ServiceContext& shared) : shared_(&shared
 }
 
 PretrainingState* PretrainingService::state() const {
-  return &shared_->view == &shared_->host ? shared_->host.setup().pretraining : nullptr;
+  const auto* pretraining = std::get_if<Pretraining>(&shared_->host.setup().purpose);
+  return pretraining && &shared_->view == &shared_->host ? &pretraining->state : nullptr;
 }
 
 relign_status PretrainingService::load(const relign_text_sink* data) {
@@ -38,10 +39,9 @@ relign_status PretrainingService::load(const relign_text_sink* data) {
     shared_->why = "no data: no earlier source instance has saved any";
     return now->bytes ? write_text(data, *now->bytes) : RELIGN_UNSUPPORTED;
   }
-  const PreparedByIdentity* prepared = shared_->host.setup().prepared;
-  const auto found =
-      prepared ? prepared->find(shared_->view.algorithm().identity) : PreparedByIdentity::const_iterator();
-  const bool known = prepared && found != prepared->end();
+  const PreparedByIdentity& prepared = shared_->host.setup().prepared;
+  const auto found = prepared.find(shared_->view.algorithm().identity);
+  const bool known = found != prepared.end();
   if (known && found->second.bytes) return write_text(data, *found->second.bytes);
   if (known && !found->second.failure.empty()) {
     shared_->why = found->second.failure;

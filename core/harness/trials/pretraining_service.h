@@ -2,30 +2,10 @@
 // during pretraining. The caller stores the data between uses (runner/pretraining_store.h).
 #pragma once
 
-#include <map>
-#include <memory>
-#include <string>
-
+#include "trials/pretraining.h"
 #include "trials/services.h"
 
 namespace relign::trials {
-
-// The result of pretraining one algorithm on one scene, noise level and protocol.
-struct PretrainingData {
-  std::shared_ptr<const std::string> bytes;  // null: none
-  std::string hash;                          // SHA-256 of the bytes
-  std::string failure;                       // why pretraining failed; a trial gets it when it loads
-};
-
-// For the algorithm of a trial and for those it runs, by Choice::identity.
-using PreparedByIdentity = std::map<std::string, PretrainingData>;
-
-// State of a trial on a source instance, in which the trial's own algorithm is pretrained.
-struct PretrainingState {
-  unsigned source = 0;
-  unsigned sources = 0;
-  std::shared_ptr<const std::string> bytes;  // saved last; null: nothing yet
-};
 
 class PretrainingService {
  public:

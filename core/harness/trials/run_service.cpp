@@ -78,13 +78,13 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   const unsigned budget = std::min(most_steps, outer.steps_left());
   if (budget == 0 || host.stop_requested()) return stop(*shared_);
 
-  const Rules rules = make_rules(setup.protocol, *inner.plugin, *setup.instance, *setup.scene);
+  const Rules rules = make_rules(setup.terms.protocol, *inner.plugin, setup.instance, setup.scene);
   const std::uint64_t seed = algorithm_seed(outer.table().task->seed, inner.id, runs_++);
   NestedTrial nested(host, outer, inner, budget, seed, rules.largest_move);
   relign_status status = RELIGN_OK;
   try {
     const ScopedLargestMove limit(host, nested.table().task->largest_move);
-    plugin_host::Algorithm algorithm(inner, algorithm_services(setup));
+    plugin_host::Algorithm algorithm(inner, setup.services);
     algorithm.run(nested.table());
   } catch (const Error& error) {
     // Exceptions of the scene or of on_step are not failures of the inner algorithm.

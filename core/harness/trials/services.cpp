@@ -38,6 +38,10 @@ const void* Services::get(std::string_view id) {
   return nullptr;
 }
 
+const SimulatedLens* Services::simulated_lens() const {
+  return std::get_if<SimulatedLens>(&shared_.host.setup().stage);
+}
+
 const void* Services::reference() {
   if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
   reference_.struct_size = sizeof reference_;
@@ -86,18 +90,17 @@ std::string perturbations_json(const Perturbations& perturbations) {
 }  // namespace
 
 const void* Services::prior() {
-  const TrialSetup& setup = shared_.host.setup();
-  if (!shared_.grants(RELIGN_OBSERVES_LEVEL) || !setup.level || setup.scene->owns_stage) return nullptr;
+  if (!shared_.grants(RELIGN_OBSERVES_LEVEL) || !simulated_lens()) return nullptr;
   prior_.struct_size = sizeof prior_;
   prior_.context = &shared_;
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
     auto& shared = *static_cast<ServiceContext*>(context);
     return shared.answer_unless_stopped([&] {
       // The training domain shares no seed with benchmark instances, whatever the number.
-      const TrialSetup& trial = shared.host.setup();
+      const SceneFacts& scene = shared.host.setup().scene;
       const std::uint64_t seed = instance_seed(0, SeedDomain::training, number);
-      return write_text(
-          drawn, perturbations_json(read_perturbations(trial.level->draw(seed, trial.scene->text), *trial.scene, "")));
+      const std::string w = std::get<SimulatedLens>(shared.host.setup().stage).level.draw(seed, scene.text);
+      return write_text(drawn, perturbations_json(read_perturbations(w, scene, "")));
     });
   };
   prior_.why = tell_why;
@@ -111,9 +114,9 @@ const void* Services::run() {
 }
 
 const void* Services::model() {
-  const TrialSetup& setup = shared_.host.setup();
-  if (!shared_.grants(RELIGN_OBSERVES_DESIGN) || !setup.design || setup.scene->owns_stage) return nullptr;
-  if (!model_) model_ = std::make_unique<ModelService>(shared_);
+  const SimulatedLens* lens = simulated_lens();
+  if (!shared_.grants(RELIGN_OBSERVES_DESIGN) || !lens) return nullptr;
+  if (!model_) model_ = std::make_unique<ModelService>(shared_, lens->scene);
   return model_->table();
 }
 

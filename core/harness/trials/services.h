@@ -17,6 +17,7 @@ class TrialHost;
 class ModelService;
 class PretrainingService;
 class RunService;
+struct SimulatedLens;
 
 // State that the functions of one view's services share.
 struct ServiceContext {
@@ -54,6 +55,7 @@ class Services {
   const void* get(std::string_view id);
 
  private:
+  const SimulatedLens* simulated_lens() const;  // null on a station
   const void* reference();
   const void* measures();
   const void* prior();

@@ -14,37 +14,38 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 class SimulatedStage final : public Stage {
  public:
-  SimulatedStage(const TrialSetup& setup, const Rules& rules)
-      : setup_(setup),
-        motion_(*setup.scene, setup.instance->perturbations, rules.commanded_start, setup.limits, setup.machine_time) {}
+  SimulatedStage(plugin_host::MountedAssembly& assembly, const TrialSetup& setup, const Rules& rules)
+      : assembly_(assembly),
+        setup_(setup),
+        machine_time_(setup.terms.machine_time),
+        motion_(setup.scene, setup.instance.perturbations, rules.commanded_start, setup.terms.limits, machine_time_) {}
 
   Arrival start() override { return {motion_.commanded_pose(), motion_.true_pose(), 0, 0, 0}; }
 
   Arrival step_to(const std::vector<double>& commanded) override {
     StageMotion::Arrival arrival = motion_.step_to(commanded);
     return {std::move(arrival.commanded_pose), std::move(arrival.true_pose), arrival.limits_low, arrival.limits_high,
-            arrival.travel_seconds + setup_.machine_time.settle_ms / 1000};
+            arrival.travel_seconds + machine_time_.settle_ms / 1000};
   }
 
   const std::vector<double>& reached_pose() const override { return motion_.reached_pose(); }
 
   double capture(unsigned step, float* pixels) override {
-    setup_.assembly->capture(motion_.true_pose(), frame_seed(setup_.instance->seed, step, FrameStream::capture),
-                             pixels);
-    return (setup_.machine_time.exposure_ms + setup_.machine_time.readout_ms) / 1000;
+    assembly_.capture(motion_.true_pose(), frame_seed(setup_.instance.seed, step, FrameStream::capture), pixels);
+    return (machine_time_.exposure_ms + machine_time_.readout_ms) / 1000;
   }
 
   VirtualMove would_reach(const std::vector<double>& commanded) const override {
     StageMotion::Arrival arrival = motion_.would_reach(commanded);
-    const double settle = arrival.travel_seconds > 0 ? setup_.machine_time.settle_ms / 1000 : 0;
-    const bool shifts = !setup_.instance->perturbations.cure_shift.empty();
+    const double settle = arrival.travel_seconds > 0 ? machine_time_.settle_ms / 1000 : 0;
+    const bool shifts = !setup_.instance.perturbations.cure_shift.empty();
     std::vector<double> uncured = shifts ? arrival.true_pose : std::vector<double>();
     return {cured(std::move(arrival.true_pose)), arrival.travel_seconds + settle, std::move(uncured)};
   }
 
   std::vector<double> cured(std::vector<double> true_pose) const override {
     // The stage's limits do not stop the glue, but a scene accepts only poses within the travel.
-    const std::vector<double>& cure_shift = setup_.instance->perturbations.cure_shift;
+    const std::vector<double>& cure_shift = setup_.instance.perturbations.cure_shift;
     for (std::size_t i = 0; i < cure_shift.size(); ++i)
       true_pose[i] = std::clamp(true_pose[i] + cure_shift[i], 0.0, 1.0);
     return true_pose;
@@ -52,13 +53,15 @@ class SimulatedStage final : public Stage {
 
   Truth truth_at(const std::vector<double>& true_pose, std::uint64_t seed) override {
     if (!has_ground_truth()) return {kUnknown, kUnknown};
-    const auto value = setup_.assembly->noise_free_mse(true_pose, seed);
+    const auto value = assembly_.noise_free_mse(true_pose, seed);
     return {value.mse, value.standard_error};
   }
-  bool has_ground_truth() const override { return setup_.scene->truth; }
+  bool has_ground_truth() const override { return setup_.scene.truth; }
 
  private:
+  plugin_host::MountedAssembly& assembly_;
   const TrialSetup& setup_;
+  const MachineTime& machine_time_;
   StageMotion motion_;
 };
 
@@ -66,18 +69,21 @@ class SimulatedStage final : public Stage {
 // position, so that a commanded pose always means the same place.
 class HardwareStage final : public Stage {
  public:
-  HardwareStage(const TrialSetup& setup, const Rules& rules)
-      : setup_(setup), unknown_(rules.commanded_start.size(), kUnknown), reached_(rules.commanded_start) {}
+  HardwareStage(plugin_host::Scene& station, std::uint64_t seed, const Rules& rules)
+      : station_(station),
+        seed_(seed),
+        unknown_(rules.commanded_start.size(), kUnknown),
+        reached_(rules.commanded_start) {}
 
   Arrival start() override {
-    setup_.station->begin(setup_.instance->seed);
+    station_.begin(seed_);
     return {reached_, unknown_, 0, 0, 0};
   }
 
   Arrival step_to(const std::vector<double>& commanded) override {
     std::vector<double> delta = commanded;
     for (std::size_t i = 0; i < delta.size(); ++i) delta[i] -= reached_[i];
-    const plugin_host::Scene::StageMove made = setup_.station->move_by(delta);
+    const plugin_host::Scene::StageMove made = station_.move_by(delta);
     for (std::size_t i = 0; i < delta.size(); ++i)
       // A complete move ends at the commanded pose, bit for bit.
       reached_[i] = made.moved[i] == delta[i] ? commanded[i] : reached_[i] + made.moved[i];
@@ -85,14 +91,15 @@ class HardwareStage final : public Stage {
   }
 
   const std::vector<double>& reached_pose() const override { return reached_; }
-  double capture(unsigned, float* pixels) override { return setup_.station->capture(pixels); }
+  double capture(unsigned, float* pixels) override { return station_.capture(pixels); }
   VirtualMove would_reach(const std::vector<double>&) const override { return {unknown_, kUnknown}; }
   std::vector<double> cured(std::vector<double>) const override { return unknown_; }
   Truth truth_at(const std::vector<double>&, std::uint64_t) override { return {kUnknown, kUnknown}; }
   bool has_ground_truth() const override { return false; }
 
  private:
-  const TrialSetup& setup_;
+  plugin_host::Scene& station_;
+  std::uint64_t seed_;
   std::vector<double> unknown_;
   std::vector<double> reached_;
 };
@@ -100,8 +107,9 @@ class HardwareStage final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_stage(const TrialSetup& setup, const Rules& rules) {
-  if (setup.scene->owns_stage) return std::make_unique<HardwareStage>(setup, rules);
-  return std::make_unique<SimulatedStage>(setup, rules);
+  if (const auto* station = std::get_if<Station>(&setup.stage))
+    return std::make_unique<HardwareStage>(station->scene, setup.instance.seed, rules);
+  return std::make_unique<SimulatedStage>(std::get<SimulatedLens>(setup.stage).assembly, setup, rules);
 }
 
 SceneFacts facts_of(plugin_host::Scene& scene, const std::string& scene_id) {

@@ -1,6 +1,7 @@
 #include "trials/trial.h"
 
 #include <chrono>
+#include <map>
 #include <utility>
 
 #include "base/error.h"
@@ -18,12 +19,6 @@ const char* recommendation_source_name(RecommendationSource source) {
       return "current";
   }
   return "";
-}
-
-plugin_host::HostServices algorithm_services(const TrialSetup& setup) {
-  plugin_host::HostServices services = setup.services;
-  services.stop = setup.stop;
-  return services;
 }
 
 const char* end_name(End end) {
@@ -45,16 +40,15 @@ const char* end_name(End end) {
 namespace {
 
 void check(const TrialSetup& setup) {
-  const bool placed = setup.scene && (setup.scene->owns_stage ? setup.station != nullptr : setup.assembly != nullptr);
-  if (!placed || !setup.instance || !setup.algorithm || !setup.algorithm->plugin)
-    throw Error(ErrorKind::internal, "run_trial needs an assembly or a station, a scene, an instance and an algorithm");
+  if (setup.scene.owns_stage != std::holds_alternative<Station>(setup.stage) || !setup.algorithm.plugin)
+    throw Error(ErrorKind::internal, "run_trial needs the stage of its scene and an algorithm");
   const relign_image& reference = setup.reference;
-  const std::string who = "scene '" + setup.scene->name + "': ";
-  if (reference.width != setup.scene->image_width || reference.height != setup.scene->image_height)
+  const std::string who = "scene '" + setup.scene.name + "': ";
+  if (reference.width != setup.scene.image_width || reference.height != setup.scene.image_height)
     throw Error(ErrorKind::plugin_failed, who + "the reference image has " + std::to_string(reference.width) + " x " +
                                               std::to_string(reference.height) + " pixels; expected " +
-                                              std::to_string(setup.scene->image_width) + " x " +
-                                              std::to_string(setup.scene->image_height) + " as in its description");
+                                              std::to_string(setup.scene.image_width) + " x " +
+                                              std::to_string(setup.scene.image_height) + " as in its description");
 }
 
 // Runs the algorithm. The message in the result is empty when it returned without a failure.
@@ -62,7 +56,7 @@ TrialResult run_algorithm(const TrialSetup& setup, TrialHost& host) {
   plugin_host::EnvironmentWatch watch;
   TrialResult result;
   try {
-    plugin_host::Algorithm algorithm(*setup.algorithm, algorithm_services(setup));
+    plugin_host::Algorithm algorithm(setup.algorithm, setup.services);
     host.algorithm_starts();
     algorithm.run(host.table());
     host.algorithm_ended();
@@ -80,11 +74,11 @@ TrialResult run_algorithm(const TrialSetup& setup, TrialHost& host) {
 }
 
 // Measures the MTF for each recommendation rule, and at each pose once.
-void measure_mtf(const TrialSetup& setup, const TrialHost& host, TrialResult& result) {
+void measure_mtf(plugin_host::MountedAssembly& assembly, double lp_per_mm, const TrialHost& host, TrialResult& result) {
   std::map<std::vector<double>, std::optional<plugin_host::MountedAssembly::FieldMtf>> known;
   const auto at = [&](const std::vector<double>& pose) {
     auto found = known.find(pose);
-    if (found == known.end()) found = known.emplace(pose, setup.assembly->mtf(pose, setup.mtf_lp_per_mm)).first;
+    if (found == known.end()) found = known.emplace(pose, assembly.mtf(pose, lp_per_mm)).first;
     return found->second;
   };
   const std::vector<double>& uncured = host.uncured_true_pose();
@@ -108,12 +102,12 @@ void measure_mtf(const TrialSetup& setup, const TrialHost& host, TrialResult& re
 
 TrialResult run_trial(const TrialSetup& setup) {
   check(setup);
-  Rules rules = make_rules(setup.protocol, *setup.algorithm->plugin, *setup.instance, *setup.scene);
-  if (setup.merit && *setup.merit != rules.merit) {
-    if (setup.scene->owns_stage)
+  Rules rules = make_rules(setup.terms.protocol, *setup.algorithm.plugin, setup.instance, setup.scene);
+  if (setup.terms.merit && *setup.terms.merit != rules.merit) {
+    if (setup.scene.owns_stage)
       throw Error(ErrorKind::bad_input,
                   "merit 'combined' needs the true pose, which is unknown on a station; use 'rmse'");
-    rules.merit = *setup.merit;
+    rules.merit = *setup.terms.merit;
   }
 
   TrialHost host(setup, std::move(rules));
@@ -122,7 +116,7 @@ TrialResult run_trial(const TrialSetup& setup) {
 
   if (!host.refusal().empty()) result.message = host.refusal();
   // A failure during a stop may be caused by it, because the host stops waiting for processes that hang.
-  const bool failed_while_stopping = !result.message.empty() && setup.stop && setup.stop->load();
+  const bool failed_while_stopping = !result.message.empty() && setup.services.stop && setup.services.stop->load();
   if (host.was_stopped() || failed_while_stopping)
     result.end = End::stopped;
   else if (!host.refusal().empty() && host.budget_is_spent())
@@ -136,8 +130,10 @@ TrialResult run_trial(const TrialSetup& setup) {
   result.uncured_mse = host.uncured_truth().mse;
   if (result.end != End::stopped) result.glued_truths = host.glued_truths();
   result.steps = host.take_steps();
-  if (setup.mtf_lp_per_mm > 0 && setup.assembly && !result.steps.empty() && result.end != End::stopped)
-    measure_mtf(setup, host, result);
+  const auto* lens = std::get_if<SimulatedLens>(&setup.stage);
+  const Scoring* scoring = setup.scoring();
+  if (lens && scoring && scoring->mtf_lp_per_mm > 0 && !result.steps.empty() && result.end != End::stopped)
+    measure_mtf(lens->assembly, scoring->mtf_lp_per_mm, host, result);
   result.judging_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

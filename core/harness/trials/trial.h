@@ -5,13 +5,14 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "plugin_host/objects.h"
 #include "trials/instance.h"
+#include "trials/pretraining.h"
 #include "trials/protocol.h"
 #include "trials/scene_facts.h"
 #include "trials/stage_motion.h"
@@ -58,42 +59,70 @@ enum class End {
 };
 const char* end_name(End end);  // "budget_spent", ...
 
-struct PretrainingData;
-struct PretrainingState;
+// A lens on the simulated stage. An algorithm may draw from the noise level (service "prior") and simulate with the
+// scene (service "model").
+struct SimulatedLens {
+  plugin_host::MountedAssembly& assembly;  // of the instance's elements
+  plugin_host::Scene& scene;
+  plugin_host::NoiseLevel& level;
+};
 
-struct TrialSetup {
-  plugin_host::MountedAssembly* assembly = nullptr;  // of the instance's elements; null on a station
-  plugin_host::Scene* station = nullptr;             // the scene itself when it owns its stage
-  relign_image reference{};
-  const SceneFacts* scene = nullptr;
-  const Instance* instance = nullptr;
-  const plugin_host::Choice* algorithm = nullptr;
-  plugin_host::Scene* design = nullptr;      // the scene, for the service "model"; null: not offered
-  plugin_host::NoiseLevel* level = nullptr;  // for the service "prior"; null: not offered
-  // For the service "prepared" (pretraining_service.h). By Choice::identity; null: none.
-  const std::map<std::string, PretrainingData>* prepared = nullptr;
-  PretrainingState* pretraining = nullptr;  // not null: pretraining of the algorithm, without ground truth
-  plugin_host::HostServices services;
+// A scene that moves and captures by itself.
+struct Station {
+  plugin_host::Scene& scene;
+};
+
+using StageSetup = std::variant<SimulatedLens, Station>;
+
+// What the suite decides for a trial.
+struct Terms {
   Protocol protocol = Protocol::paper;
-  std::optional<Merit> merit;  // overrides the protocol's; a station allows only rmse
+  std::optional<Merit> merit = {};  // overrides the protocol's; a station allows only rmse
   Limits limits = Limits::soft;
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;
-  MachineTime machine_time;
-  double mtf_lp_per_mm = 0;                 // above 0: measure the lens's MTF when the trial has ended
-  const std::atomic<bool>* stop = nullptr;  // may be null; checked before every step and while waiting for a process
-  // Called when an algorithm keeps asking although RELIGN_FAILED was returned many times: it will never return by
-  // itself. May end the process, or return and let the algorithm continue. May be empty.
-  std::function<void()> on_runaway;
-  // Called with the record of each step and its capture (valid during the call) once the record is complete: when the
-  // algorithm asks for the next step, or at the end, because until then it may recommend. on_step of step k is called
-  // before the capture of step k + 1. An exception from it ends the trial and propagates out of run_trial. May be
-  // empty.
-  std::function<void(const Step&, const float* pixels)> on_step;
+  MachineTime machine_time = {};
 };
 
-// The host services for the algorithms of the trial: setup.services with the trial's stop flag.
-plugin_host::HostServices algorithm_services(const TrialSetup& setup);
+// A benchmark trial: its steps are scored, if the scene has ground truth.
+struct Scoring {
+  double mtf_lp_per_mm = 0;  // above 0: measure the lens's MTF when the trial has ended
+};
+
+// A trial on a source instance that pretrains its algorithm, without ground truth.
+struct Pretraining {
+  PretrainingState& state;
+};
+
+using Purpose = std::variant<Scoring, Pretraining>;
+
+// Functions that a trial calls; each may be empty.
+struct Callbacks {
+  // Called when an algorithm keeps asking although RELIGN_FAILED was returned many times: it will never return by
+  // itself. May end the process, or return and let the algorithm continue.
+  std::function<void()> on_runaway = {};
+  // Called with the record of each step and its capture (valid during the call) once the record is complete: when the
+  // algorithm asks for the next step, or at the end, because until then it may recommend. on_step of step k is called
+  // before the capture of step k + 1. An exception from it ends the trial and propagates out of run_trial.
+  std::function<void(const Step&, const float* pixels)> on_step = {};
+};
+
+struct TrialSetup {
+  StageSetup stage;  // Station exactly if the scene owns its stage
+  relign_image reference;
+  const SceneFacts& scene;
+  const Instance& instance;
+  const plugin_host::Choice& algorithm;
+  Terms terms = {};
+  Purpose purpose = Scoring{};
+  PreparedByIdentity prepared = {};  // pretrained data of the algorithm and of those that it runs
+  // For the algorithm and those that it runs. `stop` ends the trial: it is checked before every step and while waiting
+  // for a process.
+  plugin_host::HostServices services = {};
+  Callbacks callbacks = {};
+
+  const Scoring* scoring() const { return std::get_if<Scoring>(&purpose); }  // null in pretraining
+};
 
 struct TrialResult {
   std::vector<Step> steps;  // at least step 0, unless the scene failed

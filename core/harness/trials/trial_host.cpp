@@ -61,7 +61,7 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
 }
 
 void TrialHost::describe_task() {
-  const SceneFacts& scene = *setup_->scene;
+  const SceneFacts& scene = setup_->scene;
   Json axes = Json::array();
   for (const Axis& axis : scene.axes)
     axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
@@ -71,9 +71,9 @@ void TrialHost::describe_task() {
 
   task_.struct_size = sizeof task_;
   task_.axes = static_cast<std::uint32_t>(scene.axes.size());
-  task_.budget = setup_->budget;
+  task_.budget = setup_->terms.budget;
   task_.observes = rules_.observes;
-  task_.seed = setup_->algorithm_seed;
+  task_.seed = setup_->terms.algorithm_seed;
   task_.box_lower = has_box ? rules_.box_lower.data() : nullptr;
   task_.box_upper = has_box ? rules_.box_upper.data() : nullptr;
   task_.largest_move = rules_.largest_move;
@@ -160,7 +160,7 @@ relign_status TrialHost::request(const double* values, std::uint32_t axes, bool 
 
 relign_status TrialHost::refuse(relign_status status) {
   if (++refused_ < kMaxRefusals) return status;
-  if (refused_ == 2 * kMaxRefusals && setup_->on_runaway) setup_->on_runaway();
+  if (refused_ == 2 * kMaxRefusals && setup_->callbacks.on_runaway) setup_->callbacks.on_runaway();
   if (refusal_.empty())
     refusal_ = "made " + std::to_string(kMaxRefusals) + " requests that had to be refused (" +
                (status == RELIGN_STOP ? "steps beyond the end of the trial)" : "bad arguments)");
@@ -216,10 +216,10 @@ void TrialHost::capture() {
   pending_.simulation_seconds = seconds_since(start);
   pending_.measured_rmse = images::rmse(pixels_.data(), reference_.data(), pixels_.size());
   if (!std::isfinite(pending_.measured_rmse))
-    throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene->name + "': the capture of step " +
+    throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
                                               std::to_string(pending_.number) + " has non-finite pixels");
   pending_.merit = rules_.merit == Merit::combined
-                       ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene->nominal_pose)
+                       ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose)
                        : pending_.measured_rmse;
   if (pending_.merit < best_merit_) {
     best_merit_ = pending_.merit;
@@ -240,7 +240,7 @@ void TrialHost::close_step() {
   uncured_true_pose_ = move.uncured_true_pose;
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
-  if (setup_->on_step) setup_->on_step(pending_, pixels_.data());
+  if (setup_->callbacks.on_step) setup_->callbacks.on_step(pending_, pixels_.data());
 }
 
 void TrialHost::choose_recommendation() {
@@ -258,8 +258,8 @@ void TrialHost::choose_recommendation() {
 
 // Evaluates each true pose once: an unchanged recommendation costs nothing and keeps its value.
 Truth TrialHost::truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream) {
-  const std::uint64_t seed = frame_seed(setup_->instance->seed, step, stream);
-  if (setup_->pretraining) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
+  const std::uint64_t seed = frame_seed(setup_->instance.seed, step, stream);
+  if (!setup_->scoring()) return {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::quiet_NaN()};
   if (!stage_->has_ground_truth()) return stage_->truth_at(true_pose, seed);
   if (const auto known = truths_.find(true_pose); known != truths_.end()) return known->second;
   return truths_[true_pose] = stage_->truth_at(true_pose, seed);
@@ -272,7 +272,7 @@ Truth TrialHost::uncured_truth() {
 
 std::vector<Truth> TrialHost::glued_truths() {
   std::vector<Truth> truths;
-  if (uncured_true_pose_.empty() || setup_->pretraining || !stage_->has_ground_truth()) return truths;
+  if (uncured_true_pose_.empty() || !setup_->scoring() || !stage_->has_ground_truth()) return truths;
   for (const Step& step : steps_)
     truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
   return truths;

@@ -55,21 +55,21 @@ class TrialHost final : public TrialView {
   std::vector<Truth> glued_truths();
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
-  bool was_stopped() const { return stopped_; }  // by TrialSetup::stop
-  // Reads TrialSetup::stop. The caller must refuse its request when this is true: the trial then ends as `stopped`.
+  bool was_stopped() const { return stopped_; }  // by the stop flag of TrialSetup::services
+  // Reads the stop flag. The caller must refuse its request when this is true: the trial then ends as `stopped`.
   bool stop_requested() {
-    stopped_ = stopped_ || (setup_->stop && setup_->stop->load());
+    stopped_ = stopped_ || (setup_->services.stop && setup_->services.stop->load());
     return stopped_;
   }
-  bool budget_is_spent() const { return pending_.number >= setup_->budget; }
+  bool budget_is_spent() const { return pending_.number >= setup_->terms.budget; }
   // True pose at the last recommendation before curing; empty where curing shifts nothing.
   const std::vector<double>& uncured_true_pose() const { return uncured_true_pose_; }
   const std::string& refusal() const { return refusal_; }  // why the host gave up answering; usually empty
 
   // For the services and for algorithms that the trial's algorithm runs.
   const TrialSetup& setup() const { return *setup_; }
-  const plugin_host::Choice& algorithm() const override { return *setup_->algorithm; }
-  unsigned steps_left() const override { return setup_->budget - pending_.number; }
+  const plugin_host::Choice& algorithm() const override { return setup_->algorithm; }
+  unsigned steps_left() const override { return setup_->terms.budget - pending_.number; }
   void write_observation(relign_observation* observation) const override;
   const relign_image& reference_image() const { return reference_image_; }
   const relign_image& last_capture() const { return image_; }

@@ -19,7 +19,7 @@ inline relign_text to_text(std::string_view view) { return {view.data(), view.si
 inline std::string_view to_view(relign_text text) { return {text.data, static_cast<std::size_t>(text.size)}; }
 
 // Thrown by services that work for long (prior, model) once the user stopped the run. Let it pass: it ends run and is
-// no failure. Not a std::exception, so that whoever handles failures does not go on by mistake.
+// no failure. Not a std::exception, so that code that handles failures does not continue by mistake.
 class Stopped {};
 
 // Coordinates of the stage, one per axis, as shares of the travel.

@@ -22,9 +22,7 @@
 #include <type_traits>
 #include <utility>
 
-namespace relign {
-
-namespace border {
+namespace relign::border {
 
 template <class Body>
 relign_status guard(const relign_host* host, Body&& body) noexcept {
@@ -289,8 +287,6 @@ const void* get_interface(relign_text id) {
   return nullptr;
 }
 
-}  // namespace border
-
-}  // namespace relign
+}  // namespace relign::border
 
 #endif  // RELIGN_BORDER_HPP

@@ -1,5 +1,5 @@
 // relign/services.hpp: what a trial offers besides moving and looking, as C++ classes. Comes with
-// relign/plugin.hpp; the rules stand in relign/plugin.h at each service.
+// relign/plugin.hpp; the rules are in the C header of each service, relign/services/.
 //
 // All of it is valid during run, in the thread of run. Failures are thrown as std::exception with the host's sentence;
 // prior and model throw Stopped once the user stopped the run.
@@ -168,8 +168,8 @@ class Model {
   std::weak_ptr<void> run_;
 };
 
-// "relign.prepared/1": what was learnt beforehand, on source instances that are no trial's. A host that does not offer
-// it is one that never prepares and has nothing to load.
+// "relign.prepared/1": pretraining on source instances, which are never benchmark instances. A host that does not
+// offer it never pretrains and has nothing to load.
 class Pretraining {
  public:
   explicit Pretraining(const relign_pretraining_service* service) : service_(service) {}
@@ -206,7 +206,7 @@ struct RunOutcome {
   bool finished = false;               // it returned before its steps were used up
   std::optional<Observation> last;     // where the stage is now; nothing when no step was left
   std::optional<Observation> best;     // lowest merit; nothing unless "merit" is granted
-  std::optional<Pose> recommendation;  // what it would glue at; counts only when I recommend it
+  std::optional<Pose> recommendation;  // its recommended pose; counts only when I recommend it
 };
 
 template <class Service>

@@ -1,7 +1,7 @@
-// relign/trial.hpp: the trial as an algorithm meets it: a step's observation, and the trial that gives
-// them. Comes with relign/plugin.hpp; the rules stand in relign/plugin.h at relign_trial.
-#ifndef RELIGN_CONVERSATION_HPP
-#define RELIGN_CONVERSATION_HPP
+// relign/trial.hpp: the trial that an algorithm receives, and the observation that a step returns.
+// Comes with relign/plugin.hpp; the rules are in relign/plugin.h at relign_trial.
+#ifndef RELIGN_TRIAL_HPP
+#define RELIGN_TRIAL_HPP
 
 #include <relign/plugin.h>
 
@@ -79,12 +79,12 @@ class Trial {
   }
 
   // Services: what more a trial offers (relign/services.hpp). Each throws std::logic_error when the host does not offer
-  // it, and says what is missing in the manifest.
+  // it; the message names what the manifest lacks.
   ImageView reference() const;      // O*; needs "images". Valid during run
   Measures measures() const;        // MTF, contrast, centroid, ... of the last capture; needs "images"
   Prior prior() const;              // draws from the noise level; needs "level"
   Model model() const;              // a simulator of the scene's design; needs "design"
-  Pretraining pretraining() const;  // what was learnt beforehand; needs "prepare". Never throws: older hosts have none
+  Pretraining pretraining() const;  // data from source instances; needs "prepare". Never throws: older hosts have none
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
   RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
 
@@ -134,4 +134,4 @@ class Trial {
 
 }  // namespace relign
 
-#endif  // RELIGN_CONVERSATION_HPP
+#endif  // RELIGN_TRIAL_HPP

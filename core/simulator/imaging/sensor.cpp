@@ -68,8 +68,9 @@ void read_region(ObjectReader& reader, const JsonSource& source, std::vector<Pro
   region.reject_unknown();
   if (column + columns > sensor.width || row + rows > sensor.height) {
     region.complain("", "the region ends at column " + std::to_string(column + columns) + " and row " +
-                            std::to_string(row + rows) + ", beyond the sensor's " + std::to_string(sensor.width) +
-                            " columns and " + std::to_string(sensor.height) + " rows");
+                            std::to_string(row + rows) + ", beyond the sensor's " +
+                            counted(static_cast<std::uint64_t>(sensor.width), "column") + " and " +
+                            counted(static_cast<std::uint64_t>(sensor.height), "row"));
     return;
   }
   sensor.left_mm += column * sensor.pitch_mm;

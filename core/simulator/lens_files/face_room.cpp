@@ -33,24 +33,26 @@ double room_between(const optics::Face& before, const optics::Face& behind, doub
 
 }  // namespace
 
-std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector<double>& clear_radii) {
+std::vector<std::string> trim_semi_diameters(const optics::Prescription& lens,
+                                             std::vector<std::optional<double>>& semi_diameters) {
   std::vector<const optics::Face*> faces;
   for (const optics::Element& element : lens.elements)
     for (const optics::Face& face : element.faces) faces.push_back(&face);
-  std::vector<Trim> trims;
+  std::vector<std::string> reasons(faces.size());
   const auto trim = [&](std::size_t face, double radius, const char* why) {
-    if (!(clear_radii[face] > radius)) return;
-    trims.push_back({face, clear_radii[face], radius, why});
-    clear_radii[face] = radius;
+    if (!(semi_diameters[face] > radius)) return;
+    reasons[face] = why;
+    semi_diameters[face] = radius;
   };
   for (std::size_t i = 0; i < faces.size(); ++i) {
     const double steepest = std::sqrt(std::max(0.0, 1 + faces[i]->conic)) * std::fabs(faces[i]->curvature);
-    if (steepest * clear_radii[i] > kShare && steepest * clear_radii[i] < 1 / kMinRoom)
+    const double part = steepest * semi_diameters[i].value_or(0);
+    if (part > kShare && part < 1 / kMinRoom)
       trim(i, rounded_down(kShare / steepest),
            faces[i]->conic == 0 ? "is larger than the sphere's radius" : "is larger than the conic");
   }
   for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
-    const double radius = std::min(clear_radii[i], clear_radii[i + 1]);
+    const double radius = std::min(semi_diameters[i], semi_diameters[i + 1]).value_or(0);
     // Faces behind a mirror keep their semi-diameters; the lens reader rejects those that cross.
     if (!(radius > 0) || !(faces[i]->z_mm <= faces[i + 1]->z_mm) || faces[i]->index_after < 0) continue;
     const double room = room_between(*faces[i], *faces[i + 1], radius);
@@ -58,7 +60,7 @@ std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector
     trim(i, rounded_down(kShare * room), "extends beyond where the next face crosses it");
     trim(i + 1, rounded_down(kShare * room), "extends beyond where the previous face crosses it");
   }
-  return trims;
+  return reasons;
 }
 
 }  // namespace relign::lens_files

@@ -2,6 +2,7 @@
 // faces cross, or beyond the end of a conic, and trace rays all the same.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,16 +10,11 @@
 
 namespace relign::lens_files {
 
-struct Trim {
-  std::size_t face = 0;  // from the front, over all elements
-  double from_mm = 0, to_mm = 0;
-  std::string reason;  // "is larger than the conic", for readers
-};
-
-// Trims `clear_radii`, one per face, mm, 0 if not stated; the shapes are those of `lens`, whose semi-diameters are
-// ignored. Faces that cross within kMinRoom of their smaller semi-diameter are left unchanged: the lens reader
-// rejects them.
+// Trims `semi_diameters`, one per face, mm, empty if not stated; the shapes are those of `lens`, whose semi-diameters
+// are ignored. Faces that cross within kMinRoom of their smaller semi-diameter are left unchanged: the lens reader
+// rejects them. Returns the reason for every face, for readers ("is larger than the conic"); empty if not trimmed.
 inline constexpr double kMinRoom = 0.5;
-std::vector<Trim> trim_clear_radii(const optics::Prescription& lens, std::vector<double>& clear_radii);
+std::vector<std::string> trim_semi_diameters(const optics::Prescription& lens,
+                                             std::vector<std::optional<double>>& semi_diameters);
 
 }  // namespace relign::lens_files

@@ -60,7 +60,7 @@ bool GlassChoice::from_catalogue(const Surface& surface, const std::string& name
   return false;
 }
 
-void GlassChoice::write(const Surface& surface, OrderedJson& face) {
+GlassBehind GlassChoice::of(const Surface& surface) {
   const bool same_wavelength = std::fabs(wavelength_nm_ - design_.wavelength_nm) < 0.05;
   const double index = surface.index > 0 && same_wavelength ? surface.index
                        : surface.nd > 0 && surface.vd == 0  ? surface.nd
@@ -68,30 +68,22 @@ void GlassChoice::write(const Surface& surface, OrderedJson& face) {
   if (index > 0 && index < 1) {
     problems_.push_back({design_.file, surface.glass_line, 0, "",
                          "surface " + surface.label + ": expected an index of 1 or more, found " + shortest(index)});
-    return;
+    return {};
   }
-  if (index > 0) {
-    face["index_after"] = index;
-    return;
-  }
+  if (index > 0) return {index, ""};
   if (surface.nd > 0) {  // a model glass has no name: make one of its numbers
     const std::string name = "nd" + shortest(surface.nd) + "-Vd" + shortest(surface.vd);
     own_[name] = {{"nd", surface.nd}, {"vd", surface.vd}};
-    face["glass_after"] = name;
-    return;
+    return {0, name};
   }
-  if (const std::string name = resolved(surface); !name.empty()) {
-    face["glass_after"] = name;
-    return;
-  }
+  if (const std::string name = resolved(surface); !name.empty()) return {0, name};
   const std::string shown_name = shown(surface.glass, 40);
   if (sources_.from_file && surface.stated_nd > 0) {
     own_[surface.glass] = {{"nd", surface.stated_nd}, {"vd", surface.stated_vd}};
-    face["glass_after"] = surface.glass;
     remark(surface, "glass " + shown_name + " has the index and Abbe number that the file states, nd " +
                         shortest(surface.stated_nd) + " and Vd " + shortest(surface.stated_vd) +
                         " (--glass-from-file)");
-    return;
+    return {0, surface.glass};
   }
   problems_.push_back(
       {design_.file, surface.glass_line, 0, "",
@@ -101,6 +93,7 @@ void GlassChoice::write(const Surface& surface, OrderedJson& face) {
            (surface.stated_nd > 0 ? "use nd " + shortest(surface.stated_nd) + " and Vd " + shortest(surface.stated_vd) +
                                         " from the file with --glass-from-file"
                                   : "replace it by a code of nd and Vd, such as 517642, in the lens file")});
+  return {};
 }
 
 void GlassChoice::remark(const Surface& surface, const std::string& text) {

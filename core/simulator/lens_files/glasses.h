@@ -36,13 +36,19 @@ struct GlassSources {
 // "BK7=N-BK7". Throws Error(bad_input) for other texts.
 GlassAlias parse_alias(const std::string& text);
 
+// The medium behind a face: an index or a glass's name. Neither: air, or an unknown glass.
+struct GlassBehind {
+  double index = 0;
+  std::string name;
+};
+
 // Resolves the glasses of one lens at one wavelength.
 class GlassChoice {
  public:
   GlassChoice(LensDesign& design, const GlassSources& sources, double wavelength_nm);
 
-  // Writes "index_after" or "glass_after" into a face; adds a problem for an unknown glass.
-  void write(const Surface& surface, OrderedJson& face);
+  // Adds a problem for an unknown glass.
+  GlassBehind of(const Surface& surface);
   // The lens file's "glasses": those from catalogues, and model glasses.
   const OrderedJson& own_glasses() const { return own_; }
   const std::vector<Problem>& problems() const { return problems_; }

@@ -12,7 +12,6 @@ namespace {
 using optics::Motion;
 
 constexpr double kNothing = 1e-9;  // mm, and relative in rotations: rounding of a motion and its inverse
-constexpr double kFlat = 1e-9;     // 1/mm: lens files take radii up to 1e9 mm
 
 double degrees(double radians) { return radians * 57.29577951308232; }
 // Rounds, so that files do not contain 3.0000000000000004.
@@ -38,28 +37,17 @@ class Writer {
     throw_problems();
     place_surfaces();
     throw_problems();
-    LensDraft draft;
-    OrderedJson elements = OrderedJson::array();
-    group(elements, draft);
-    OrderedJson stops = OrderedJson::array();
-    write_stop(elements, stops, draft);
+    group();
+    place_stop();
     for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
     throw_in_order();
-
-    OrderedJson& lens = draft.json;
-    lens["format"] = 1;
-    lens["name"] = name;
-    lens["source"] = (design_.title.empty() ? "" : shown(design_.title, 200) + "; ") + "from " +
-                     design_.file.substr(design_.file.find_last_of('/') + 1) + " (" + design_.format + ")";
-    lens["wavelength_nm"] = wavelength_nm_;
-    lens["half_field_deg"] = 0;
-    lens["pivot_z_mm"] = 0;
-    lens["image_z_mm"] = image_z(draft);
-    if (!glasses_.own_glasses().empty()) lens["glasses"] = glasses_.own_glasses();
-    lens["elements"] = std::move(elements);
-    lens["stops"] = std::move(stops);
-    if (!design_.published.empty()) lens["published"] = design_.published;
-    return draft;
+    place_image();
+    draft_.name = name;
+    draft_.source = (design_.title.empty() ? "" : shown(design_.title, 200) + "; ") + "from " +
+                    design_.file.substr(design_.file.find_last_of('/') + 1) + " (" + design_.format + ")";
+    draft_.wavelength_nm = wavelength_nm_;
+    draft_.glasses = glasses_.own_glasses();
+    return std::move(draft_);
   }
 
  private:
@@ -70,10 +58,8 @@ class Writer {
   // Throws all problems of surfaces, together with those of glasses, which group() has not processed yet.
   void throw_problems() {
     if (problems_.empty()) return;
-    for (const Surface& surface : design_.surfaces) {
-      OrderedJson face;
-      if (!surface.glass.empty()) glasses_.write(surface, face);
-    }
+    for (const Surface& surface : design_.surfaces)
+      if (!surface.glass.empty()) glasses_.of(surface);
     for (const Problem& problem : glasses_.problems()) problems_.push_back(problem);
     throw_in_order();
   }
@@ -92,8 +78,8 @@ class Writer {
           {design_.file, 0, 0, "", "expected a wavelength from 100 to 100000 nm, found " + shortest(wavelength_nm_)});
     if (design_.surfaces.size() < (has_mirrors() ? 3 : 4)) {
       problems_.push_back({design_.file, 0, 0, "",
-                           "found only " + std::to_string(design_.surfaces.size()) +
-                               " surfaces; a lens needs at least an object, two faces or a mirror, and an image"});
+                           "found only " + counted(design_.surfaces.size(), "surface") +
+                               "; a lens needs at least an object, two faces or a mirror, and an image"});
       return;
     }
     if (medium(0) != nullptr)
@@ -187,7 +173,7 @@ class Writer {
               "an element; CODE V: DAR)");
   }
 
-  void group(OrderedJson& elements, LensDraft& draft) {
+  void group() {
     const Motion* front = nullptr;        // of the element under way
     std::size_t lenses = 0, mirrors = 0;  // mirrors in air
     for (std::size_t i = 1; i + 1 < design_.surfaces.size(); ++i) {
@@ -202,19 +188,14 @@ class Writer {
       }
       if (before == nullptr) {
         front = &frames_[i];
-        if (elements.empty()) design_.first_vertex_mm = first_z_ = front->translation.z;
-        elements.push_back(
-            {{"name", surface.mirror ? "M" + std::to_string(++mirrors) : "L" + std::to_string(++lenses)}});
-        write_placement(surface, *front, elements.back());
-        elements.back()["faces"] = OrderedJson::array();
+        if (draft_.elements.empty()) design_.first_vertex_mm = first_z_ = front->translation.z;
+        const std::string name = surface.mirror ? "M" + std::to_string(++mirrors) : "L" + std::to_string(++lenses);
+        draft_.elements.push_back({name, placement_of(surface, *front), {}});
       }
-      OrderedJson& faces = elements.back()["faces"];
-      draft.surface_of["/elements/" + std::to_string(elements.size() - 1) + "/faces/" + std::to_string(faces.size())] =
-          i;
-      faces.push_back(face_of(surface, *front, frames_[i], behind));
-      last_z_ = faces.back()["z_mm"].get<double>();
+      draft_.elements.back().faces.push_back(face_of(i, *front, behind));
+      last_z_ = draft_.elements.back().faces.back().z_mm;
     }
-    if (elements.empty()) {
+    if (draft_.elements.empty()) {
       problems_.push_back({design_.file, 0, 0, "", "no lens found: no surface is followed by glass"});
       return;
     }
@@ -225,115 +206,121 @@ class Writer {
               "negative");
   }
 
-  OrderedJson face_of(const Surface& surface, const Motion& front, const Motion& frame, const Surface* behind) {
-    const Motion within = after(optics::inverse(front), frame);
+  DraftFace face_of(std::size_t i, const Motion& front, const Surface* behind) {
+    const Surface& surface = design_.surfaces[i];
+    const Motion within = after(optics::inverse(front), frames_[i]);
     if (!straight(within) || !on_axis(within))
       problem(surface, "surface " + surface.label +
                            " is tilted or decentred relative to the front of its own element; elements must be "
                            "bodies of revolution");
-    OrderedJson face;
-    face["z_mm"] = tidy(front.translation.z - first_z_ + within.translation.z);
-    face["radius_mm"] = nullptr;
-    if (std::fabs(surface.curvature) > kFlat) face["radius_mm"] = radius_of(surface.curvature);
-    if (surface.conic != 0) face["conic"] = surface.conic;
-    write_terms(surface, face);
-    if (surface.mirror)
-      face["mirror"] = true;
-    else if (behind != nullptr)
-      glasses_.write(*behind, face);
-    face["clear_radius_mm"] = tidy(surface.clear_radius_mm);
+    DraftFace face;
+    face.surface = i;
+    face.z_mm = tidy(front.translation.z - first_z_ + within.translation.z);
+    face.radius_mm = radius_of(surface);
+    if (!surface.mirror && behind != nullptr) face.behind = glasses_.of(*behind);
+    face.semi_diameter_mm = stated(surface);
     return face;
   }
 
-  static void write_terms(const Surface& surface, OrderedJson& face) {
-    const std::vector<double>& even = surface.even_asphere;
-    if (!even.empty() && even[0] != 0) face["r2"] = even[0];
-    if (even.size() > 1) face["even_asphere"] = std::vector<double>(even.begin() + 1, even.end());
-    if (!surface.odd_asphere.empty()) face["odd_asphere"] = surface.odd_asphere;
-    const auto write = [&](const char* key, const std::optional<QAsphere>& asphere) {
-      if (asphere) face[key] = {{"radius_mm", asphere->radius_mm}, {"coefficients", asphere->coefficients}};
-    };
-    write("q_bfs", surface.q_bfs);
-    write("q_con", surface.q_con);
-  }
-
-  // Curvatures in files usually come from a radius: the nearest of 13 digits if it gives the same curvature.
-  static double radius_of(double curvature) {
-    constexpr int kDigits = 13;
-    const double radius = 1 / curvature, nearest = rounded(radius, kDigits);
-    return std::fabs(nearest * curvature - 1) < 1e-14 ? nearest : radius;
-  }
-
   // p_lens = front vertex + Rx Ry (p - front vertex) + shift. A rotation about the element's own axis has no effect.
-  void write_placement(const Surface& surface, const Motion& front, OrderedJson& element) {
-    if (straight(front) && on_axis(front)) return;
+  std::optional<DraftPlacement> placement_of(const Surface& surface, const Motion& front) {
+    if (straight(front) && on_axis(front)) return std::nullopt;
     if (front.rotation[8] <= 0) {
       problem(surface, "surface " + surface.label + " is tilted by 90 degrees or more");
-      return;
+      return std::nullopt;
     }
     const double rx = degrees(std::atan2(-front.rotation[5], front.rotation[8]));
     const double ry = degrees(std::asin(std::clamp(front.rotation[2], -1.0, 1.0)));
-    element["placement"] = {{"tilt_deg", {tidy(rx), tidy(ry)}},
-                            {"shift_mm", {tidy(front.translation.x), tidy(front.translation.y), 0}}};
+    return DraftPlacement{tidy(rx), tidy(ry), tidy(front.translation.x), tidy(front.translation.y)};
   }
 
-  // Writes the stop's place in the surface order if its position on the axis does not imply it: on a face, inside
-  // glass, or in front of a vertex that comes earlier in the file.
-  void write_stop(const OrderedJson& elements, OrderedJson& stops, LensDraft& draft) {
-    for (std::size_t i = 1; i < design_.surfaces.size(); ++i) {
-      const Surface& surface = design_.surfaces[i];
-      if (!surface.stop) continue;
-      if (!straight(frames_[i]) || !on_axis(frames_[i]))
-        problem(surface,
-                "the stop (surface " + surface.label + ") is tilted or off the axis; stops must be on the axis");
-      const double z = tidy(frames_[i].translation.z - first_z_);
-      draft.surface_of["/stops/0"] = i;
-      OrderedJson stop = {{"name", "aperture stop"},
-                          {"z_mm", z},
-                          {"opening_radius_mm", tidy(surface.clear_radius_mm)},
-                          {"in_listing", true},
-                          {"aperture", true}};
-      std::size_t before = 0;  // faces that light passes before the stop
-      bool in_glass = false, on_face = false, in_order = true;
-      for (std::size_t e = 0; e < elements.size(); ++e) {
-        const OrderedJson& faces = elements[e]["faces"];
-        for (std::size_t f = 0; f < faces.size(); ++f) {
-          const std::size_t own = draft.surface_of.at("/elements/" + std::to_string(e) + "/faces/" + std::to_string(f));
-          on_face = on_face || own == i;
-          before += own < i ? 1 : 0;
-          in_glass = own < i ? f + 1 < faces.size() : in_glass;
-          in_order = in_order && (own < i ? faces[f]["z_mm"] <= z : own == i || faces[f]["z_mm"] >= z);
-        }
+  // The stop has a place in the surface order if its position on the axis does not imply it: on a face, inside glass,
+  // or in front of a vertex that comes earlier in the file.
+  void place_stop() {
+    const auto found = std::find_if(design_.surfaces.begin() + 1, design_.surfaces.end(),
+                                    [](const Surface& surface) { return surface.stop; });
+    DraftStop& stop = draft_.stop;
+    stop.surface = static_cast<std::size_t>(found - design_.surfaces.begin());
+    const Motion& frame = frames_[stop.surface];
+    if (!straight(frame) || !on_axis(frame))
+      problem(*found, "the stop (surface " + found->label + ") is tilted or off the axis; stops must be on the axis");
+    stop.z_mm = tidy(frame.translation.z - first_z_);
+    std::size_t before = 0;  // faces that light passes before the stop
+    bool in_glass = false, in_order = true;
+    for (const DraftElement& element : draft_.elements)
+      for (const DraftFace& face : element.faces) {
+        const bool passed = face.surface < stop.surface;
+        stop.on_face = stop.on_face || face.surface == stop.surface;
+        before += passed ? 1 : 0;
+        in_glass = passed ? &face != &element.faces.back() : in_glass;
+        in_order =
+            in_order && (passed ? face.z_mm <= stop.z_mm : face.surface == stop.surface || face.z_mm >= stop.z_mm);
       }
-      if (on_face)
-        stop["on_face"] = before + 1;
-      else if (in_glass || !in_order || has_mirrors())
-        stop["before_face"] = before + 1;
-      stops.push_back(std::move(stop));
-    }
+    if (stop.on_face || in_glass || !in_order || has_mirrors()) stop.before_face = before;
   }
 
-  double image_z(LensDraft& draft) const {
+  void place_image() {
     // CODE V writes a defocus as the image's thickness.
     double z = frames_.back().translation.z - first_z_;
     if (design_.format != "Zemax" && std::fabs(design_.surfaces.back().thickness_mm) < kInfinite)
       z += design_.surfaces.back().thickness_mm;
-    draft.image_stated = direction_ * (z - last_z_) > kNothing;
-    return draft.image_stated ? tidy(z) : last_z_ + direction_;
+    draft_.image_stated = direction_ * (z - last_z_) > kNothing;
+    draft_.image_z_mm = draft_.image_stated ? tidy(z) : last_z_ + direction_;
+  }
+
+  // Curvatures in files usually come from a radius: the nearest of 13 digits if it gives the same curvature.
+  static std::optional<double> radius_of(const Surface& surface) {
+    constexpr int kDigits = 13;
+    constexpr double kFlat = 1e-9;  // 1/mm: lens files take radii up to 1e9 mm
+    if (!(std::fabs(surface.curvature) > kFlat)) return std::nullopt;
+    const double radius = 1 / surface.curvature, nearest = rounded(radius, kDigits);
+    return std::fabs(nearest * surface.curvature - 1) < 1e-14 ? nearest : radius;
+  }
+
+  static std::optional<double> stated(const Surface& surface) {
+    const double radius = tidy(surface.clear_radius_mm);
+    return radius > 0 ? std::optional<double>(radius) : std::nullopt;
   }
 
   LensDesign& design_;
   double wavelength_nm_;
   GlassChoice glasses_;
   std::vector<Problem> problems_;
+  LensDraft draft_;
   std::vector<Motion> frames_;
   double first_z_ = 0, last_z_ = 0;
   double direction_ = 1;  // of the light behind the last face: +-z
 };
 
-}  // namespace
+OrderedJson face_json(const DraftFace& face, const Surface& surface) {
+  OrderedJson json = {{"z_mm", face.z_mm}, {"radius_mm", nullptr}};
+  if (face.radius_mm) json["radius_mm"] = *face.radius_mm;
+  if (surface.conic != 0) json["conic"] = surface.conic;
+  const std::vector<double>& even = surface.even_asphere;
+  if (!even.empty() && even[0] != 0) json["r2"] = even[0];
+  if (even.size() > 1) json["even_asphere"] = std::vector<double>(even.begin() + 1, even.end());
+  if (!surface.odd_asphere.empty()) json["odd_asphere"] = surface.odd_asphere;
+  const auto write = [&](const char* key, const std::optional<QAsphere>& asphere) {
+    if (asphere) json[key] = {{"radius_mm", asphere->radius_mm}, {"coefficients", asphere->coefficients}};
+  };
+  write("q_bfs", surface.q_bfs);
+  write("q_con", surface.q_con);
+  if (surface.mirror) json["mirror"] = true;
+  if (face.behind.index > 0) json["index_after"] = face.behind.index;
+  if (!face.behind.name.empty()) json["glass_after"] = face.behind.name;
+  json["clear_radius_mm"] = face.semi_diameter_mm.value_or(kProvisional_mm);
+  return json;
+}
 
-namespace {
+OrderedJson stop_json(const DraftStop& stop) {
+  OrderedJson json = {{"name", "aperture stop"},
+                      {"z_mm", stop.z_mm},
+                      {"opening_radius_mm", stop.opening_radius_mm.value_or(kProvisional_mm)},
+                      {"in_listing", true},
+                      {"aperture", true}};
+  if (stop.before_face) json[stop.on_face ? "on_face" : "before_face"] = *stop.before_face + 1;
+  return json;
+}
 
 // Scenes have one wavelength unless polychromatic: notes that the file's others are not used.
 void remark_unused_wavelengths(LensDesign& design, double wavelength_nm) {
@@ -363,6 +350,29 @@ LensDraft draft_lens(LensDesign& design, const GlassSources& sources, const std:
                      bool polychromatic) {
   if (!polychromatic) remark_unused_wavelengths(design, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm);
   return Writer(design, sources, wavelength_nm > 0 ? wavelength_nm : design.wavelength_nm).write(name);
+}
+
+OrderedJson lens_json(const LensDraft& draft, const LensDesign& design) {
+  OrderedJson lens = {{"format", 1},
+                      {"name", draft.name},
+                      {"source", draft.source},
+                      {"wavelength_nm", draft.wavelength_nm},
+                      {"half_field_deg", draft.half_field_deg},
+                      {"pivot_z_mm", 0},
+                      {"image_z_mm", draft.image_z_mm}};
+  if (!draft.glasses.empty()) lens["glasses"] = draft.glasses;
+  for (const DraftElement& element : draft.elements) {
+    OrderedJson json = {{"name", element.name}};
+    if (const auto& placement = element.placement)
+      json["placement"] = {{"tilt_deg", {placement->tilt_x_deg, placement->tilt_y_deg}},
+                           {"shift_mm", {placement->shift_x_mm, placement->shift_y_mm, 0}}};
+    for (const DraftFace& face : element.faces) json["faces"].push_back(face_json(face, design.surfaces[face.surface]));
+    lens["elements"].push_back(std::move(json));
+  }
+  lens["stops"] = OrderedJson::array({stop_json(draft.stop)});
+  if (!design.published.empty()) lens["published"] = design.published;
+  if (draft.entrance_pupil_diameter_mm) lens["entrance_pupil_diameter_mm"] = *draft.entrance_pupil_diameter_mm;
+  return lens;
 }
 
 }  // namespace relign::lens_files

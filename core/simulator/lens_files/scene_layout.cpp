@@ -354,7 +354,8 @@ std::vector<std::string> remark_lines(const LensDesign& design) {
   for (const Remark& remark : design.remarks) {
     std::string text =
         design.file + ":" + (remark.line > 0 ? std::to_string(remark.line) + ":" : "") + " " + remark.text;
-    if (remark.more_lines > 0) text += " (and " + std::to_string(remark.more_lines) + " lines more)";
+    if (remark.more_lines > 0)
+      text += " (and " + counted(static_cast<std::uint64_t>(remark.more_lines), "line") + " more)";
     lines.push_back(text);
   }
   return lines;
@@ -367,8 +368,8 @@ std::string readme(const LensDesign& design, const CompleteLens& lens, const Lay
       design.format + ")" + (design.title.empty() ? "" : ": " + shown(design.title, 200)) +
       ".\n\n"
       "* `lens.json`: " +
-      std::to_string(lens.lens.elements.size()) +
-      " elements and the stop\n"
+      counted(lens.lens.elements.size(), "element") +
+      " and the stop\n"
       "* `scene.json`: sensor, emitter, travel, machine times\n"
       "* `tolerances.json`: offsets of elements and start, 3 sigma; initially a grade by the lens's size (" +
       layout.grade +

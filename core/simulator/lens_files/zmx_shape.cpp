@@ -113,8 +113,9 @@ void ZmxShape::apply_extended(Reading& reading, Surface& surface, int step) cons
   }
   if (terms != stated)  // occurs in files of design programs
     reading.remark(line, "count of terms",
-                   "surface " + surface.label + ": XDAT 1 states " + shortest(stated) + " terms; " +
-                       std::to_string(static_cast<int>(terms)) + " are read");
+                   "surface " + surface.label + ": XDAT 1 states " + shortest(stated) +
+                       (stated == 1 ? " term; " : " terms; ") + std::to_string(static_cast<int>(terms)) +
+                       (terms == 1 ? " is read" : " are read"));
   if (terms >= 1 && !(radius > 0)) {
     reading.problem(line, "surface " + surface.label + ": XDAT 2: expected a normalisation radius above 0, found " +
                               shortest(radius));

@@ -52,8 +52,8 @@ LensMeshes::LensMeshes(const optics::Prescription& lens, const std::map<std::str
   for (std::size_t e = 0; e < lens.elements.size(); ++e) {
     const optics::Element& element = lens.elements[e];
     if (element.faces.size() != 2)
-      throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
-                                            " faces; lenses of meshes need elements with two");
+      throw Error(ErrorKind::bad_input, "element " + element.name + " has " + counted(element.faces.size(), "face") +
+                                            "; lenses of meshes need elements with two");
     check_on_axis(element);
     if (!add(element.name, element.faces[0].index_after, e))
       throw Error(ErrorKind::bad_input, "missing mesh of element '" + element.name + "'");

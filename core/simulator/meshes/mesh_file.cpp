@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/text.h"
 #include "meshes/mesh_header.h"
 
 namespace relign::meshes {
@@ -80,7 +81,7 @@ Mesh read_mesh(const fs::path& file, Demand demand) {
   std::uint64_t faces = 0;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) append(*scene->mMeshes[m], file, mesh, faces);
   if (header.faces && faces != *header.faces)
-    reject_mesh(file, "the file is truncated: its header states " + std::to_string(*header.faces) + " faces, found " +
+    reject_mesh(file, "the file is truncated: its header states " + counted(*header.faces, "face") + ", found " +
                           std::to_string(faces));
   if (mesh.triangles.size() > kMaxTriangles)
     reject_mesh(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles; allowed are up to " +

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace relign::meshes {
 namespace {
@@ -150,9 +151,10 @@ HeaderCounts check_ply_header(const std::string& file, const std::string& conten
                                 (content.back() == '\n' ? -1 : 0)
                           : static_cast<std::ptrdiff_t>(content.size() - body - 1);
   if (static_cast<double>(found) < least)
-    reject_header(file, "the file is truncated: its header states " + std::to_string(*vertices) + " vertices and " +
-                            std::to_string(*faces) + " faces, but only " + std::to_string(found) +
-                            (text ? " lines" : " bytes") + " follow");
+    reject_header(file, "the file is truncated: its header states " + std::to_string(*vertices) +
+                            (*vertices == 1 ? " vertex and " : " vertices and ") + counted(*faces, "face") +
+                            ", but only " + counted(static_cast<std::uint64_t>(found), text ? "line" : "byte") +
+                            (found == 1 ? " follows" : " follow"));
   if (text) check_lines(file, elements, std::string_view(content).substr(body + 1));
   return {faces};
 }
@@ -166,12 +168,11 @@ HeaderCounts check_stl_header(const std::string& file, const std::string& conten
     const std::uint64_t size = kHeader + kFace * static_cast<std::uint64_t>(faces);
     if (size == content.size()) return {faces};
     if (!text)
-      reject_header(file, "the file is truncated or not an STL: its header states " + std::to_string(faces) +
-                              " faces (" + std::to_string(size) + " bytes), found " + std::to_string(content.size()) +
-                              " bytes");
+      reject_header(file, "the file is truncated or not an STL: its header states " + counted(faces, "face") + " (" +
+                              std::to_string(size) + " bytes), found " + counted(content.size(), "byte"));
   }
   if (!text)
-    reject_header(file, "not an STL file: found " + std::to_string(content.size()) + " bytes, shorter than a header");
+    reject_header(file, "not an STL file: found " + counted(content.size(), "byte") + ", shorter than a header");
   if (content.find("endsolid") == std::string::npos)
     reject_header(file, "the file is truncated: the text STL has no 'endsolid'");
   return {};

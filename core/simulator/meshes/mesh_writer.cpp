@@ -106,8 +106,8 @@ void check_on_axis(const optics::Element& element) {
 
 Mesh element_mesh(const optics::Element& element, double pitch_mm) {
   if (element.faces.size() != 2)
-    throw Error(ErrorKind::bad_input, "element " + element.name + " has " + std::to_string(element.faces.size()) +
-                                          " faces; meshes need elements with two: define each glass of a cemented "
+    throw Error(ErrorKind::bad_input, "element " + element.name + " has " + counted(element.faces.size(), "face") +
+                                          "; meshes need elements with two: define each glass of a cemented "
                                           "element as a separate element");
   check_on_axis(element);
   const optics::Face &front = element.faces[0], &back = element.faces[1];

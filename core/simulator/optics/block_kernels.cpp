@@ -92,7 +92,7 @@ void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sa
 // 24 random bits to [0, 1).
 inline float unit(std::uint32_t bits) { return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24F; }
 
-// Uniform on the unit disc from two words: radius sqrt(u), angle 2 pi v. Half the angle lies in
+// Uniform on the unit disc from two words: radius sqrt(u), angle 2 pi v. Half the angle is in
 // [-pi/2, pi/2), where Taylor series of degree 11 and 12 are good to float; double it afterwards.
 inline void unit_disc(std::uint32_t bits_u, std::uint32_t bits_v, float& dx, float& dy) {
   const float radius = __builtin_sqrtf(unit(bits_u));

@@ -15,7 +15,7 @@ double sag_of_rim(const Face& face) {
 
 }  // namespace
 
-// sign: -1 for faces whose glass lies behind them, 1 for those whose glass lies in front.
+// sign: -1 for faces with the glass behind them, 1 for those with the glass in front.
 GhostWalk::Normal GhostWalk::outward_at_rim(const Face& face, double sign) {
   const double slope = face.curvature * face.clear_radius_mm;
   return {-sign * slope, sign * std::sqrt(std::max(0.0, 1 - slope * slope))};

@@ -23,7 +23,7 @@ double unpolarised_reflectance(double cosine, double cosine_after, double ratio)
 
 bool GhostWalk::in_bore(const Vec3& at, const Vec3& direction) const {
   if (!has_barrel_) return true;
-  // In front of the rim a place must lie within the bore; behind it, the ray must cross the rim there.
+  // In front of the rim a place must be within the bore; behind it, the ray must cross the rim there.
   const double t = at.z > rim_z_ ? (rim_z_ - at.z) / direction.z : 0;
   return square(at.x + t * direction.x) + square(at.y + t * direction.y) < bore_radius2_;
 }

@@ -16,7 +16,7 @@
 
 namespace relign::optics {
 
-// Lens coordinates. Surfaces are faces and stops, counted from the object side; gap g lies between surfaces g - 1
+// Lens coordinates. Surfaces are faces and stops, counted from the object side; gap g is between surfaces g - 1
 // and g.
 struct WalkingRay {
   Vec3 at;

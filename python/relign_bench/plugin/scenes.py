@@ -55,8 +55,7 @@ class Assembly:
     True poses are tuples with one value per axis of the description, 0 to 1; offsets and noise may lead beyond.
 
     Optional methods: `render_noise_free(self, true_pose)` returns pixels. `mtf(self, true_pose, lp_per_mm)` returns
-    (centre, corner), the lens's geometric MTF as relign_scene_mtf in plugin.h defines it; suites whose spec has "mtf" need
-    it.
+    (centre, corner), the lens's geometric MTF as relign/scene/mtf.h defines it; suites whose spec has "mtf" need it.
     """
 
     render_noise_free: Any = None

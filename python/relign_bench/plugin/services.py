@@ -178,7 +178,7 @@ class Pretraining:
         """
         view = memoryview(data).cast("B")
         if not self._offered:
-            raise ValueError("this host prepares nothing for a class without `prepare`; check `active` first")
+            raise ValueError("this host pretrains nothing for a class without `prepare`; check `active` first")
         place = self._trial._service(self.SERVICE, "room", bytes=len(view))
         descriptor = os.open(place["file"], os.O_WRONLY | os.O_CLOEXEC)
         try:

@@ -95,7 +95,7 @@ TEST_F(Training, NeedsHoursForTheBreakEvenPoint) {
   EXPECT_THAT(Report(folder_).html(), Not(HasSubstr("Training cost")));
 }
 
-// Without an untrained method there is no number.
+// Without an untrained method the number is absent.
 TEST_F(Training, ReportsAMissingBaseline) {
   write({trial("agent", 0, {0.2, 0.04}), trial("lost", 0, {0.2, 0.19})});
   add_to_manifest({{"spec", {{"rmse", 0.05}}}, {"algorithms", algorithms(0.5)}});

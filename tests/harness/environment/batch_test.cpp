@@ -57,17 +57,15 @@ TEST_F(BatchOf, MatchesFramesPosesAndGroundTruthOfATrial) {
   const trials::Instance instance = trials::draw_instance(level, facts, 1, SeedDomain::benchmark, 5);
   plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
   const plugin_host::Choice random = catalog_.resolve_or_throw(Kind::optimizer, "random");
-  trials::TrialSetup trial;
-  trial.assembly = &assembly;
-  trial.reference = scene.reference();
-  trial.scene = &facts;
-  trial.instance = &instance;
-  trial.algorithm = &random;
-  trial.services = services;
-  trial.budget = 8;
-  trial.machine_time = facts.machine_time;
+  trials::TrialSetup trial{.stage = trials::SimulatedLens{assembly, scene, level},
+                           .reference = scene.reference(),
+                           .scene = facts,
+                           .instance = instance,
+                           .algorithm = random,
+                           .terms = {.budget = 8, .machine_time = facts.machine_time},
+                           .services = services};
   std::vector<std::vector<float>> frames;
-  trial.on_step = [&](const trials::Step&, const float* pixels) {
+  trial.callbacks.on_step = [&](const trials::Step&, const float* pixels) {
     frames.emplace_back(pixels, pixels + std::size_t{facts.image_width} * facts.image_height);
   };
   const trials::TrialResult result = trials::run_trial(trial);

@@ -29,26 +29,32 @@ struct TrialFixture {
     services.log = [this](int, const std::string& message) { scene_log.push_back(message); };
     scene =
         std::make_unique<plugin_host::Scene>(fake(plugin_host::Kind::scene, "fake_scene", scene_parameters), services);
+    level = std::make_unique<plugin_host::NoiseLevel>(fake(plugin_host::Kind::noise_level, "fake_level"), services);
     facts = read_scene_facts(scene->describe(), "fake-scene");
     instance.number = 3;
     instance.seed = 77;
     instance.perturbations = {{0.3, 0.58, 0.5}, {1, 0, 0, 0, 1, 0, 0, 0, 1}, "{}"};
     algorithm = fake(plugin_host::Kind::optimizer, algorithm_folder, {{"script", Json::parse(script_json)}});
-    setup.services.log = [this](int, const std::string& message) { algorithm_log.push_back(message); };
-    setup.budget = 4;
-    setup.algorithm_seed = 5;
+    algorithm_services.log = [this](int, const std::string& message) { algorithm_log.push_back(message); };
+    terms.budget = 4;
+    terms.algorithm_seed = 5;
+    terms.machine_time = facts.machine_time;
   }
+  TrialFixture(const TrialFixture&) = delete;
+  TrialFixture& operator=(const TrialFixture&) = delete;
 
   TrialResult run() {
     plugin_host::MountedAssembly assembly = scene->mount(instance.perturbations.elements_json);
-    setup.assembly = &assembly;
-    setup.reference = scene->reference();
-    setup.scene = &facts;
-    setup.instance = &instance;
-    setup.algorithm = &algorithm;
-    setup.machine_time = facts.machine_time;
-    if (machine_time) setup.machine_time = *machine_time;
-    return run_trial(setup);
+    return run_trial({.stage = SimulatedLens{assembly, *scene, *level},
+                      .reference = scene->reference(),
+                      .scene = facts,
+                      .instance = instance,
+                      .algorithm = algorithm,
+                      .terms = terms,
+                      .purpose = pretraining ? Purpose(Pretraining{*pretraining}) : Scoring{},
+                      .prepared = prepared,
+                      .services = algorithm_services,
+                      .callbacks = callbacks});
   }
 
   // The values logged under a word: the algorithm's observations ("seen"), answers ("answer") and task ("task").
@@ -72,21 +78,22 @@ struct TrialFixture {
   plugin_host::HostServices services;
   std::vector<std::string> scene_log, algorithm_log;
   std::unique_ptr<plugin_host::Scene> scene;
+  std::unique_ptr<plugin_host::NoiseLevel> level;
   SceneFacts facts;
   Instance instance;
   plugin_host::Choice algorithm;
-  TrialSetup setup;
-  std::optional<MachineTime> machine_time;
+  Terms terms;
+  PretrainingState* pretraining = nullptr;  // null: a benchmark trial
+  PreparedByIdentity prepared;
+  plugin_host::HostServices algorithm_services;
+  Callbacks callbacks;
 };
 
 // A trial with every service that the host offers, for the algorithm in `folder`.
 struct TrialWithServices : TrialFixture {
   TrialWithServices(const std::string& folder, const Json& parameters, const Json& scene_parameters)
-      : TrialFixture("[]", "fake_optimizer", scene_parameters),
-        level(fake(plugin_host::Kind::noise_level, "fake_level"), services) {
+      : TrialFixture("[]", "fake_optimizer", scene_parameters) {
     algorithm = fake(plugin_host::Kind::optimizer, folder, parameters);
-    setup.design = scene.get();
-    setup.level = &level;
   }
   // A value logged under a word; fails the test when it is missing.
   Json answer(const std::string& word, std::size_t which = 0) const {
@@ -94,7 +101,6 @@ struct TrialWithServices : TrialFixture {
     EXPECT_GT(values.size(), which) << word << " was not logged; refused: " << Json(logged("refused")).dump();
     return which < values.size() ? values[which] : Json();
   }
-  plugin_host::NoiseLevel level;
 };
 
 }  // namespace relign::trials

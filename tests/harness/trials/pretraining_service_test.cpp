@@ -16,9 +16,7 @@ using testing::HasSubstr;
 struct LearnerTrial : TrialWithServices {
   explicit LearnerTrial(const std::string& script, const std::string& folder = "service_user_learner",
                         const Json& then = "../fake_optimizer")
-      : TrialWithServices(folder, {{"script", Json::parse(script)}, {"then", absolute(then)}}, Json::object()) {
-    setup.prepared = &prepared;
-  }
+      : TrialWithServices(folder, {{"script", Json::parse(script)}, {"then", absolute(then)}}, Json::object()) {}
   // Given parameters are not relative to the plugin's folder.
   static Json absolute(Json then) {
     const std::string plugins = RELIGN_TASK_TEST_PLUGINS;
@@ -29,7 +27,6 @@ struct LearnerTrial : TrialWithServices {
   void give(const plugin_host::Choice& to, const std::string& bytes) {
     prepared[to.identity].bytes = std::make_shared<const std::string>(bytes);
   }
-  PreparedByIdentity prepared;
 };
 
 // The same algorithm as a library and as a process.
@@ -77,7 +74,7 @@ TEST_P(PretrainingService, RequiresDeclarationInTheManifest) {
   trial.give(trial.algorithm, "not for it");
   trial.run();
   EXPECT_EQ(trial.answer("load"), Json({false, nullptr}));
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host prepares nothing"));
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("this host pretrains nothing"));
 }
 
 TEST_P(PretrainingService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
@@ -86,7 +83,7 @@ TEST_P(PretrainingService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
   trial.give(trial.algorithm, "of trials");
   PretrainingState state;
   state.sources = 2;
-  trial.setup.pretraining = &state;
+  trial.pretraining = &state;
   const TrialResult result = trial.run();
   EXPECT_EQ(result.message, "");
   EXPECT_EQ(trial.answer("load"), Json({true, nullptr}));
@@ -105,7 +102,7 @@ TEST_P(PretrainingService, InnerAlgorithmLoadsItsOwnDataAndNeverSaves) {
   trial.give(*trial.algorithm.algorithms.at("then"), "inner");
   PretrainingState state;
   state.sources = 1;
-  trial.setup.pretraining = &state;
+  trial.pretraining = &state;
   trial.run();
   EXPECT_EQ(trial.answer("load"), Json({false, "inner"})) << "the inner algorithm is not pretrained here";
   EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("cannot save in a benchmark trial"));

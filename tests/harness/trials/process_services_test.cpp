@@ -74,7 +74,7 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
       ["run", "then", 10], ["step", [0.5, 0.5, 0.5]]])");
   ServiceTrial library(kLibrary, {{"script", script}}, {{"noise", 0.05}});
   ServiceTrial python(kPython, {{"script", script}}, {{"noise", 0.05}});
-  library.setup.budget = python.setup.budget = 5;
+  library.terms.budget = python.terms.budget = 5;
   const TrialResult in_library = library.run();
   expect_equal(in_library, python.run());
   EXPECT_THAT(in_library.steps, SizeIs(6));
@@ -217,7 +217,7 @@ prepared.save(b"last"))py";
   ServiceTrial trial(python(body, R"("images", "design")", R"({"sources": 3, "steps": 4})"), Json::object());
   PretrainingState state;
   state.sources = 3;
-  trial.setup.pretraining = &state;
+  trial.pretraining = &state;
   EXPECT_EQ(trial.run().message, "");
   ASSERT_THAT(trial.logged("refused"), SizeIs(5));
   EXPECT_THAT(trial.refusal(0), HasSubstr("request 'room' first"));
@@ -247,8 +247,8 @@ TEST_F(ProcessServices, StopEndsALongModelLoop) {
                              R"([["step", [0.5, 0.5, 0.5]], ["draw", 1], ["measure", "mean"]])"}) {
       ServiceTrial trial(plugin, {{"script", Json::parse(work)}});
       std::atomic<bool> stop{false};
-      trial.setup.stop = &stop;
-      trial.setup.on_step = [&](const Step&, const float*) { stop = true; };
+      trial.algorithm_services.stop = &stop;
+      trial.callbacks.on_step = [&](const Step&, const float*) { stop = true; };
       const TrialResult result = trial.run();
       EXPECT_EQ(result.end, End::stopped) << plugin;
       EXPECT_EQ(result.message, "") << "a stop is not a failure";

@@ -94,15 +94,6 @@ TEST(Services, RequireDeclaredObservations) {
   for (std::size_t i = 0; i < 5; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
 }
 
-TEST(Services, AreNotOfferedWithoutSimulatorOrNoiseLevel) {
-  ServiceTrial trial(R"([["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1]])");
-  trial.setup.design = nullptr;
-  trial.setup.level = nullptr;
-  trial.run();
-  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("not offered"));
-  EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("not offered"));
-}
-
 TEST(Services, DeclaringImagesGrantsNeitherMeritNorStart) {
   ServiceTrial trial(R"([["step", [0.1, 0, 0]], ["measure", "mean"]])", "service_user_images");
   const TrialResult result = trial.run();
@@ -118,7 +109,7 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   ServiceTrial trial(script), other(script);
   other.instance.number = 4;
   other.instance.seed = 78;
-  other.setup.algorithm_seed = 6;
+  other.terms.algorithm_seed = 6;
   trial.run();
   other.run();
   EXPECT_EQ(trial.answer("draw"), trial.answer("draw", 2));
@@ -129,7 +120,7 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
   EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
   const auto start_of = [&](std::uint64_t seed) {
-    return Json::parse(trial.level.draw(seed, trial.facts.text)).at("start");
+    return Json::parse(trial.level->draw(seed, trial.facts.text)).at("start");
   };
   EXPECT_EQ(drawn["start"], start_of(instance_seed(0, SeedDomain::training, 7)));
   // Neither this instance nor any benchmark instance, for any suite seed.
@@ -147,7 +138,7 @@ TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
                                      ["step", 0.46, 0.58, 0.5], ["step", 0.6, 0.58, 0.5], ["step", 0.6, 0.58, 0.5]]}],
       ["run", "then", 10, {"script": [["move", 0.01, 0, 0], ["move", 0.01, 0, 0], ["move", 0.01, 0, 0]]}],
       ["run", "then", 10], ["step", [0.5, 0.5, 0.5]]])");
-  trial.setup.budget = 6;
+  trial.terms.budget = 6;
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::budget_spent);
   ASSERT_THAT(result.steps, SizeIs(7));

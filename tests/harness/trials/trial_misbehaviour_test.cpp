@@ -121,8 +121,8 @@ TEST(Misbehaviour, ReportsAndRevertsChangesOfTheEnvironment) {
 TEST(Stopping, StoppedTrialDoesNotCount) {
   std::atomic<bool> stop{false};
   TrialFixture trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
-  trial.setup.stop = &stop;
-  trial.setup.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
+  trial.algorithm_services.stop = &stop;
+  trial.callbacks.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::stopped) << "whatever the algorithm does then";
   EXPECT_THAT(result.steps, SizeIs(3)) << "step 2 was in progress when the record of step 1 was completed";
@@ -131,11 +131,11 @@ TEST(Stopping, StoppedTrialDoesNotCount) {
 TEST(Stopping, CompleteTrialCountsDespiteStop) {
   std::atomic<bool> stop{true};
   TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
-  trial.setup.stop = &stop;
-  trial.setup.budget = 0;
+  trial.algorithm_services.stop = &stop;
+  trial.terms.budget = 0;
   EXPECT_EQ(trial.run().end, End::budget_spent);
   TrialFixture idle("[]");
-  idle.setup.stop = &stop;
+  idle.algorithm_services.stop = &stop;
   EXPECT_EQ(idle.run().end, End::finished);
 }
 
@@ -172,14 +172,18 @@ TEST(SceneFailure, RejectsReferenceOfAnotherSize) {
 
 TEST(HostFailure, PropagatesExceptionsOfOnStep) {
   TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
-  trial.setup.on_step = [](const Step&, const float*) { throw Error(ErrorKind::io, "the disk is full"); };
+  trial.callbacks.on_step = [](const Step&, const float*) { throw Error(ErrorKind::io, "the disk is full"); };
   EXPECT_EQ(thrown_by(trial), "the disk is full");
   TrialFixture other(R"([["step", 0.5, 0.5, 0.5]])");
-  other.setup.on_step = [](const Step&, const float*) { throw std::length_error("too long"); };
+  other.callbacks.on_step = [](const Step&, const float*) { throw std::length_error("too long"); };
   EXPECT_EQ(thrown_by<std::length_error>(other), "too long");
 }
 
-TEST(HostFailure, RejectsIncompleteSetup) { EXPECT_THROW(run_trial(TrialSetup{}), Error); }
+TEST(HostFailure, RejectsStageOfAnotherScene) {
+  TrialFixture trial("[]");
+  trial.facts.owns_stage = true;
+  EXPECT_THAT(thrown_by(trial), HasSubstr("needs the stage of its scene"));
+}
 
 }  // namespace
 }  // namespace relign::trials

@@ -80,7 +80,7 @@ TEST(Recommendation, ScoresEveryStepAfterCuring) {
 
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
   TrialFixture trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
-  trial.setup.budget = 1;
+  trial.terms.budget = 1;
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(2));
   EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"stop"});
@@ -111,7 +111,7 @@ TEST(Recommendation, DefaultsToBestMeasuredPoseForOptimizers) {
 
 TEST(Recommendation, PrefersTheFirstOfEqualMeasurements) {
   TrialFixture trial(R"([["step", 0.25, 0.5, 0.5], ["step", 0.75, 0.5, 0.5]])");
-  trial.setup.merit = Merit::rmse;
+  trial.terms.merit = Merit::rmse;
   trial.instance.perturbations.start = {0.125, 0.5, 0.5};
   const TrialResult result = trial.run();
   ASSERT_EQ(result.steps[1].merit, result.steps[2].merit);
@@ -135,8 +135,8 @@ TEST(Recommendation, DefaultsToCurrentPoseForAgents) {
 TEST(Recommendation, CurrentPoseIsExactAtALimit) {
   for (const Limits limits : {Limits::soft, Limits::hard}) {
     TrialFixture trial(R"([["move", 0.7, 0.1, 0.2], ["move", 0.7, 0.1, -0.1]])", "fake_agent");
-    trial.setup.protocol = Protocol::blind;
-    trial.setup.limits = limits;
+    trial.terms.protocol = Protocol::blind;
+    trial.terms.limits = limits;
     trial.instance.perturbations.distortion = {1.01, 0.02, -0.01, 0.03, 0.98, 0.01, 0, -0.02, 1.02};
     const TrialResult result = trial.run();
     ASSERT_NE(result.steps[2].limits_high, 0u);
@@ -156,7 +156,7 @@ TEST(OnStep, RunsOncePerCompleteStepWithItsCapture) {
   TrialFixture trial(R"([["first"], ["step", 0.5, 0.58, 0.5], ["recommend", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6]])");
   std::vector<unsigned> numbers;
   std::vector<std::size_t> captures_before;
-  trial.setup.on_step = [&](const Step& step, const float* pixels) {
+  trial.callbacks.on_step = [&](const Step& step, const float* pixels) {
     numbers.push_back(step.number);
     captures_before.push_back(trial.seeds("capture").size());
     EXPECT_NEAR(pixels[5], 0.5 + step.measured_rmse, 1e-7) << "the capture of this very step";

@@ -43,7 +43,7 @@ TEST(Trial, RecordsPosesScoresAndEnd) {
 
 TEST(Trial, MeritCanBeOverridden) {
   TrialFixture trial(kTwoSteps);
-  trial.setup.merit = Merit::rmse;
+  trial.terms.merit = Merit::rmse;
   const TrialResult result = trial.run();
   EXPECT_EQ(result.steps[0].merit, result.steps[0].measured_rmse);
   EXPECT_EQ(trial.logged("seen")[0]["merit"], result.steps[0].measured_rmse);
@@ -65,7 +65,7 @@ TEST(Trial, MatchesMachineTimeByHand) {
 
 TEST(Trial, UsesMachineTimeOfTheSetup) {
   TrialFixture trial(kTwoSteps);
-  trial.machine_time = MachineTime{1, 14, 0, 100, 0};
+  trial.terms.machine_time = MachineTime{1, 14, 0, 100, 0};
   const TrialResult result = trial.run();
   EXPECT_NEAR(result.steps[1].machine_seconds, 0.1 + 0.4 + 0.1, 1e-12);
   EXPECT_NEAR(result.steps[2].machine_seconds, 0.6 + 0.05 + 0.1, 1e-12);
@@ -108,7 +108,7 @@ TEST(Trial, AppliesStageMotionToTheRecommendation) {
 TEST(Trial, AllAlgorithmsOfAnInstanceGetTheSameNoise) {
   TrialFixture one(kTwoSteps);
   TrialFixture other(R"([["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])", "fake_agent");
-  other.setup.algorithm_seed = 99;
+  other.terms.algorithm_seed = 99;
   one.run();
   other.run();
   EXPECT_THAT(one.seeds("capture"),
@@ -164,7 +164,7 @@ TEST(Trial, ShowsAnOptimizerTheObservationsOfThePaper) {
 
 TEST(Trial, BlindCoordinatesAreRelativeToTheStart) {
   TrialFixture trial(R"([["first"], ["step", 0.2, 0, 0], ["move", 0.6, -0.6, 0]])");
-  trial.setup.protocol = Protocol::blind;
+  trial.terms.protocol = Protocol::blind;
   const TrialResult result = trial.run();
   const Json task = trial.logged("task").at(0);
   EXPECT_EQ(task["observes"], RELIGN_OBSERVES_IMAGES | RELIGN_OBSERVES_MERIT | RELIGN_OBSERVES_BOX);
@@ -200,7 +200,7 @@ TEST(Trial, PassesPixelsWithoutCopying) {
   TrialFixture trial(R"([["show_buffers"], ["first"], ["step", 0.5, 0.58, 0.5], ["step", 0.5, 0.58, 0.55]])",
                      "fake_agent");
   std::vector<std::uint64_t> recorded;
-  trial.setup.on_step = [&](const Step&, const float* pixels) {
+  trial.callbacks.on_step = [&](const Step&, const float* pixels) {
     recorded.push_back(reinterpret_cast<std::uintptr_t>(pixels));
   };
   trial.run();
@@ -214,7 +214,7 @@ TEST(Trial, PassesPixelsWithoutCopying) {
 
 TEST(Trial, OracleGetsTheStartUnderEveryProtocol) {
   TrialFixture trial(R"([["first"]])", "fake_oracle");
-  trial.setup.protocol = Protocol::blind;
+  trial.terms.protocol = Protocol::blind;
   trial.run();
   EXPECT_EQ(trial.logged("seen").at(0)["pose"], (Json{0.3, 0.58, 0.5}));
   EXPECT_EQ(trial.logged("seen").at(0)["pixel"], nullptr) << "it declared no images";
@@ -222,7 +222,7 @@ TEST(Trial, OracleGetsTheStartUnderEveryProtocol) {
 
 TEST(Trial, AppliesHardLimits) {
   TrialFixture trial(R"([["step", 1.7, 0.58, 0.9]])");
-  trial.setup.limits = Limits::hard;
+  trial.terms.limits = Limits::hard;
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps[1].true_pose,
               testing::Pointwise(testing::DoubleNear(1e-15), std::vector<double>{1.0, 0.58, 0.7}));
@@ -259,7 +259,7 @@ TEST(Trial, TimesAlgorithmAndSimulationSeparately) {
 
 TEST(Trial, KeepsStepZeroWhenStoppedAtOnce) {
   TrialFixture trial(R"([["step", 0.5, 0.5, 0.5]])");
-  trial.setup.budget = 0;
+  trial.terms.budget = 0;
   const TrialResult result = trial.run();
   EXPECT_THAT(result.steps, SizeIs(1));
   EXPECT_EQ(result.end, End::budget_spent);

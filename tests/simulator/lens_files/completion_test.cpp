@@ -333,6 +333,8 @@ TEST(Completion, ReportsMistakesWithLinesOfTheDesign) {
               HasSubstr("a.zmx:15: surface 2: the face crosses"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4\n", "DISZ -4\n")),
               HasSubstr("a.zmx:15: surface 2: the face at z = -4"));
+  EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 47.6", "DISZ 2e6")),
+              HasSubstr("a.zmx:22: surface 4: expected a number from -1e+06 to 1e+06, found 2000005.0"));
   EXPECT_THAT(refusal(replaced(replaced(small_zmx(), "DIAM 5\n", "DIAM 13\n"), "ENPD 10", "FLOA")),
               HasSubstr("a.zmx:19: the stop opens to a radius of 13.0000 mm, wider than every face"));
 }
@@ -365,7 +367,7 @@ TEST(Pretty, ReadsBackAndKeepsQuotes) {
   EXPECT_THAT(pretty(json), HasSubstr("\"a\": [1, 2.5, null],\n"));
 }
 
-// Clear radius of the first face, far before the stop: found by the importer.
+// Semi-diameter of the first face, far before the stop: found by the importer.
 double found_radius(const std::string& vignetting, const std::string& field = "10") {
   const std::string text =
       "UNIT MM\nENPD 10\nFTYP 0 0 1 1\nYFLN " + field + "\nWAVM 1 0.55 1\nPWAV 1\n" + vignetting +

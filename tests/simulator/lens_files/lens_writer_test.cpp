@@ -21,7 +21,7 @@ GlassSources cooke_glasses() {
 }
 OrderedJson lens_of(const std::string& zmx, const GlassSources& sources = {}) {
   LensDesign design = read_zmx(zmx, "a.zmx");
-  return draft_lens(design, sources, "a", 0).json;
+  return lens_json(draft_lens(design, sources, "a", 0), design);
 }
 std::string refusal(const std::string& zmx) {
   return error_text(ErrorKind::bad_input, [&] { lens_of(zmx); });
@@ -34,7 +34,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST(LensWriter, GroupsSurfacesIntoElements) {
   LensDesign design = golden_design("cooke_triplet_utf16.zmx");
-  const OrderedJson lens = draft_lens(design, cooke_glasses(), "cooke", 0).json;
+  const OrderedJson lens = lens_json(draft_lens(design, cooke_glasses(), "cooke", 0), design);
   ASSERT_EQ(lens["elements"].size(), 3U);
   EXPECT_EQ(lens["elements"][1]["name"], "L2");
   EXPECT_EQ(lens["elements"][0]["faces"][0]["radius_mm"], 22.01359);
@@ -58,14 +58,14 @@ TEST(LensWriter, NeverReplacesGlasses) {
   // Known by name only: the file states nothing else.
   GlassSources built_in;
   built_in.is_known = [](const std::string& name) { return name == "SK16" || name == "F2"; };
-  EXPECT_FALSE(draft_lens(design, built_in, "cooke", 0).json.contains("glasses"));
+  EXPECT_FALSE(lens_json(draft_lens(design, built_in, "cooke", 0), design).contains("glasses"));
 }
 
 TEST(LensWriter, RemarksOnOtherSpellings) {
   LensDesign design = read_seq(small_seq("GLA NBK7_SCHOTT"), "a.seq");
   GlassSources built_in;
   built_in.is_known = [](const std::string& name) { return name == "N-BK7"; };
-  EXPECT_EQ(draft_lens(design, built_in, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
+  EXPECT_EQ(draft_lens(design, built_in, "a", 0).elements[0].faces[0].behind.name, "N-BK7");
   ASSERT_EQ(design.remarks.size(), 1U);
   EXPECT_EQ(design.remarks[0].text, "glass NBK7_SCHOTT is read as N-BK7");
 }
@@ -77,7 +77,7 @@ TEST(LensWriter, WritesModelGlassesAndIndices) {
   EXPECT_EQ(model["glasses"]["nd1.62041-Vd60.32"]["vd"], 60.32);
   // A listing's indices hold for its own wavelength; for another one the code must be known.
   LensDesign design = golden_design("relign_od.lis");
-  EXPECT_EQ(draft_lens(design, {}, "od", 0).json["elements"][3]["faces"][0]["index_after"], 1.555431);
+  EXPECT_EQ(draft_lens(design, {}, "od", 0).elements[3].faces[0].behind.index, 1.555431);
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { draft_lens(design, {}, "od", 486); }),
               HasSubstr("unknown glass '487490.704058'"));
 }
@@ -149,7 +149,7 @@ TEST(LensWriter, AppliesAliases) {
                         "equivalent glass with --alias BK7=NAME, or replace it by a code"));
   sources.aliases = {parse_alias("bk7=N-BK7")};
   LensDesign design = read_zmx(glass_zmx("BK7 0 0 1.5 40"), "a.zmx");
-  EXPECT_EQ(draft_lens(design, sources, "a", 0).json["elements"][0]["faces"][0]["glass_after"], "N-BK7");
+  EXPECT_EQ(draft_lens(design, sources, "a", 0).elements[0].faces[0].behind.name, "N-BK7");
   EXPECT_EQ(design.remarks.back().text, "glass BK7 is read as N-BK7 (--alias)");
   for (const char* wrong : {"BK7", "=N-BK7", "BK7= ", ""})
     EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_alias(wrong); }), HasSubstr("expected NAME=NAME"));
@@ -162,7 +162,7 @@ TEST(LensWriter, GlassFromFileUsesStatedIndex) {
               HasSubstr("or use nd 1.43875 and Vd 94.66 from the file with --glass-from-file"));
   sources.from_file = true;
   LensDesign design = read_zmx(text, "a.zmx");
-  const OrderedJson lens = draft_lens(design, sources, "a", 0).json;
+  const OrderedJson lens = lens_json(draft_lens(design, sources, "a", 0), design);
   EXPECT_EQ(lens["elements"][0]["faces"][0]["glass_after"], "S-FPL55");
   EXPECT_EQ(lens["glasses"]["S-FPL55"], OrderedJson({{"nd", 1.43875}, {"vd", 94.66}}));
   EXPECT_THAT(design.remarks.back().text, HasSubstr("glass S-FPL55 has the index and Abbe number that the file"));
@@ -259,9 +259,9 @@ TEST(LensWriter, AddsMissingImageSurface) {
   LensDesign design = read_zmx(text, "a.zmx");
   const LensDraft draft = draft_lens(design, {}, "a", 0);
   EXPECT_TRUE(draft.image_stated);
-  EXPECT_EQ(draft.json["image_z_mm"], 4 + 1 + 20 + 0.3 + 27);
-  ASSERT_EQ(draft.json["elements"].size(), 2U);
-  EXPECT_EQ(draft.json["elements"][1]["faces"][1]["z_mm"], 25.3);
+  EXPECT_EQ(draft.image_z_mm, 4 + 1 + 20 + 0.3 + 27);
+  ASSERT_EQ(draft.elements.size(), 2U);
+  EXPECT_EQ(draft.elements[1].faces[1].z_mm, 25.3);
   ASSERT_FALSE(design.remarks.empty());
   EXPECT_EQ(design.remarks.back().text,
             "assumed: a missing image surface, 27.0000 mm behind surface 5; the file ends with glass in front of "
@@ -281,6 +281,8 @@ TEST(LensWriter, RejectsWithFileAndLine) {
                 "if 4 is the back of a plate, add the image surface"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "SURF 1", "  GLAS X\nSURF 1")), HasSubstr("the object is inside glass"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "  GLAS ___BLANK 1 0 1.5 0\n", "")), HasSubstr("no lens found"));
+  EXPECT_THAT(refusal("ENPD 10\nWAVM 1 0.55 1\nSURF 0\n DISZ INFINITY\n"),
+              HasSubstr("a.zmx: found only 1 surface; a lens needs at least an object"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DIAM 12", "DIAM -12")), HasSubstr("negative semi-diameter"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "0.55", "0.00055")),
               HasSubstr("a.zmx:6: WAVM, WAVL: expected micrometres from 0.1 to 100 (green: 0.55), found 0.00055"));

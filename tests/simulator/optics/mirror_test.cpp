@@ -48,7 +48,7 @@ TEST(Mirror, ParaboloidFocusesPerfectly) {
             "M1: outside the opening of its stop");
 }
 
-// The image of a far point lies at f tan(field) before a paraboloid's own focal plane, up to coma.
+// The image of a far point is at f tan(field) before a paraboloid's own focal plane, up to coma.
 TEST(Mirror, ChiefRayAndDistortionMatchClosedForm) {
   const Prescription lens = lens_of(kParaboloid, "-100", kStop);
   const TracedRay ray = trace(Assembly(lens), chief_ray(lens, 0.5), Apertures::none);

@@ -1,0 +1,101 @@
+"""The self-contained wheel in a bare root: what a base image of the distribution has, and Python.
+
+The root is made of freshly downloaded packages in a temporary folder, so that no library of this machine can help. Needs
+root (chroot), apt with a package index, and auditwheel."""
+
+import importlib.util
+import os
+import pathlib
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TREE = pathlib.Path(__file__).resolve().parents[2]
+BUILD = pathlib.Path(os.environ.get("RELIGN_BUILD", TREE / "build" / "release"))
+MODULE_PYTHON = os.environ.get("RELIGN_MODULE_PYTHON", "/usr/bin/python3")
+MOST_MEGABYTES = 80
+PACKAGES = ["apt", "base-files", "bash", "coreutils", "libc-bin", "python3", "python3-venv"]
+
+
+def run(*command, **keywords):
+    """The output of a command; the failure carries what it printed."""
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, **keywords)
+    if done.returncode != 0:
+        raise AssertionError(f"{command} exited with {done.returncode}:\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}")
+    return done.stdout
+
+
+def bare_root(folder):
+    """Unpacks PACKAGES and what they depend on, as if nothing were installed. Skips the test where apt cannot."""
+    debs = folder / "debs"
+    (debs / "partial").mkdir(parents=True)
+    (folder / "status").touch()
+    done = subprocess.run(
+        ["apt-get", "--yes", "--no-install-recommends", "--download-only", "-o", f"Dir::State::status={folder}/status",
+         "-o", f"Dir::Cache::archives={debs}", "-o", "Debug::NoLocking=1", "install", *PACKAGES],
+        capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise unittest.SkipTest("apt cannot download packages: " + done.stderr.strip().splitlines()[-1])
+    root = folder / "root"
+    for name in ("bin", "sbin", "lib", "lib64"):
+        (root / "usr" / name).mkdir(parents=True)
+        (root / name).symlink_to(f"usr/{name}")
+    for deb in sorted(debs.glob("*.deb")):
+        with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", deb], stdout=subprocess.PIPE) as data:
+            run("tar", "--extract", "--keep-directory-symlink", "--directory", root, stdin=data.stdout)
+        if data.returncode != 0:
+            raise AssertionError(f"{deb.name} cannot be unpacked")
+    for node in ("null", "urandom"):
+        (root / "dev").mkdir(exist_ok=True)
+        run("mknod", "-m", "666", root / "dev" / node, "c", "1", {"null": "3", "urandom": "9"}[node])
+    for name in ("proc", "tmp"):
+        (root / name).mkdir(exist_ok=True)
+    return root
+
+
+@unittest.skipUnless(platform.machine() == "x86_64", "the wheel is for x86-64")
+@unittest.skipUnless(os.geteuid() == 0, "a chroot needs root")
+@unittest.skipUnless(shutil.which("apt-get") and shutil.which("dpkg-deb"), "no apt")
+@unittest.skipUnless(importlib.util.find_spec("auditwheel"), "no auditwheel (tests/wheel/requirements.txt)")
+class Wheel(unittest.TestCase):
+    def test_runs_where_nothing_else_is_installed(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = pathlib.Path(scratch)
+            root = bare_root(folder)
+            wheels = root / "wheels"
+            run(sys.executable, TREE / "python" / "build_wheel.py", BUILD, "-o", wheels, "--python", MODULE_PYTHON, "--built-module")
+            [wheel] = wheels.glob("relign_bench-*.whl")
+            self.assertLess(wheel.stat().st_size / 2**20, MOST_MEGABYTES)
+
+            version = run(MODULE_PYTHON, "-c", "import sys; print('%d.%d' % sys.version_info[:2])").strip()
+            there = run("chroot", root, "/usr/bin/python3", "-c", "import sys; print('%d.%d' % sys.version_info[:2])").strip()
+            if there != version:
+                self.skipTest(f"the bare root has Python {there}, the module is for {version}")
+            download = subprocess.run([sys.executable, "-m", "pip", "download", "--quiet", "--only-binary", ":all:", "--python-version",
+                                       version, "--dest", wheels, "numpy", "gymnasium"], capture_output=True, text=True, check=False)
+            if download.returncode != 0:
+                self.skipTest("pip cannot download: " + download.stderr.strip().splitlines()[-1])
+
+            # In a mount namespace of its own with /proc, as a container has it: programs find their libraries by it.
+            def inside(*command):
+                return run("unshare", "--mount", "sh", "-c", 'mount -t proc proc "$0/proc" && exec chroot "$0" "$@"', root, *command,
+                           env={"PATH": "/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"})
+
+            inside("/usr/bin/python3", "-m", "venv", "/venv")
+            inside("/venv/bin/python", "-m", "pip", "install", "--no-index", "--find-links", "/wheels",
+                "/wheels/" + wheel.name, "gymnasium")
+            said = inside("/venv/bin/python", "-c",
+                       "import gymnasium, relign_bench\n"
+                       "env = gymnasium.make('relign_bench/Alignment-v0', scene='relign_l2', noise_level='rho0.25')\n"
+                       "observation, info = env.reset(seed=1)\n"
+                       "print(env.step(env.action_space.sample())[1] is not None)")
+            self.assertEqual(said.strip(), "True")
+            inside("/bin/bash", "-c", "cd /tmp && /venv/bin/relign-bench run quick")
+            self.assertTrue(list((root / "tmp").glob("results/*/report.html")), "the run wrote no report")
+
+
+if __name__ == "__main__":
+    unittest.main()
