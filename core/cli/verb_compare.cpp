@@ -23,9 +23,9 @@ int write_comparison(Context& context, const CompareArguments& arguments) {
   options.track = report::parse_track(arguments.track);
   for (const std::string& gate : arguments.gates) options.gates.push_back(report::parse_gate(gate));
   const report::ComparedSide a = report::compared_side(arguments.a), b = report::compared_side(arguments.b);
-  const Json result = report::compare(a, b, options);
-  print_result(context.json ? result.dump(2) + "\n" : report::comparison_text(result));
-  return result["holds"].get<bool>() ? kDone : kGateTripped;
+  const report::Comparison result = report::compare(a, b, options);
+  print_result(context.json ? to_json(result).dump(2) + "\n" : report::comparison_text(result));
+  return result.holds ? kDone : kGateTripped;
 }
 
 }  // namespace

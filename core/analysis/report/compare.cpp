@@ -11,12 +11,10 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
-#include "markup/escape.h"
 #include "records/instances.h"
 #include "report/compare_yield.h"
 #include "report/loaded_results.h"
 #include "report/statistics_data.h"
-#include "report/verdict_cases.h"
 #include "statistics/paired.h"
 #include "statistics/study.h"
 #include "statistics/track_columns.h"
@@ -25,8 +23,6 @@ namespace relign::report {
 namespace {
 
 namespace fs = std::filesystem;
-
-Json shown_number(double value) { return std::isfinite(value) ? Json(shown(value)) : Json(); }
 
 using Place = std::tuple<std::string, std::string, std::string>;  // scene, noise level, protocol
 
@@ -49,12 +45,6 @@ struct SeriesPair {
   const statistics::Series* b;
 };
 
-struct Compared {
-  unsigned step = 0;
-  double median_a = 0, median_b = 0;
-  statistics::PairedComparison difference;  // B minus A, logarithms
-};
-
 class Comparer {
  public:
   Comparer(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options)
@@ -66,27 +56,20 @@ class Comparer {
     find_pairs();
   }
 
-  Json result() {
-    Json pairs = Json::array(), gates = Json::array();
-    bool holds = true;
+  Comparison result() {
+    Comparison made;
+    made.rule = rule_;
+    made.track = options_.track;
+    made.smallest_relevant_ratio = relevant_;
+    made.unmatched = unmatched_;
     for (const SeriesPair& pair : pairs_) {
-      const Compared compared = compare_at(pair, by_rule(options_.track), options_.step);
-      pairs.push_back(pair_json(pair, compared));
-      pairs.back()["yield"] = yield_json(yield_of(pair, rule_));
-      pairs.back()["differs"] = differing(pair);
-      if (options_.track == statistics::Track::recommended) pairs.back()["rules"] = rules_json(pair);
+      made.pairs.push_back(compared(pair));
       for (const Gate& gate : options_.gates) {
-        gates.push_back(gate_json(pair, gate));
-        holds = holds && gates.back()["holds"].get<bool>();
+        made.gates.push_back(gate_result(pair, gate));
+        made.holds = made.holds && made.gates.back().holds;
       }
     }
-    return {{"rule", statistics::rule_name(rule_)},
-            {"track", statistics::track_name(options_.track)},
-            {"smallest_relevant_ratio", relevant_},
-            {"pairs", std::move(pairs)},
-            {"gates", std::move(gates)},
-            {"unmatched", unmatched_},
-            {"holds", holds}};
+    return made;
   }
 
  private:
@@ -116,29 +99,37 @@ class Comparer {
     return track == statistics::Track::recommended ? statistics::track_of(rule_) : track;
   }
 
-  Json rules_json(const SeriesPair& pair) const {
-    Json rules = Json::object();
+  ComparedPair compared(const SeriesPair& pair) const {
+    ComparedPair made;
+    static_cast<ComparedMethods&>(made) = methods_of(pair);
+    made.step = step_of(pair, options_.step);
+    made.failed_a = pair.a->failed;
+    made.failed_b = pair.b->failed;
+    const statistics::PairedComparison comparison = compare_at(pair, by_rule(options_.track), made.step, made.errors);
+    made.missing = comparison.missing;
+    made.errors.yield = yield_of(pair, rule_);
+    made.differs = differing(pair);
+    if (options_.track != statistics::Track::recommended) return made;
+    made.rules.emplace();
     for (const statistics::Rule rule : statistics::kRules) {
-      rules[statistics::rule_name(rule)] = nullptr;
-      const Compared compared = compare_at(pair, statistics::track_of(rule), options_.step);
-      if (compared.difference.difference.n == 0) continue;
-      const Json all = pair_json(pair, compared);
-      Json& json = rules[statistics::rule_name(rule)];
-      for (const char* key : {"median_a", "median_b", "ratio", "lo95", "hi95", "p", "verdict"}) json[key] = all[key];
-      json["yield"] = yield_json(yield_of(pair, rule));
+      ComparedErrors errors;
+      compare_at(pair, statistics::track_of(rule), made.step, errors);
+      if (errors.n == 0) continue;
+      errors.yield = yield_of(pair, rule);
+      (*made.rules)[rule] = errors;
     }
-    return rules;
+    return made;
   }
 
   // One name may denote different methods in the two folders.
-  Json differing(const SeriesPair& pair) const {
+  std::vector<std::string> differing(const SeriesPair& pair) const {
     const auto entry = [](const LoadedResults& results, const statistics::Series& series) -> const Json& {
       for (const Json& one : list_of(results.manifest, "algorithms"))
         if (text_of(one, "name") == series.algorithm && text_of(one, "protocol") == series.protocol) return one;
       return object_of(results.manifest, "");
     };
     const Json &of_a = entry(a_, *pair.a), &of_b = entry(b_, *pair.b);
-    Json names = Json::array();
+    std::vector<std::string> names;
     if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as requested
     for (const char* key : {"id", "parameters", "merit"})
       if (member(of_a, key) != member(of_b, key)) names.push_back(key[0] == 'i' ? "algorithm" : key);
@@ -188,16 +179,20 @@ class Comparer {
                                             "of each with FOLDER:METHOD");
   }
 
-  Compared compare_at(const SeriesPair& pair, statistics::Track track, int wanted_step) const {
+  unsigned step_of(const SeriesPair& pair, int wanted) const {
     const unsigned last = std::min(pair.a->largest_budget, pair.b->largest_budget);
-    if (wanted_step > static_cast<int>(last))
-      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted_step) + " is beyond the last common step " +
+    if (wanted > static_cast<int>(last))
+      throw Error(ErrorKind::bad_input, "step " + std::to_string(wanted) + " is beyond the last common step " +
                                             std::to_string(last) + " of '" + pair.a->algorithm + "' and '" +
                                             pair.b->algorithm + "' on '" + pair.a->noise_level + "'");
-    Compared compared;
-    compared.step = wanted_step < 0 ? last : static_cast<unsigned>(wanted_step);
-    const std::map<std::uint64_t, double> a = values_at(a_, *pair.a, track, compared.step);
-    const std::map<std::uint64_t, double> b = values_at(b_, *pair.b, track, compared.step);
+    return wanted < 0 ? last : static_cast<unsigned>(wanted);
+  }
+
+  // B minus A, logarithms.
+  statistics::PairedComparison compare_at(const SeriesPair& pair, statistics::Track track, unsigned step,
+                                          ComparedErrors& errors) const {
+    const std::map<std::uint64_t, double> a = values_at(a_, *pair.a, track, step);
+    const std::map<std::uint64_t, double> b = values_at(b_, *pair.b, track, step);
     std::set<std::uint64_t> instances;
     for (const auto* side : {&a, &b})
       for (const auto& [instance, value] : *side) instances.insert(instance);
@@ -206,16 +201,16 @@ class Comparer {
       column_a.push_back(resolved(a, instance));
       column_b.push_back(resolved(b, instance));
     }
-    compared.median_a = statistics::OrderStatistic::median().of(column_a);
-    compared.median_b = statistics::OrderStatistic::median().of(column_b);
     statistics::PairedOptions paired;
     paired.smallest_relevant = std::log(relevant_);
     const statistics::StudyOptions study = study_options(a_, statistics::Rule::own);
-    compared.difference = statistics::compare_paired(
+    statistics::PairedComparison comparison = statistics::compare_paired(
         column_b, column_a, statistics::Resampling(instances.size(), statistics::kResamples, study.seed), paired);
-    if (compared.difference.difference.n < statistics::kMinCompared)
-      compared.difference.verdict = statistics::Verdict::undecided;
-    return compared;
+    if (comparison.difference.n < statistics::kMinCompared) comparison.verdict = statistics::Verdict::undecided;
+    static_cast<Difference&>(errors) = difference_of(comparison, relevant_);
+    errors.median_a = statistics::OrderStatistic::median().of(column_a);
+    errors.median_b = statistics::OrderStatistic::median().of(column_b);
+    return comparison;
   }
 
   statistics::PairedShares yield_of(const SeriesPair& pair, statistics::Rule rule) const {
@@ -228,58 +223,27 @@ class Comparer {
                                                               : std::max(found->second, statistics::kResolution);
   }
 
-  static Json place_json(const SeriesPair& pair) {
-    return {{"scene", pair.a->scene},
-            {"noise_level", pair.a->noise_level},
-            {"protocol", pair.a->protocol},
-            {"a", pair.a->algorithm},
-            {"b", pair.b->algorithm}};
-  }
-
-  Json pair_json(const SeriesPair& pair, const Compared& compared) const {
-    const statistics::PairedComparison& difference = compared.difference;
-    Json json = place_json(pair);
-    json.update({{"step", compared.step},
-                 {"n", difference.difference.n},
-                 {"missing", difference.missing},
-                 {"failed_a", pair.a->failed},
-                 {"failed_b", pair.b->failed},
-                 {"median_a", shown_number(compared.median_a)},
-                 {"median_b", shown_number(compared.median_b)},
-                 {"ratio", shown_number(std::exp(difference.difference.estimate))},
-                 {"lo95", shown_number(std::exp(difference.difference.interval.low))},
-                 {"hi95", shown_number(std::exp(difference.difference.interval.high))},
-                 {"p", shown_number(difference.test.p)},
-                 {"improvement", shown_number(difference.probability_of_improvement.estimate)},
-                 {"verdict", statistics::verdict_name(difference.verdict)}});
-    Pair shown_pair;
-    shown_pair.n = difference.difference.n;
-    shown_pair.interval = difference.difference.interval;
-    for (double* end : {&shown_pair.interval.low, &shown_pair.interval.high}) *end = shown(std::exp(*end));
-    shown_pair.verdict = difference.verdict;
-    if (std::string reason = undecided_reason(shown_pair, relevant_); !reason.empty())
-      json["reason"] = std::move(reason);
-    return json;
+  static ComparedMethods methods_of(const SeriesPair& pair) {
+    return {pair.a->scene, pair.a->noise_level, pair.a->protocol, pair.a->algorithm, pair.b->algorithm};
   }
 
   // An unknown value does not pass.
-  Json gate_json(const SeriesPair& pair, const Gate& gate) {
-    double value = statistics::kMissing;
-    bool holds = false;
+  GateResult gate_result(const SeriesPair& pair, const Gate& gate) const {
+    GateResult made = {methods_of(pair), gate.text};
     if (gate.of == Gate::Of::yield || gate.of == Gate::Of::yield_against_a) {
       const statistics::PairedShares yield = yield_of(pair, rule_);
       const auto n = static_cast<double>(yield.n);
-      if (yield.n > 0) value = static_cast<double>(yield.second) / n;
+      if (yield.n > 0) made.value = static_cast<double>(yield.second) / n;
       const double limit = gate.of == Gate::Of::yield ? gate.limit : static_cast<double>(yield.first) / n + gate.limit;
-      holds = value >= limit - kRounding;
+      made.holds = made.value >= limit - kRounding;
     } else {
-      const Compared compared = compare_at(pair, by_rule(gate.track), gate.step);
-      value = gate.of == Gate::Of::ratio ? std::exp(compared.difference.difference.estimate) : compared.median_b;
-      holds = value <= gate.limit;
+      ComparedErrors errors;
+      const statistics::PairedComparison comparison =
+          compare_at(pair, by_rule(gate.track), step_of(pair, gate.step), errors);
+      made.value = gate.of == Gate::Of::ratio ? std::exp(comparison.difference.estimate) : errors.median_b;
+      made.holds = made.value <= gate.limit;
     }
-    Json json = place_json(pair);
-    json.update({{"gate", gate.text}, {"value", shown_number(value)}, {"holds", holds}});
-    return json;
+    return made;
   }
 
   static constexpr double kRelevantRatio = 1.1;
@@ -293,12 +257,6 @@ class Comparer {
   std::vector<SeriesPair> pairs_;
   std::vector<std::string> unmatched_;
 };
-
-std::string heading(const Json& of) {
-  const std::string a = text_of(of, "a"), b = text_of(of, "b");
-  return terminal_text(text_of(of, "scene") + ", " + text_of(of, "noise_level") + ", " + text_of(of, "protocol") +
-                       ": " + (a == b ? a : a + " (A) and " + b + " (B)"));
-}
 
 std::vector<std::string> track_names() {
   std::vector<std::string> names = {"rmse"};  // synonym of recommended
@@ -390,54 +348,8 @@ Gate parse_gate(const std::string& text) {
   return gate;
 }
 
-Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options) {
+Comparison compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options) {
   return Comparer(a, b, options).result();
-}
-
-namespace {
-
-// "  by rule: own better (0.510), best undecided (0.970), current not recorded"
-std::string rules_line(const Json& pair) {
-  const Json& rules = object_of(pair, "rules");
-  std::string words;
-  for (const statistics::Rule rule : statistics::kRules) {
-    if (!rules.contains(statistics::rule_name(rule))) continue;
-    const Json& found = rules[statistics::rule_name(rule)];
-    words +=
-        (words.empty() ? "  by rule: " : ", ") + std::string(statistics::rule_name(rule)) + " " +
-        (found.is_object() ? text_of(found, "verdict") + " (" + number_or_dash(found["ratio"]) + ")" : "not recorded");
-  }
-  return words + (words.empty() ? "" : "\n");
-}
-
-}  // namespace
-
-std::string comparison_text(const Json& comparison) {
-  std::string out;
-  for (const Json& pair : comparison["pairs"]) {
-    const std::string track = text_of(comparison, "track"), rule = text_of(comparison, "rule");
-    out += heading(pair) + "\n  " + track + (track == "recommended" && rule != "own" ? " (rule " + rule + ")" : "") +
-           " after step " + text_of(pair, "step") + ": median A " + number_or_dash(pair["median_a"]) + ", B " +
-           number_or_dash(pair["median_b"]) + "; ratio B / A over " + text_of(pair, "n") + " common instances " +
-           number_or_dash(pair["ratio"]) + " (95 % CI " + number_or_dash(pair["lo95"]) + " to " +
-           number_or_dash(pair["hi95"]) + ")\n  B is " + text_of(pair, "verdict") + "; lower error on " +
-           number_or_dash(pair["improvement"].is_number() ? Json(100 * pair["improvement"].get<double>()) : Json(), 2) +
-           " % of the instances, p " + number_or_dash(pair["p"], 2);
-    if (count_of(pair, "failed_a") + count_of(pair, "failed_b") > 0)
-      out += "; failed trials: A " + text_of(pair, "failed_a") + ", B " + text_of(pair, "failed_b");
-    out += "\n";
-    if (const std::string reason = text_of(pair, "reason"); !reason.empty()) out += "  reason: " + reason + "\n";
-    out += rules_line(pair);
-    if (!pair["differs"].empty())
-      out += "  A and B are different methods of the same name: they differ in " +
-             join(pair["differs"].get<std::vector<std::string>>(), ", ") + "\n";
-    if (pair["yield"].is_object()) out += "  " + yield_text(pair["yield"]) + "\n";
-  }
-  for (const Json& name : comparison["unmatched"]) out += "only in A: " + terminal_text(name.get<std::string>()) + "\n";
-  for (const Json& gate : comparison["gates"])
-    out += std::string(gate["holds"].get<bool>() ? "passed  " : "FAILED  ") + text_of(gate, "gate") + "  " +
-           number_or_dash(gate["value"], 4) + "  " + heading(gate) + "\n";
-  return out;
 }
 
 }  // namespace relign::report

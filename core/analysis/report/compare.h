@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
-#include "statistics/rules.h"
+#include "report/page_group.h"
+#include "statistics/paired_shares.h"
 
 namespace relign::report {
 
@@ -44,16 +44,47 @@ struct CompareOptions {
   std::vector<Gate> gates;
 };
 
-// {"rule", "track", "smallest_relevant_ratio", "pairs": [{scene, noise_level, protocol, a, b, step, n, missing,
-// failed_a, failed_b, median_a, median_b, ratio, lo95, hi95, p, improvement, verdict, reason, yield, rules {own, best,
-// current: {median_a, median_b, ratio, lo95, hi95, p, verdict, yield}}, differs [names]}], "gates": [{gate, scene,
-// noise_level, protocol, a, b, value, holds}], "unmatched": [names], "holds": bool}. Ratios and verdicts are of B
-// compared with A. `rules` is present for the track of a rule; a rule without scores in the records is null. `differs`
-// lists what differs between methods of the same name: algorithm, parameters, merit. Throws Error: io or bad_input for
+struct ComparedMethods {
+  std::string scene, noise_level, protocol, a, b;
+};
+
+// Of B, compared with A, at one step.
+struct ComparedErrors : Difference {
+  double median_a = kMissing, median_b = kMissing;
+  statistics::PairedShares yield;  // `first` is A; n is 0 if unknown
+};
+
+struct ComparedPair : ComparedMethods {
+  unsigned step = 0;
+  std::size_t missing = 0, failed_a = 0, failed_b = 0;
+  ComparedErrors errors;
+  // For the track of a rule only; nullopt for a rule without scores in the records.
+  std::optional<statistics::ByRule<std::optional<ComparedErrors>>> rules;
+  std::vector<std::string> differs;  // of methods of the same name: algorithm, parameters, merit
+};
+
+struct GateResult : ComparedMethods {
+  std::string gate;
+  double value = kMissing;
+  bool holds = false;
+};
+
+struct Comparison {
+  statistics::Rule rule = statistics::Rule::own;
+  statistics::Track track = statistics::Track::recommended;
+  double smallest_relevant_ratio = 1;
+  std::vector<ComparedPair> pairs;
+  std::vector<GateResult> gates;
+  std::vector<std::string> unmatched;  // methods of A alone
+  bool holds = true;                   // all gates do
+};
+
+// Throws Error: io or bad_input for
 // folders; bad_input for different instances, unknown methods, steps beyond the budget, a rule without scores, and
 // contradicting analysis plans.
-Json compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
+Comparison compare(const ComparedSide& a, const ComparedSide& b, const CompareOptions& options);
 
-std::string comparison_text(const Json& comparison);
+Json to_json(const Comparison& comparison);  // docs/schemas/compare.schema.json
+std::string comparison_text(const Comparison& comparison);
 
 }  // namespace relign::report

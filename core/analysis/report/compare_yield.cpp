@@ -2,9 +2,6 @@
 
 #include <cmath>
 
-#include "base/json_members.h"
-#include "base/text.h"
-#include "report/page_numbers.h"
 #include "report/statistics_data.h"
 #include "statistics/passes.h"
 
@@ -35,22 +32,6 @@ statistics::PairedShares compare_yield(const ComparedSeries& a, const ComparedSe
   const records::Specification spec = spec_of(a);
   if (!spec.limits_anything() || !equal(spec, spec_of(b))) return {};
   return statistics::compare_passes(passes_of(a, spec, rule), passes_of(b, spec, rule));
-}
-
-Json yield_json(const statistics::PairedShares& yield) {
-  if (yield.n == 0) return nullptr;
-  return {{"n", yield.n},
-          {"a", yield.first},
-          {"b", yield.second},
-          {"a_alone", yield.first_alone},
-          {"b_alone", yield.second_alone},
-          {"p", shown(yield.p)}};
-}
-
-std::string yield_text(const Json& yield) {
-  return "in specification: A " + text_of(yield, "a") + ", B " + text_of(yield, "b") + " of " + text_of(yield, "n") +
-         " instances; only A " + text_of(yield, "a_alone") + ", only B " + text_of(yield, "b_alone") + ", p " +
-         significant(yield["p"].get<double>(), 2);
 }
 
 }  // namespace relign::report

@@ -1,8 +1,6 @@
 // Paired comparison of yields for `compare`.
 #pragma once
 
-#include <string>
-
 #include "report/loaded_results.h"
 #include "statistics/paired_shares.h"
 #include "statistics/rules.h"
@@ -17,9 +15,5 @@ struct ComparedSeries {
 // On common instances, at the last recommendation by the rule; failed trials count as missed. `first` is A. n is 0
 // without a specification, if the two specifications differ, or if the required values are not recorded.
 statistics::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b, statistics::Rule rule);
-
-// null if n is 0.
-Json yield_json(const statistics::PairedShares& yield);
-std::string yield_text(const Json& yield);
 
 }  // namespace relign::report

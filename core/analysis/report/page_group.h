@@ -109,15 +109,20 @@ struct PairYields {
   double p = kMissing, p_planned = kMissing;
 };
 
-// a compared with b on the same instances.
-struct Pair {
-  std::string a, b;
+// The errors of two methods on the same instances.
+struct Difference {
   std::size_t n = 0;
-  double ratio = kMissing;        // of the errors, a / b
-  statistics::Interval interval;  // of the ratio
-  double improvement = kMissing, p = kMissing, p_holm = kMissing;
+  double ratio = kMissing;  // first / second
+  statistics::Interval interval;
+  double improvement = kMissing, p = kMissing;
   statistics::Verdict verdict = statistics::Verdict::undecided;
-  std::string reason;    // "" if decided
+  std::string reason;  // "" if decided
+};
+
+// a compared with b.
+struct Pair : Difference {
+  std::string a, b;
+  double p_holm = kMissing;
   bool planned = false;  // one of the analysis plan's contrasts, with p_planned and perhaps yields
   double p_planned = kMissing;
   std::optional<PairYields> yields;

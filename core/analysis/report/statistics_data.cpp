@@ -141,20 +141,25 @@ void add_statistics(Group& group, const statistics::GroupStudy& found, const sta
   if (found.friedman.mean_ranks.size() > 2) group.friedman = {shown(found.friedman.f_p), found.friedman.instances};
 }
 
+Difference difference_of(const statistics::PairedComparison& from, double smallest_relevant_ratio) {
+  const statistics::Interval& interval = from.difference.interval;
+  Difference made;
+  made.n = from.difference.n;
+  made.ratio = shown(std::exp(from.difference.estimate));
+  made.interval = shown(statistics::Interval{std::exp(interval.low), std::exp(interval.high)});
+  made.improvement = shown(from.probability_of_improvement.estimate);
+  made.p = shown(from.test.p);
+  made.verdict = from.verdict;
+  made.reason = undecided_reason(made, smallest_relevant_ratio);
+  return made;
+}
+
 Pair pair_of(const statistics::PairStudy& from, const statistics::Study& study, double smallest_relevant_ratio) {
-  const statistics::PairedComparison& comparison = from.comparison;
-  const statistics::Interval& interval = comparison.difference.interval;
   Pair pair;
+  static_cast<Difference&>(pair) = difference_of(from.comparison, smallest_relevant_ratio);
   pair.a = study.series[from.first].curve.algorithm;
   pair.b = study.series[from.second].curve.algorithm;
-  pair.n = comparison.difference.n;
-  pair.ratio = shown(std::exp(comparison.difference.estimate));
-  pair.interval = shown(statistics::Interval{std::exp(interval.low), std::exp(interval.high)});
-  pair.improvement = shown(comparison.probability_of_improvement.estimate);
-  pair.p = shown(comparison.test.p);
   pair.p_holm = shown(from.corrected_p);
-  pair.verdict = comparison.verdict;
-  pair.reason = undecided_reason(pair, smallest_relevant_ratio);
   pair.planned = from.planned;
   if (!from.planned) return pair;
   pair.p_planned = shown(from.planned_p);

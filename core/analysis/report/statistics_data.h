@@ -17,6 +17,8 @@ statistics::StudyOptions study_options(const LoadedResults& results,
 
 Score score_of(const statistics::Quantiles& values);
 Share share_of(std::size_t in, const statistics::Band& share);
+// The difference is of logarithms.
+Difference difference_of(const statistics::PairedComparison& from, double smallest_relevant_ratio);
 Pair pair_of(const statistics::PairStudy& pair, const statistics::Study& study, double smallest_relevant_ratio);
 
 // nullptr if the group has no such method.

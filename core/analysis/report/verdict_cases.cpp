@@ -46,23 +46,23 @@ std::string filled_in(std::string text, const std::string& name, const std::stri
 
 }  // namespace
 
-VerdictCase case_of(const Pair& pair, double smallest_relevant_ratio) {
+VerdictCase case_of(const Difference& difference, double smallest_relevant_ratio) {
   using statistics::Verdict;
-  if (pair.verdict == Verdict::better) return VerdictCase::better;
-  if (pair.verdict == Verdict::worse) return VerdictCase::worse;
-  if (pair.verdict == Verdict::practically_equal) return VerdictCase::practically_equal;
-  if (pair.n < statistics::kMinCompared) return VerdictCase::too_few_instances;
-  if (!pair.interval.exists()) return VerdictCase::no_interval;
-  const bool may_be_better = pair.interval.low < 1 / smallest_relevant_ratio;
-  const bool may_be_worse = pair.interval.high > smallest_relevant_ratio;
+  if (difference.verdict == Verdict::better) return VerdictCase::better;
+  if (difference.verdict == Verdict::worse) return VerdictCase::worse;
+  if (difference.verdict == Verdict::practically_equal) return VerdictCase::practically_equal;
+  if (difference.n < statistics::kMinCompared) return VerdictCase::too_few_instances;
+  if (!difference.interval.exists()) return VerdictCase::no_interval;
+  const bool may_be_better = difference.interval.low < 1 / smallest_relevant_ratio;
+  const bool may_be_worse = difference.interval.high > smallest_relevant_ratio;
   return may_be_better && may_be_worse ? VerdictCase::may_be_either
          : may_be_worse                ? VerdictCase::may_be_worse
                                        : VerdictCase::may_be_better;
 }
 
-std::string undecided_reason(const Pair& pair, double smallest_relevant_ratio) {
-  std::string text = sentences_of(case_of(pair, smallest_relevant_ratio)).reason;
-  text = filled_in(text, "n", std::to_string(pair.n));
+std::string undecided_reason(const Difference& difference, double smallest_relevant_ratio) {
+  std::string text = sentences_of(case_of(difference, smallest_relevant_ratio)).reason;
+  text = filled_in(text, "n", std::to_string(difference.n));
   text = filled_in(text, "needed", std::to_string(statistics::kMinCompared));
   text = filled_in(text, "low", significant(1 / smallest_relevant_ratio, 3));
   return filled_in(text, "high", significant(smallest_relevant_ratio, 3));

@@ -19,10 +19,10 @@ enum class VerdictCase {
 };
 
 // smallest_relevant_ratio is at least 1.
-VerdictCase case_of(const Pair& pair, double smallest_relevant_ratio);
+VerdictCase case_of(const Difference& difference, double smallest_relevant_ratio);
 
 // Why the comparison is undecided, without a full stop; empty if it is decided.
-std::string undecided_reason(const Pair& pair, double smallest_relevant_ratio);
+std::string undecided_reason(const Difference& difference, double smallest_relevant_ratio);
 
 // The sentence of the case, without a full stop: "A is better: FIGURES".
 std::string verdict_sentence(const Pair& pair, double smallest_relevant_ratio);

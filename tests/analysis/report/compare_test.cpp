@@ -35,7 +35,8 @@ class Compare : public MadeResults {
 
 TEST_F(Compare, ComparesBWithAOnTheSameInstances) {
   write_methods(0.5);
-  const Json result = compare(side("a"), side("b"), {});
+  const Comparison compared = compare(side("a"), side("b"), {});
+  const Json result = to_json(compared);
   ASSERT_EQ(result["pairs"].size(), 1U);
   const Json& pair = result["pairs"][0];
   EXPECT_EQ(pair["n"], 8);
@@ -43,11 +44,11 @@ TEST_F(Compare, ComparesBWithAOnTheSameInstances) {
   EXPECT_NEAR(pair["ratio"].get<double>(), 0.5, 1e-9);
   EXPECT_NEAR(pair["median_a"].get<double>(), 0.0135, 1e-9);
   EXPECT_EQ(pair["verdict"], "better");
-  EXPECT_EQ(compare(side("b"), side("a"), {})["pairs"][0]["verdict"], "worse");
+  EXPECT_EQ(to_json(compare(side("b"), side("a"), {}))["pairs"][0]["verdict"], "worse");
   CompareOptions early;
   early.step = 1;
-  EXPECT_EQ(compare(side("a"), side("b"), early)["pairs"][0]["verdict"], "practically equal");
-  EXPECT_THAT(comparison_text(result),
+  EXPECT_EQ(to_json(compare(side("a"), side("b"), early))["pairs"][0]["verdict"], "practically equal");
+  EXPECT_THAT(comparison_text(compared),
               AllOf(HasSubstr("a (A) and b (B)"), HasSubstr("B is better"),
                     HasSubstr("ratio B / A over 8 common instances 0.500 (95 % CI 0.500 to 0.500)")));
 }
@@ -56,15 +57,16 @@ TEST_F(Compare, UsesTheRule) {
   write_methods(0.5);
   CompareOptions current;
   current.rule = statistics::Rule::current;
-  const Json result = compare(side("a"), side("b"), current);
+  const Comparison compared = compare(side("a"), side("b"), current);
+  const Json result = to_json(compared);
   EXPECT_EQ(result["rule"], "current");
   const Json& rules = result["pairs"][0]["rules"];
   EXPECT_EQ(rules["own"]["verdict"], "better");
   EXPECT_NEAR(rules["current"]["ratio"].get<double>(), 0.5, 1e-9) << "recommended and commanded pose are the same here";
-  EXPECT_THAT(comparison_text(result),
+  EXPECT_THAT(comparison_text(compared),
               HasSubstr("by rule: own better (0.500), best better (0.500), current better (0.500)"));
   add_to_manifest({{"analysis", {{"rule", "best"}, {"smallest_relevant_ratio", 3}}}});
-  const Json planned = compare(side("a"), side("b"), {});
+  const Json planned = to_json(compare(side("a"), side("b"), {}));
   EXPECT_EQ(planned["rule"], "best");
   EXPECT_EQ(planned["pairs"][0]["verdict"], "practically equal") << "within the plan's ratio";
 }
@@ -72,14 +74,17 @@ TEST_F(Compare, UsesTheRule) {
 TEST_F(Compare, StatesWhyItIsUndecided) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.001}), trial("a", 1, {0.1, 0.01}),
          trial("b", 1, {0.1, 0.001})});
-  const Json result = compare(side("a"), side("b"), {});
+  const Comparison compared = compare(side("a"), side("b"), {});
+  const Json result = to_json(compared);
   EXPECT_EQ(result["pairs"][0]["verdict"], "undecided");
-  EXPECT_THAT(comparison_text(result), HasSubstr("reason: at least 6 common instances are needed, found 2"));
+  EXPECT_THAT(comparison_text(compared), HasSubstr("reason: at least 6 common instances are needed, found 2"));
 }
 
 TEST_F(Compare, ChecksGates) {
   write_methods(1.05);
-  const auto holds = [&](const std::string& text) { return compare(side("a"), side("b"), gate(text))["holds"]; };
+  const auto holds = [&](const std::string& text) {
+    return to_json(compare(side("a"), side("b"), gate(text)))["holds"];
+  };
   EXPECT_EQ(holds("recommended@2<=1.06x"), true);
   EXPECT_EQ(holds("recommended@2<=1.04x"), false);
   EXPECT_EQ(holds("rmse<=1.06x"), true) << "at the last step, by the synonym";
@@ -94,15 +99,18 @@ TEST_F(Compare, ChecksGates) {
 TEST_F(Compare, ComparesYields) {
   // Final errors of a are 0.0100, 0.0110, ..., 0.0170, those of b 90 % of them.
   write_methods(0.9);
-  EXPECT_EQ(compare(side("a"), side("b"), {})["pairs"][0]["yield"], nullptr) << "no specification";
-  EXPECT_EQ(compare(side("a"), side("b"), gate("yield>=0"))["holds"], false) << "an unknown yield does not pass";
+  EXPECT_EQ(to_json(compare(side("a"), side("b"), {}))["pairs"][0]["yield"], nullptr) << "no specification";
+  EXPECT_EQ(to_json(compare(side("a"), side("b"), gate("yield>=0")))["holds"], false)
+      << "an unknown yield does not pass";
   add_to_manifest({{"spec", {{"rmse", 0.01305}}}});
-  const Json result = compare(side("a"), side("b"), {});
+  const Comparison compared = compare(side("a"), side("b"), {});
+  const Json result = to_json(compared);
   EXPECT_EQ(result["pairs"][0]["yield"],
             Json({{"n", 8}, {"a", 4}, {"b", 5}, {"a_alone", 0}, {"b_alone", 1}, {"p", 1.0}}));
-  EXPECT_THAT(comparison_text(result), HasSubstr("in specification: A 4, B 5 of 8 instances; only A 0, only B 1, p 1"));
+  EXPECT_THAT(comparison_text(compared),
+              HasSubstr("in specification: A 4, B 5 of 8 instances; only A 0, only B 1, p 1"));
   const auto holds = [&](const char* a, const char* b, const std::string& text) {
-    return compare(side(a), side(b), gate(text))["holds"];
+    return to_json(compare(side(a), side(b), gate(text)))["holds"];
   };
   EXPECT_EQ(holds("a", "b", "yield>=0.625"), true);
   EXPECT_EQ(holds("a", "b", "yield>=0.626"), false);
@@ -117,7 +125,7 @@ TEST_F(Compare, CountsFailedTrialsAsMissed) {
   failed.end = "timeout";
   write({trial("a", 0, {0.01}), trial("b", 0, {0.01}), trial("a", 1, {0.01}), failed, trial("a", 2, {0.01})});
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
-  const Json yield = compare(side("a"), side("b"), {})["pairs"][0]["yield"];
+  const Json yield = to_json(compare(side("a"), side("b"), {}))["pairs"][0]["yield"];
   EXPECT_EQ(yield["n"], 2) << "only A has the third instance";
   EXPECT_EQ(yield["a"], 2);
   EXPECT_EQ(yield["b"], 1);
@@ -129,9 +137,9 @@ TEST_F(Compare, DoesNotCompareYieldsOfDifferentSpecifications) {
   const std::filesystem::path before = folder_.string() + "-before";
   std::filesystem::remove_all(before);
   std::filesystem::copy(folder_, before, std::filesystem::copy_options::recursive);
-  EXPECT_EQ(compare({before, "a"}, side("a"), {})["pairs"][0]["yield"]["b"], 8);
+  EXPECT_EQ(to_json(compare({before, "a"}, side("a"), {}))["pairs"][0]["yield"]["b"], 8);
   add_to_manifest({{"spec", {{"rmse", 0.01}}}});
-  EXPECT_EQ(compare({before, "a"}, side("a"), {})["pairs"][0]["yield"], nullptr);
+  EXPECT_EQ(to_json(compare({before, "a"}, side("a"), {}))["pairs"][0]["yield"], nullptr);
   std::filesystem::remove_all(before);
 }
 
@@ -143,12 +151,13 @@ TEST_F(Compare, ComparesCommonMethodsOfTwoFolders) {
   std::filesystem::rename(folder_, before);
   write_methods(1, "a", "new");
   add_to_manifest({{"instance_set", "same"}});
-  const Json result = compare({before, ""}, side(), {});
+  const Comparison compared = compare({before, ""}, side(), {});
+  const Json result = to_json(compared);
   ASSERT_EQ(result["pairs"].size(), 1U);
   EXPECT_EQ(result["pairs"][0]["b"], "a");
   EXPECT_THAT(result["unmatched"], ElementsAre("b (relign_od, rho0, paper)"));
   add_to_manifest({{"instance_set", "longer"}, {"instances", 7}});
-  EXPECT_EQ(compare({before, ""}, side(), {})["pairs"].size(), 1U) << "the same instances and more";
+  EXPECT_EQ(to_json(compare({before, ""}, side(), {}))["pairs"].size(), 1U) << "the same instances and more";
   add_to_manifest({{"instance_set", "other"}, {"seed", 2}});
   EXPECT_THAT(error_text(ErrorKind::bad_input,
                          [&] {
@@ -193,7 +202,7 @@ TEST_F(Compare, IsUndecidedWithFewInstancesAndCountsFailures) {
   records::TrialRecord failed = trial("b", 1, {0.1});
   failed.end = "timeout";
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02}), trial("a", 1, {0.1, 0.01}), failed});
-  const Json pair = compare(side("a"), side("b"), {})["pairs"][0];
+  const Json pair = to_json(compare(side("a"), side("b"), {}))["pairs"][0];
   EXPECT_EQ(pair["verdict"], "undecided");
   EXPECT_EQ(pair["n"], 1);
   EXPECT_EQ(pair["missing"], 1);
