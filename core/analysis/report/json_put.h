@@ -13,19 +13,30 @@ namespace relign::report {
 inline Json number(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 inline Json arrival(double value) { return std::isinf(value) ? Json("never") : number(value); }
 
-// Members in pairs of name and value: unknown numbers become null, absent optional parts are left out.
+// A value: a number, null if it is unknown, a text, a list, or a struct with a function write(Json&, const Struct&).
+template <class Value>
+void put_value(Json& json, const Value& value) {
+  if constexpr (std::is_floating_point_v<Value>)
+    json = number(value);
+  else if constexpr (requires { write(json, value); })
+    write(json, value);
+  else
+    json = value;
+}
+template <class Value>
+void put_value(Json& json, const std::vector<Value>& list) {
+  json = Json::array();
+  for (const Value& value : list) put_value(json.emplace_back(nullptr), value);
+}
+
+// Members in pairs of name and value. Absent optional parts are left out.
 inline void put(Json&) {}
 template <class Value, class... More>
 void put(Json& json, const char* name, const Value& value, const More&... more) {
-  if constexpr (std::is_floating_point_v<Value>) {
-    json[name] = number(value);
-  } else if constexpr (std::is_same_v<Value, std::vector<double>>) {
-    Json& list = json[name] = Json::array();
-    for (const double one : value) list.push_back(number(one));
-  } else if constexpr (requires { value.has_value(); }) {
-    if (value) put(json, name, *value);
+  if constexpr (requires { value.has_value(); }) {
+    if (value) put_value(json[name], *value);
   } else {
-    json[name] = value;
+    put_value(json[name], value);
   }
   put(json, more...);
 }

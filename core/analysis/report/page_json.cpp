@@ -21,14 +21,14 @@ void put_bands(Json& json, const statistics::AggregateBands& bands) {
 
 }  // namespace
 
-// nlohmann finds these functions by their second argument, also for the elements of a list.
+// put() finds these functions by their second argument.
 
 template <class Value>
-static void to_json(Json& json, const statistics::ByRule<Value>& values) {
-  for (const statistics::Rule rule : statistics::kRules) json[statistics::rule_name(rule)] = values[rule];
+static void write(Json& json, const statistics::ByRule<Value>& values) {
+  for (const statistics::Rule rule : statistics::kRules) put(json, statistics::rule_name(rule), values[rule]);
 }
 
-static void to_json(Json& json, const Method& method) {
+static void write(Json& json, const Method& method) {
   put(json, "name", method.name, "label", method.label, "id", method.id, "protocol", method.protocol, "merit",
       method.merit, "key", method.key, "class", class_name(method.of_class), "oracle",
       method.of_class == ObservationClass::oracle, "observes", method.observes, "steps", method.steps, "parameters",
@@ -39,33 +39,33 @@ static void to_json(Json& json, const Method& method) {
         method.plugin_hash);
 }
 
-static void to_json(Json& json, const Score& score) {
+static void write(Json& json, const Score& score) {
   put(json, "n", score.n);
   if (score.n > 0) put(json, "median", score.median, "q25", score.q25, "q75", score.q75);
 }
 
-static void to_json(Json& json, const Share& share) {
+static void write(Json& json, const Share& share) {
   put(json, "in", share.in, "n", share.n, "share", share.share);
   put_interval(json, share.interval);
 }
 
-static void to_json(Json& json, const Yield& yield) {
-  to_json(json, static_cast<const Share&>(yield));
+static void write(Json& json, const Yield& yield) {
+  write(json, static_cast<const Share&>(yield));
   put(json, "uncured", yield.uncured);
 }
 
-static void to_json(Json& json, const TimeToSpec& time) {
+static void write(Json& json, const TimeToSpec& time) {
   put(json, "successes", time.successes, "n", time.n, "steps", arrival(time.steps), "lo95", arrival(time.interval.low),
       "hi95", arrival(time.interval.high), "expected", arrival(time.expected), "seconds", arrival(time.seconds));
 }
 
-static void to_json(Json& json, const MtfScores& mtf) { put(json, "centre", mtf.centre, "corner", mtf.corner); }
+static void write(Json& json, const MtfScores& mtf) { put(json, "centre", mtf.centre, "corner", mtf.corner); }
 
-static void to_json(Json& json, const ResidualAxis& axis) {
+static void write(Json& json, const ResidualAxis& axis) {
   put(json, "name", axis.name, "unit", axis.unit, "median", axis.median, "q75", axis.q75);
 }
 
-static void to_json(Json& json, const RuleScore& score) {
+static void write(Json& json, const RuleScore& score) {
   put(json, "n", score.median.n);
   if (score.median.n == 0) return;
   put(json, "median", score.median.estimate, "yield", score.yield);
@@ -73,7 +73,7 @@ static void to_json(Json& json, const RuleScore& score) {
   if (!std::isnan(score.steps)) put(json, "steps", arrival(score.steps));
 }
 
-static void to_json(Json& json, const Row& row) {
+static void write(Json& json, const Row& row) {
   put(json, "method", row.method, "oracle", row.oracle(), "class", class_name(row.of_class), "merit", row.merit, "key",
       row.key, "observes", row.observes, "trials", row.trials, "failed", row.failed, "step", row.step, "recommended",
       row.recommended, "commanded", row.commanded, "measured", row.measured, "machine_seconds", row.machine_seconds,
@@ -86,13 +86,13 @@ static void to_json(Json& json, const Row& row) {
   if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
 }
 
-static void to_json(Json& json, const CurveTrack& track) {
+static void write(Json& json, const CurveTrack& track) {
   put(json, "median", track.median, "q25", track.q25, "q75", track.q75);
   put_filled(json, "lo95", track.low);
   put_filled(json, "hi95", track.high);
 }
 
-static void to_json(Json& json, const Curve& curve) {
+static void write(Json& json, const Curve& curve) {
   put(json, "method", curve.method, "trials", curve.trials, "first_step", curve.first_step, "tracks", Json::object(),
       "machine_seconds", curve.machine_seconds);
   for (const statistics::Track track : statistics::kTracks)
@@ -100,7 +100,7 @@ static void to_json(Json& json, const Curve& curve) {
   put_filled(json, "algorithm_seconds", curve.algorithm_seconds);
 }
 
-static void to_json(Json& json, const Ecdf& ecdf) {
+static void write(Json& json, const Ecdf& ecdf) {
   put(json, "method", ecdf.method, "steps", Json::array(), "share", Json::array());
   for (const auto& [step, share] : ecdf.points) {
     json["steps"].push_back(step);
@@ -108,12 +108,12 @@ static void to_json(Json& json, const Ecdf& ecdf) {
   }
 }
 
-static void to_json(Json& json, const PairYields& yields) {
+static void write(Json& json, const PairYields& yields) {
   put(json, "n", yields.n, "a", yields.a, "b", yields.b, "a_alone", yields.a_alone, "b_alone", yields.b_alone, "p",
       yields.p, "p_planned", yields.p_planned);
 }
 
-static void to_json(Json& json, const Pair& pair) {
+static void write(Json& json, const Pair& pair) {
   put(json, "a", pair.a, "b", pair.b, "n", pair.n, "ratio", pair.ratio, "improvement", pair.improvement, "p", pair.p,
       "p_holm", pair.p_holm, "verdict", statistics::verdict_name(pair.verdict));
   put_interval(json, pair.interval);
@@ -121,7 +121,7 @@ static void to_json(Json& json, const Pair& pair) {
   if (pair.planned) put(json, "planned", true, "p_planned", pair.p_planned, "yields", pair.yields);
 }
 
-static void to_json(Json& json, const Lead& lead) {
+static void write(Json& json, const Lead& lead) {
   put(json, "class", class_name(lead.of_class), "best", lead.best);
   put_filled(json, "next", lead.next);
   if (!lead.pair) return;
@@ -129,9 +129,9 @@ static void to_json(Json& json, const Lead& lead) {
   put_interval(json, lead.pair->interval);
 }
 
-static void to_json(Json& json, const RuleComparison& rule) { put(json, "pairs", rule.pairs, "leads", rule.leads); }
+static void write(Json& json, const RuleComparison& rule) { put(json, "pairs", rule.pairs, "leads", rule.leads); }
 
-static void to_json(Json& json, const Group::Friedman& friedman) {
+static void write(Json& json, const Group::Friedman& friedman) {
   put(json, "p", friedman.p, "instances", friedman.instances);
 }
 
@@ -151,7 +151,7 @@ static void put_spec(Json& json, const Group& group) {
   if (spec.limits_anything()) put(json, "cannot_meet_spec", group.cannot_meet_spec, "infeasible", group.infeasible);
 }
 
-static void to_json(Json& json, const Group& group) {
+static void write(Json& json, const Group& group) {
   put(json, "scene", group.scene, "noise_level", group.noise_level, "protocol", group.protocol, "label", group.label,
       "instances", group.instances, "same_instances", group.same_instances, "start", group.start, "rows", group.rows,
       "curves", group.curves, "friedman", group.friedman, "rules", group.rules);
@@ -164,72 +164,72 @@ static void to_json(Json& json, const Group& group) {
   put_spec(json, group);
 }
 
-static void to_json(Json& json, const RunState::Harness& harness) {
+static void write(Json& json, const RunState::Harness& harness) {
   put(json, "microseconds_per_step", harness.microseconds_per_step, "share_of_scene_time", harness.share_of_scene_time);
 }
 
-static void to_json(Json& json, const RunState& ran) {
+static void write(Json& json, const RunState& ran) {
   put(json, "planned", ran.planned, "finished", ran.finished, "failed", ran.failed, "missing", ran.missing,
       "incomplete", ran.incomplete, "from_other_plans", ran.from_other_plans, "harness", ran.harness);
 }
 
-static void to_json(Json& json, const FailedTrial& trial) {
+static void write(Json& json, const FailedTrial& trial) {
   put(json, "trial", trial.trial, "scene", trial.scene, "noise_level", trial.noise_level, "protocol", trial.protocol,
       "instance", trial.instance, "steps", trial.steps);
   put_filled(json, "log", trial.log);
 }
 
-static void to_json(Json& json, const Failure& failure) {
+static void write(Json& json, const Failure& failure) {
   put(json, "method", failure.method, "message", failure.message, "count", failure.count, "trials", failure.trials);
 }
 
-static void to_json(Json& json, const PluginWarning& warning) {
+static void write(Json& json, const PluginWarning& warning) {
   put(json, "method", warning.method, "message", warning.message, "count", warning.count);
 }
 
-static void to_json(Json& json, const QualityGate& gate) {
+static void write(Json& json, const QualityGate& gate) {
   put(json, "name", gate.name, "ok", gate.ok, "text", gate.text);
 }
 
-static void to_json(Json& json, const ClassVerdict& verdict) {
+static void write(Json& json, const ClassVerdict& verdict) {
   put(json, "class", class_name(verdict.of_class), "title", class_title(verdict.of_class), "best", verdict.best, "text",
       verdict.text);
 }
 
-static void to_json(Json& json, const GroupVerdict& verdict) {
+static void write(Json& json, const GroupVerdict& verdict) {
   put(json, "label", verdict.label, "best", verdict.best, "text", verdict.text);
   put_filled(json, "classes", verdict.classes);
   put_filled(json, "rest", verdict.rest);
 }
 
-static void to_json(Json& json, const BreakEven& even) {
+static void write(Json& json, const BreakEven& even) {
   put(json, "group", even.group, "label", even.label, "lenses", arrival(even.lenses), "against", even.against, "saves",
       even.saves);
 }
 
-static void to_json(Json& json, const TrainingCost& cost) {
+static void write(Json& json, const TrainingCost& cost) {
   put(json, "method", cost.method, "hours", cost.hours, "steps",
       std::isfinite(cost.steps) ? Json(std::llround(cost.steps)) : Json(), "machine", cost.machine, "pays_after",
       cost.pays_after);
 }
 
-static void to_json(Json& json, const SceneAxis& axis) {
+static void write(Json& json, const SceneAxis& axis) {
   put(json, "name", axis.name, "unit", axis.unit, "lower", axis.lower, "upper", axis.upper);
 }
 
-static void to_json(Json& json, const LandscapeLine& line) {
+static void write(Json& json, const LandscapeLine& line) {
   put(json, "axis", line.axis, "unit", line.unit, "away", line.away, "rmse", line.rmse);
 }
 
-static void to_json(Json& json, const LandscapePlane::Axis& axis) {
+static void write(Json& json, const LandscapePlane::Axis& axis) {
   put(json, "name", axis.name, "unit", axis.unit, "values", axis.values);
 }
 
-static void to_json(Json& json, const LandscapePlane& plane) {
+static void write(Json& json, const LandscapePlane& plane) {
   put(json, "across", plane.across, "up", plane.up, "rmse", plane.rmse);
 }
 
-static void to_json(Json& json, const SceneFacts& facts) {
+static void write(Json& json, const SceneFacts& facts) {
   put(json, "scene", facts.scene, "id", facts.id, "summary", facts.summary, "width", facts.width, "height",
       facts.height, "axes", facts.axes);
   for (std::size_t k = 0; k < facts.clock.size(); ++k)
@@ -237,16 +237,16 @@ static void to_json(Json& json, const SceneFacts& facts) {
   if (!facts.landscape.empty()) put(json["landscape"], "lines", facts.landscape, "plane", facts.plane);
 }
 
-static void to_json(Json& json, const AggregateTraining& training) {
+static void write(Json& json, const AggregateTraining& training) {
   put(json, "training", training.name, "failed", training.failed);
   put_bands(json, training.bands);
 }
 
-static void to_json(Json& json, const AggregateMethod::Spread& spread) {
+static void write(Json& json, const AggregateMethod::Spread& spread) {
   put(json, "lowest", spread.lowest, "highest", spread.highest, "sd", spread.sd);
 }
 
-static void to_json(Json& json, const AggregateMethod& method) {
+static void write(Json& json, const AggregateMethod& method) {
   put(json, "method", method.method, "class", class_name(method.of_class), "oracle", method.oracle(), "strata",
       method.strata, "failed", method.failed, "steps", method.steps);
   put_filled(json, "training_tag", method.training_tag);
@@ -263,21 +263,21 @@ static void to_json(Json& json, const AggregateMethod& method) {
   put_filled(json, "trainings", method.trainings);
 }
 
-static void to_json(Json& json, const Stratum& stratum) {
+static void write(Json& json, const Stratum& stratum) {
   put(json, "scene", stratum.scene, "noise_level", stratum.noise_level, "instances", stratum.instances);
 }
 
-static void to_json(Json& json, const AggregatePair& pair) {
+static void write(Json& json, const AggregatePair& pair) {
   put(json, "a", pair.a, "b", pair.b, "n", pair.improvement.n, "improvement", pair.improvement.estimate);
   put_interval(json, pair.improvement.interval);
 }
 
-static void to_json(Json& json, const Aggregate& aggregate) {
+static void write(Json& json, const Aggregate& aggregate) {
   put(json, "protocol", aggregate.protocol, "resolution", statistics::kResolution, "strata", aggregate.strata,
       "methods", aggregate.methods, "pairs", aggregate.pairs, "profile_places", shown(statistics::profile_places()));
 }
 
-static void to_json(Json& json, const Source& source) {
+static void write(Json& json, const Source& source) {
   put(json, "folder", source.folder, "trials", source.trials, "cpu", source.cpu, "program", source.program);
 }
 
