@@ -28,7 +28,8 @@ function(relign_add_python_file_test name file)
     ENVIRONMENT "RELIGN_BENCH=${CMAKE_BINARY_DIR}/bin/relign-bench;XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
 endfunction()
 
-add_library(relign_test_main STATIC "${PROJECT_SOURCE_DIR}/tests/main.cpp")
+add_library(relign_test_main STATIC "${PROJECT_SOURCE_DIR}/tests/main.cpp" "${PROJECT_SOURCE_DIR}/tests/run_tests.cpp")
+set_target_properties(relign_test_main PROPERTIES UNITY_BUILD OFF)  # a program may bring a main function of its own
 target_link_libraries(relign_test_main PUBLIC relign_compile GTest::gmock GTest::gtest)
 
 function(relign_add_test name)

@@ -157,7 +157,8 @@ def main():
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
     parser.add_argument("--python", action="append",
                         help="interpreter to compile the module for; repeatable [default: those found]")
-    parser.add_argument("--built-module", action="store_true", help="take the module that the build folder has, for its Python alone")
+    parser.add_argument("--built-module", action="store_true",
+                        help="take the module that the build folder has, for its Python alone")
     given = parser.parse_args()
     build = given.build.resolve()
     pythons = sorted(given.python or found_pythons(), key=version_of)

@@ -180,7 +180,7 @@ TEST(CliRender, RejectsErrorWithoutNoiseEstimate) {
               HasSubstr("'gaussian_spot' does not report the error"));
 }
 
-TEST(CliReport, RewritesPageFromMovedFolder) {
+TEST(CliVerbs, RewritesPageFromMovedFolder) {
   const Workplace place;
   place.write("tiny.json", kTinySuite);
   ASSERT_EQ(relign_bench(place, {"run", "tiny.json"}).exit_code, 0);

@@ -7,11 +7,12 @@ namespace relign::report {
 namespace {
 
 // A method with several trainings has the style of the first, which has a curve of its own in other charts.
-int aggregate_style(const PageModel& page, const std::map<std::string, int>& styles, const AggregateMethod& method) {
+int aggregate_style(const PageModel& page, const std::map<std::string, int>& styles, const AggregateMethod& method,
+                    const std::string& protocol) {
   if (method.oracle()) return kOracleStyle;
-  auto found = styles.find(method.method);
+  auto found = styles.find(style_key(method.method, protocol));
   if (found == styles.end() && !method.trainings.empty())
-    found = styles.find(method.method + " (" + method.trainings.front().name + ")");
+    found = styles.find(style_key(method.method + " (" + method.trainings.front().name + ")", protocol));
   return found == styles.end() ? static_cast<int>(page.methods.size()) : found->second;
 }
 
@@ -24,7 +25,7 @@ std::vector<Figure> aggregate_figures(const PageModel& page, std::size_t index, 
   Chart profile, progress;
   for (const AggregateMethod& method : aggregate.methods) {
     if (profile.series.size() >= most || !method.has_numbers()) continue;
-    const int style = aggregate_style(page, styles, method);
+    const int style = aggregate_style(page, styles, method, aggregate.protocol);
     ChartSeries spread = {method.method, style, Drawn::line, {}}, falling = {method.method, style, Drawn::steps, {}};
     for (std::size_t i = 0; i < places.size() && i < method.bands.profile.size(); ++i) {
       const statistics::Band& share = method.bands.profile[i];

@@ -25,9 +25,9 @@ std::vector<double> shown(std::vector<double> values);
 // As `shown`, but infinity remains.
 double shown_arrival(double value);
 
-std::string number_text(double value, int digits = 3);            // "-" if not finite
-std::string sort_value(double value);                             // for data-sort; "" if not finite
-std::string whole_percent(double share);                          // "57"; "-" if not finite
+std::string number_text(double value, int digits = 3);  // "-" if not finite
+std::string sort_value(double value);                   // for data-sort; "" if not finite
+std::string whole_percent(double share);                // "57"; "-" if not finite
 
 // "LOW - HIGH" with the separator; "" without an interval.
 std::string interval_text(const statistics::Interval& interval, int digits, const char* separator);

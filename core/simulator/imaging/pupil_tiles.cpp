@@ -12,21 +12,12 @@ using optics::kPi;
 using optics::kSupports;
 using optics::Vec3;
 
-// The constants of this file. Margins that are too small lose light, which a scene's certificate (certificate.h) finds;
-// too large ones only cost time.
+// The constants of this file; those of the region B are in tile_region.cpp. Margins that are too small lose light,
+// which a scene's certificate (certificate.h) finds; too large ones only cost time.
 
 // Tiles are small compared with the image, whatever its resolution, so that corners represent what is between them.
 constexpr int kMinTilesAcross = 12;
 constexpr int kCellPixels = 3;  // per side: the resolution of a tile's lit pixels
-
-// The region B around the polygons of a tile's corners, relative to its axes.
-constexpr double kAxesMargin = 0.05;         // its curvature across a tile: the farthest of 2e9 rays was 0.02 outside
-constexpr double kPartlyLitFactor = 1.3;     // no light at some corner: the others alone do not bound the region
-constexpr double kSmallestVariance = 1e-12;  // keeps the ellipse of one point regular
-// Directions of B outside the unit disc are lost like others: only a large B is replaced by the whole disc, and on a
-// plane one that reaches the disc's rim.
-constexpr double kLargestShareOfDisc = 0.5;
-constexpr double kMaxSine = 0.999;  // against the axis
 
 // Borders of regions of direction cosines: from azimuth to azimuth of twice as many as there are supports.
 constexpr double kBetweenAzimuths = 1.005;  // 1 / cos(pi / 32)
@@ -51,8 +42,6 @@ constexpr double kBlurryShare = 0.3;  // of the emitter's side: a blur that can 
 constexpr double kAnywhere = 1e300;   // mm: farther than any ray goes
 
 using Corners = std::array<const TileCorner*, 4>;  // left and right above, then below
-
-double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
 // Bounding box of hits on the emitter's plane.
 struct Hull {
@@ -428,98 +417,6 @@ void PupilTiles::find_unlit_tiles(double half_emitter) {
       tiles_[at].unlit = !passes || visibilities_[at] == Visibility::nothing ||
                          (visibilities_[at] == Visibility::unknown && !neighbour && !blurry_);
     }
-}
-
-namespace {
-
-// Over a tile the centre of B moves linearly: p = centre[0] + slope[0] x + slope[1] y, q likewise with x and y in mm
-// from the tile's middle. Without slope if no light passes at some corner.
-struct MovingCentre {
-  int corners_with_light = 0;
-  double half_x = 0, half_y = 0;  // of the tile, mm
-  double centre[2] = {0, 0}, slope[4] = {0, 0, 0, 0};
-};
-
-MovingCentre moving_centre(const Corners& corners, double half_x, double half_y) {
-  MovingCentre moving;
-  moving.half_x = half_x;
-  moving.half_y = half_y;
-  for (const TileCorner* corner : corners) {
-    if (corner->empty) continue;
-    ++moving.corners_with_light;
-    moving.centre[0] += corner->centre_p;
-    moving.centre[1] += corner->centre_q;
-  }
-  for (double& part : moving.centre) part /= moving.corners_with_light;
-  if (moving.corners_with_light < 4) return moving;
-  const auto set_slope = [&](double TileCorner::*member, double* both) {
-    const double c0 = corners[0]->*member, c1 = corners[1]->*member, c2 = corners[2]->*member, c3 = corners[3]->*member;
-    both[0] = (c1 + c3 - c0 - c2) / (4 * half_x);
-    both[1] = (c0 + c1 - c2 - c3) / (4 * half_y);
-  };
-  set_slope(&TileCorner::centre_p, moving.slope);
-  set_slope(&TileCorner::centre_q, moving.slope + 2);
-  return moving;
-}
-
-// Visits the vertices of the corners' polygons, relative to the moving centre.
-template <class Visit>
-void each_residual(const Corners& corners, std::size_t points, const MovingCentre& moving, const Visit& visit) {
-  const double at_x[4] = {-moving.half_x, moving.half_x, -moving.half_x, moving.half_x};
-  const double at_y[4] = {moving.half_y, moving.half_y, -moving.half_y, -moving.half_y};
-  for (std::size_t j = 0; j < 4; ++j) {
-    if (corners[j]->empty) continue;
-    for (std::size_t k = 0; k < points; ++k)
-      visit(corners[j]->p[k] - (moving.centre[0] + moving.slope[0] * at_x[j] + moving.slope[1] * at_y[j]),
-            corners[j]->q[k] - (moving.centre[1] + moving.slope[2] * at_x[j] + moving.slope[3] * at_y[j]));
-  }
-}
-
-// A triangular matrix that maps the unit disc to the ellipse of the residuals' covariance, scaled until it contains
-// them all: {pp, 0, qp, qq}.
-std::array<double, 4> ellipse_around(const Corners& corners, std::size_t points, const MovingCentre& moving) {
-  double pp = 0, pq = 0, qq = 0;
-  each_residual(corners, points, moving, [&](double dp, double dq) {
-    pp += dp * dp;
-    pq += dp * dq;
-    qq += dq * dq;
-  });
-  const double l00 = std::sqrt(std::max(pp, kSmallestVariance));
-  const double l10 = pq / l00;
-  const double l11 = std::sqrt(std::max(qq - l10 * l10, kSmallestVariance));
-  double largest = 0;
-  each_residual(corners, points, moving, [&](double dp, double dq) {
-    const double a = dp / l00, b = (dq - l10 * a) / l11;
-    largest = std::max(largest, a * a + b * b);
-  });
-  const double scale =
-      std::sqrt(largest) * (1 + kAxesMargin) * (moving.corners_with_light == 4 ? 1.0 : kPartlyLitFactor);
-  return {scale * l00, 0, scale * l10, scale * l11};
-}
-
-}  // namespace
-
-void PupilTiles::fit_tile(Tile& tile, const optics::BackwardPath& path) const {
-  const Corners corners = corners_of(tile);
-  const double pitch = scene_->sensor.pitch_mm;
-  const MovingCentre moving = moving_centre(corners, 0.5 * tile.box.columns * pitch, 0.5 * tile.box.rows * pitch);
-  const std::array<double, 4> axes = ellipse_around(corners, points_, moving);
-  const auto& [corners_with_light, half_x, half_y, centre, slope] = moving;
-  // Farthest point of B from the disc's centre, at any point of the tile.
-  const double reach = length(centre[0], centre[1]) +
-                       length(std::fabs(slope[0]) * half_x + std::fabs(slope[1]) * half_y,
-                              std::fabs(slope[2]) * half_x + std::fabs(slope[3]) * half_y) +
-                       length(axes[0], length(axes[2], axes[3]));
-  tile.area = kPi * axes[0] * axes[3];
-  tile.whole_disc = tile.area > kLargestShareOfDisc * kPi || (table_->search().on_plane() && !(reach < kMaxSine));
-  if (tile.whole_disc) tile.area = kPi;
-  optics::TileStart& start = tile.start;
-  for (int i = 0; i < 2; ++i) start.centre[i] = static_cast<float>(centre[i]);
-  for (std::size_t i = 0; i < 4; ++i) {
-    start.slope[i] = static_cast<float>(slope[i]);
-    start.axes[i] = static_cast<float>(axes[i]);
-  }
-  set_places(start, *scene_, tile.box, path);
 }
 
 void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,

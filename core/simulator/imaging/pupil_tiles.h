@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -19,6 +20,10 @@
 #include "optics/ray_block.h"
 
 namespace relign::imaging {
+
+constexpr double kMaxSine = 0.999;  // of directions against the axis
+
+inline double length(double a, double b) { return std::sqrt(a * a + b * b); }
 
 constexpr int kTilePixels = 12;                     // per side, at most
 constexpr int kProbes = 1 + optics::kSupports / 2;  // probe rays from each corner of tiles to the emitter

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "report/aggregate_data.h"
 #include "report/figures.h"
 #include "report/made_results.h"
@@ -114,6 +116,9 @@ TEST_F(AggregateReport, HasProfileAndConvergenceFigures) {
   for (const Figure& figure : aggregate_figures(data(), 0)) {
     names.push_back(figure.name);
     EXPECT_EQ(figure.chart.series.size(), 3u) << "search, net, lone";
+    std::set<int> styles;
+    for (const ChartSeries& series : figure.chart.series) styles.insert(series.style);
+    EXPECT_EQ(styles.size(), 3u) << "one colour for each method";
   }
   EXPECT_THAT(names, ElementsAre("profile-1-paper", "progress-1-paper"));
 }

@@ -2,12 +2,11 @@
 // links everything. verb_test.cpp uses relign-bench itself.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <cstdlib>
 #include <string>
 
 #include "conformance/inspection.h"
+#include "run_tests.h"
 
 namespace relign::conformance {
 
@@ -19,8 +18,7 @@ inline int run_child_or_tests(int argc, char** argv) {
     run_one_check(argv[7], argv[4], std::atoi(argv[6]));
     return 0;
   }
-  testing::InitGoogleTest(&argc, argv);
-  return RUN_ALL_TESTS();
+  return test::run_tests(argc, argv);
 }
 
 }  // namespace relign::conformance

@@ -173,11 +173,11 @@ TEST_F(ProcessTest, RejectsScriptsThatAreNotPlugins) {
               AllOf(HasSubstr("broken.py is not a plugin"), HasSubstr("failed: RuntimeError: no config file"),
                     HasSubstr("status 1"), Not(HasSubstr("serve(YourClass)"))));
   const fs::path misspelt = write("misspelt.py",
-                                  "\"\"\"Says know.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
-                                  "class Guess(Optimizer):\n    know = ('images',)\n"
+                                  "\"\"\"Declares observe.\"\"\"\nfrom relign_bench.plugin import Optimizer, serve\n"
+                                  "class Guess(Optimizer):\n    observe = ('images',)\n"
                                   "    def run(self, trial): pass\nserve(Guess)\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(misspelt); }),
-              HasSubstr("Guess has the attribute 'know'; did you mean 'observes'?"));
+              HasSubstr("Guess has the attribute 'observe'; did you mean 'observes'?"));
   const fs::path silent = write("silent.py", "print('hello')\n");
   EXPECT_THAT(test::error_text(ErrorKind::plugin_rejected, [&] { run(silent); }),
               AllOf(HasSubstr("end the file with serve(YourClass)"), HasSubstr("hello")));
