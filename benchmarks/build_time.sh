@@ -14,13 +14,12 @@ export CCACHE_DISABLE=1
 touched=core/analysis/report/verdict.cpp
 
 measure() {  # NAME TARGET...
-  local steps
-  steps=$(ninja -C "$folder" -n "${@:2}" | grep -cE '^\[' || true)
-  TIMEFORMAT="$1: %R s wall, %U + %S s processor, $steps steps"
+  TIMEFORMAT="$1: %R s wall, %U + %S s processor"
   time ninja -C "$folder" "${@:2}" >"$folder/build.log" || {
     tail -20 "$folder/build.log" >&2
     exit 1
   }
+  echo "  $(grep -oE '^\[[0-9]+/[0-9]+\]' "$folder/build.log" | tail -1) steps"
 }
 
 cmake -S . -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=Release -DRELIGN_BUILD_TESTS=OFF -DRELIGN_BUILD_BENCHMARKS=OFF \
