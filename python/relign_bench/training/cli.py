@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
+  relign-train imitate --randomise default -o training/randomised  # for scenes whose imaging differs
   relign-train ppo --preset tuned --warm-start training/imitation -o training/ppo
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
@@ -41,8 +42,9 @@ IMITATE = """files in the folder:
   tuning.csv                       error on tuning instances, which training never uses, step by step
   imitation.onnx, imitation.json   the network and its side file
 
-example:
+examples:
   relign-train imitate -o training/imitation
+  relign-train imitate --randomise my_errors.json --set passes=60 -o training/robust
 """
 
 PPO = """files in the folder:
@@ -106,9 +108,13 @@ def make_parser() -> argparse.ArgumentParser:
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                           help="set a value of the recipe, such as --set rate=3e-5; repeatable; python/README.md lists them")
 
-    training(verb("imitate", "Train by imitation learning: regression, then DAgger",
-                  "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
-                  "then DAgger.", IMITATE))
+    imitate = verb("imitate", "Train by imitation learning: regression, then DAgger",
+                   "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
+                   "and on those that the policy visits (DAgger).", IMITATE)
+    training(imitate)
+    imitate.add_argument("--randomise", metavar="FILE",
+                         help="file of imaging errors that every capture gets, drawn anew (domain randomisation); "
+                              "'default': the package's own")
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
@@ -146,12 +152,13 @@ def require(module: str, package: str) -> None:
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
-    from .imitate import Recipe, Training, tuning_rmse
+    from .imitate import Recipe, Training
 
     recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
-    training = Training(recipe, given.out, given.threads, log)
+    randomise = pathlib.Path(__file__).with_name("randomisation.json") if given.randomise == "default" else given.randomise
+    training = Training(recipe, given.out, given.threads, log, randomise)
     training.run()
-    rmse = tuning_rmse(recipe, training.net, given.threads)
+    rmse = training.tuning_rmse()
     medians = write_tuning(training.folder, recipe.levels, rmse)
     return show(given, export_imitation(training, pathlib.Path(given.out) / "imitation"),
                 {"median_rmse_after_12": medians})
@@ -203,9 +210,10 @@ def export_imitation(training: Training, path: pathlib.Path) -> list[pathlib.Pat
     from . import export
 
     recipe = training.recipe
+    randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
                         cost_of(recipe, training.seconds, training.threads, None),
-                        f"relign-train imitate --scene {recipe.scene} -o FOLDER")
+                        f"relign-train imitate{randomise} --scene {recipe.scene} -o FOLDER", doubt=training.doubt)
 
 
 def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
@@ -286,10 +294,10 @@ def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
     return dataclasses.replace(recipe, goal=GOALS[recipe.level])
 
 
-MAY_BE_ZERO = ("seed", "warm_up", "rounds", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "gamma",
+MAY_BE_ZERO = ("seed", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "visited", "gamma",
                "gae_lambda")
 MAY_BE_NEGATIVE = ("first_log_std",)
-SHARES = ("near", "gamma", "gae_lambda")
+SHARES = ("near", "visited", "gamma", "gae_lambda")
 
 
 def check_value(setting: str, name: str, value: Any) -> None:
