@@ -12,8 +12,9 @@ namespace relign::imaging {
 class GhostImage {
  public:
   GhostImage(const SceneFile& scene, double sensor_albedo) : scene_(&scene), paths_(scene, sensor_albedo) {}
-  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world) {
-    paths_.place(assembly, lens_to_world);
+  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+             const std::optional<optics::Motion>& into_print) {
+    paths_.place(assembly, lens_to_world, into_print);
   }
 
   // Buffers of one thread.

@@ -29,7 +29,9 @@ class GhostPaths {
  public:
   // `scene` must outlive the paths. sensor_albedo: share of light that the sensor scatters, Lambertian.
   GhostPaths(const SceneFile& scene, double sensor_albedo) : scene_(&scene), albedo_(sensor_albedo) {}
-  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world);
+  // into_print: see Camera::capture.
+  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+             const std::optional<optics::Motion>& into_print = std::nullopt);
 
   // A box of all directions in which the lens can be hit from a rectangle of the sensor.
   DirectionBox towards_lens(double low_x, double high_x, double low_y, double high_y) const;
@@ -74,6 +76,7 @@ class GhostPaths {
   double albedo_;
   optics::GhostWalk walk_;
   optics::Motion lens_to_world_, world_to_lens_;
+  std::optional<optics::Motion> into_print_;
 };
 
 }  // namespace relign::imaging
