@@ -58,6 +58,15 @@ examples:
   relign-train ppo --preset paper --algorithm recurrent-ppo -o training/recurrent
 """
 
+ADAPT = """files in the folder:
+  recipe.json                  every setting
+  curve.csv                    loss and distance of the features, step by step
+  adapted.onnx, adapted.json   the network and its side file
+
+example:
+  relign-train adapt training/randomised --images captures -o training/adapted
+"""
+
 EXPORT = """example:
   relign-train export training/ppo -o my_agent.onnx
 """
@@ -76,12 +85,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = make_parser().parse_args(arguments)
     try:
-        return {"imitate": _imitate, "ppo": _ppo, "export": _export}[given.verb](given)
+        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export}[given.verb](given)
     except (ValueError, OSError, ImportError) as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        hint = "" if given.verb == "export" else f"; the same command resumes the run in {given.out}"
+        hint = "" if given.verb in ("adapt", "export") else f"; the same command resumes the run in {given.out}"
         print(f"interrupted{hint}", file=sys.stderr)
         return 130
 
@@ -125,6 +134,18 @@ def make_parser() -> argparse.ArgumentParser:
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
+    adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
+                 "Go on training the network of relign-train imitate so that it suits the captures of a station. The "
+                 "captures need no poses or other labels, but must be of poses over the whole travel.", ADAPT)
+    adapt.add_argument("folder", metavar="DIR", help="folder of a run of relign-train imitate")
+    adapt.add_argument("--images", metavar="FOLDER", required=True,
+                       help="captures: .npy (one or a stack, in the scene's units) or grey .png")
+    adapt.add_argument("--white", type=float, metavar="GREY", help="grey value of a white pixel in .png files, 0 to 1")
+    adapt.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the adapted network")
+    adapt.add_argument("--seed", type=int, default=0, help="seed of instances and batches [default: %(default)s]")
+    adapt.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
+    adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
+                       help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
     export = verb("export", "Write the network of a run as ONNX, with its side file",
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
@@ -197,22 +218,35 @@ def _export(given: argparse.Namespace) -> int:
         from .reinforce import Reinforcement
 
         return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
-    from .imitate import Recipe, Training
+    from .imitate import Training
 
-    recipe["levels"] = tuple(recipe["levels"])
-    training = Training(Recipe(**recipe), folder, None, lambda _: None)
-    training.load()
-    return show(given, export_imitation(training, out), {})
+    return show(given, export_imitation(Training.open(folder), out), {})
 
 
-def export_imitation(training: Training, path: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the network of an imitation run; returns the files."""
+def _adapt(given: argparse.Namespace) -> int:
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
+    from . import adapt
+    from .imitate import recipe_of
+    from .instances import InstanceSet
+
+    recipe = recipe_of(given.folder)
+    white = InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size).white
+    captures = adapt.read_captures(given.images, given.white, recipe.size, white)
+    adaptation = adapt.Adaptation(given.folder, captures, given.out, with_settings(adapt.Recipe(seed=given.seed), given.set),
+                                  given.threads, log)
+    return show(given, export_imitation(adaptation.run(), pathlib.Path(given.out) / "adapted", adaptation.cost()),
+                {"captures": len(captures)})
+
+
+def export_imitation(training: Training, path: pathlib.Path, further: dict[str, Any] | None = None) -> list[pathlib.Path]:
+    """Writes the network of an imitation run; returns the files. `further` is added to what the side file says of it."""
     from . import export
 
     recipe = training.recipe
     randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
-                        cost_of(recipe, training.seconds, training.threads, None),
+                        {**cost_of(recipe, training.seconds, training.threads, None), **(further or {})},
                         f"relign-train imitate{randomise} --scene {recipe.scene} -o FOLDER", doubt=training.doubt)
 
 
@@ -294,8 +328,8 @@ def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
     return dataclasses.replace(recipe, goal=GOALS[recipe.level])
 
 
-MAY_BE_ZERO = ("seed", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "visited", "gamma",
-               "gae_lambda")
+MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
+               "visited", "gamma", "gae_lambda")
 MAY_BE_NEGATIVE = ("first_log_std",)
 SHARES = ("near", "visited", "gamma", "gae_lambda")
 

@@ -9,10 +9,11 @@ it is. From a fraction of the passes on, a part of the images are those that the
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import pathlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -56,6 +57,23 @@ class Recipe:
     precision: str = "float32"  # of the convolutions: or "bfloat16"
     optimum_samples: int = 384
     seed: int = 0
+
+
+def recipe_of(folder: str | os.PathLike[str]) -> Recipe:
+    """The recipe of a run.
+
+    Raises:
+        ValueError: The folder is not that of a run of `relign-train imitate`, or its recipe is of another version.
+    """
+    kept = pathlib.Path(folder) / "recipe.json"
+    if not kept.is_file():
+        raise ValueError(f"'{folder}' is not the folder of a run: it has no recipe.json")
+    values = json.loads(kept.read_text())
+    names = {field.name for field in fields(Recipe)}
+    if set(values) != names:
+        raise ValueError(f"'{kept}' is not a recipe of this version of relign-train imitate: "
+                         f"{', '.join(sorted(names ^ set(values)))} missing or unknown")
+    return Recipe(**{**values, "levels": tuple(values["levels"])})
 
 
 SLOTS = 20  # instances of each level that are held at once
@@ -181,6 +199,18 @@ class Training:
         self._optimum: OptimumModel | None = None
         self.curve: list[list[Any]] = []
         self.seconds = 0.0
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], threads: int | None = None,
+             log: Callable[[str], object] = lambda _: None) -> Training:
+        """Opens a run, complete or not.
+
+        Raises:
+            ValueError: The folder is not that of a run of `relign-train imitate`.
+        """
+        training = cls(recipe_of(folder), folder, threads, log)
+        training.load()
+        return training
 
     @property
     def optimum(self) -> OptimumModel:
