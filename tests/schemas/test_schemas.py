@@ -76,7 +76,7 @@ class Schemas(unittest.TestCase):
     def test_recipes_have_the_settings_of_trainings(self):
         schema, check = tools.load("recipe"), tools.validator("recipe")
         readme = (ROOT / "python/README.md").read_text().split("### Recipes", 1)[1]
-        for name, file, side in (("imitation", "imitate.py", "imitation/imitation"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
+        for name, file, side in (("imitation", "imitate.py", "imitation/randomised"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
             module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
             recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
             fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
