@@ -288,13 +288,13 @@ class Training:
 
     def _calibrate(self) -> None:
         """Scales the doubt so that it is as large as the errors on tuning instances near their optima."""
-        instances = self.instances(family="tuning")
+        recipe, instances = self.recipe, self.instances(family="tuning")
         instances.reset(2**20)
         optima = self.optimum.optima(instances.offsets())
         errors, deviations = [], []
-        for step in range(1, self.recipe.moves + 1):
+        for step in range(1, recipe.moves + 1):
             residuals, std = predictions(self.net, instances.frames())
-            if step > policy.FULL_GAIN_STEPS:
+            if step > min(policy.FULL_GAIN_STEPS, recipe.moves // 2):
                 errors.append((residuals - (optima - instances.true_poses())) @ self.directions.vectors)
                 deviations.append(std)
             instances.move_by(policy.moves(residuals, step))
