@@ -42,7 +42,6 @@ class CaptureErrors {
   void draw_patterns();
   void add_light(float* pixels) const;
   void blur(float* pixels);
-  void add_photon_noise(float* pixels, int first, int count);
   void read_out(float* pixels, int first, int count);
   void light_hot_pixels(float* pixels) const;
 
