@@ -15,7 +15,8 @@ using optics::kBlockRays;
 constexpr std::uint64_t kTag = 0x65727273ULL << 32;
 // Of the errors' own seed, which draw() derives from that of the frame.
 enum Stream : std::uint32_t { kPatterns, kPhotons, kReadNoise };
-constexpr std::uint64_t kStationValues = kTag, kFrameValues = kTag + 1, kHotPixels = kTag + 2, kPatternSeed = kTag + 3;
+constexpr std::uint64_t kStationValues = kTag, kFrameValues = kTag + 1, kHotPixels = kTag + 2, kPatternSeed = kTag + 3,
+                        kWhichErrors = kTag + 4;
 
 // The discrete Gaussian exp(-t) I_n(t), t = sigma^2: its variance is exactly sigma^2, which that of a sampled Gaussian
 // below one pixel is not (Lindeberg, IEEE Trans. PAMI 12, 1990). Up to the last weight above 1e-5.
@@ -74,38 +75,59 @@ bool CaptureErrors::draw(std::uint64_t frame_seed) {
   return true;
 }
 
+ImagingErrors CaptureErrors::drawn_errors(std::uint64_t seed) const {
+  ImagingErrors errors = errors_;
+  Random random(seed, kWhichErrors);
+  const ImagingErrors none;
+  const auto leave_out = [&](auto ImagingErrors::*error) {
+    if (random.uniform() >= errors_.error_share) errors.*error = none.*error;
+  };
+  leave_out(&ImagingErrors::target);
+  leave_out(&ImagingErrors::stray_light);
+  for (Range ImagingErrors::*error :
+       {&ImagingErrors::vignetting, &ImagingErrors::blur_px, &ImagingErrors::photon, &ImagingErrors::pixel_gain,
+        &ImagingErrors::gain, &ImagingErrors::gamma, &ImagingErrors::pixel_offset, &ImagingErrors::offset,
+        &ImagingErrors::read_noise, &ImagingErrors::hot_pixels, &ImagingErrors::bits})
+    leave_out(error);
+  return errors;
+}
+
 void CaptureErrors::draw_station(std::uint64_t seed) {
   station_seed_ = seed;
+  const ImagingErrors errors = drawn_errors(seed);
   Random random(seed, kStationValues);
   const auto drawn = [&](const Range& range) { return static_cast<float>(range.draw(random)); };
   levels_ = {};
-  levels_.vignetting = drawn(errors_.vignetting);
+  levels_.vignetting = drawn(errors.vignetting);
   levels_.centre_x = drawn({-0.1, 0.1});
   levels_.centre_y = drawn({-0.1, 0.1});
-  set_blur(errors_.blur_px.draw(random) * file_pixel_);
-  levels_.photon = white_ * drawn(errors_.photon);
-  levels_.pixel_gain = drawn(errors_.pixel_gain);
-  levels_.gain = drawn(errors_.gain);
-  levels_.gamma = drawn(errors_.gamma);
-  levels_.pixel_offset = white_ * drawn(errors_.pixel_offset);
-  levels_.offset = white_ * drawn(errors_.offset);
-  levels_.read_noise = white_ * drawn(errors_.read_noise);
-  levels_.hot_pixels = drawn(errors_.hot_pixels);
-  levels_.full_scale = white_ * drawn(errors_.full_scale.value_or(Range{}));
-  const int bits = errors_.bits.draw_integer(random);
+  set_blur(errors.blur_px.draw(random) * file_pixel_);
+  levels_.photon = white_ * drawn(errors.photon);
+  levels_.pixel_gain = drawn(errors.pixel_gain);
+  levels_.gain = drawn(errors.gain);
+  levels_.gamma = drawn(errors.gamma);
+  levels_.pixel_offset = white_ * drawn(errors.pixel_offset);
+  levels_.offset = white_ * drawn(errors.offset);
+  levels_.read_noise = white_ * drawn(errors.read_noise);
+  levels_.hot_pixels = drawn(errors.hot_pixels);
+  const float full_scale = white_ * drawn(errors.full_scale.value_or(Range{}));
+  levels_.full_scale = errors.has_full_scale() ? full_scale : 0;
+  const int bits = errors.bits.draw_integer(random);
   levels_.steps = bits > 0 ? static_cast<float>((1 << bits) - 1) : 0;
-  if (errors_.target) {
-    const double scale = errors_.target->scale.draw(random);
-    const double x = errors_.target->shift.draw(random) * target_side_mm_;
-    const double y = errors_.target->shift.draw(random) * target_side_mm_;
+  into_print_.reset();
+  if (errors.target) {
+    const double scale = errors.target->scale.draw(random);
+    const double x = errors.target->shift.draw(random) * target_side_mm_;
+    const double y = errors.target->shift.draw(random) * target_side_mm_;
     optics::Motion print;  // world = scale * turn(print) + shift
-    print.rotation = optics::rotation_of_degrees(0, 0, errors_.target->rotation_deg.draw(random));
+    print.rotation = optics::rotation_of_degrees(0, 0, errors.target->rotation_deg.draw(random));
     print.translation = {x, y, 0};
     into_print_ = optics::inverse(print);
     for (std::size_t i : {0U, 1U, 3U, 4U}) into_print_->rotation[i] /= scale;
     into_print_->translation = {into_print_->translation.x / scale, into_print_->translation.y / scale, 0};
   }
-  if (stray_light_) stray_light_->draw(*errors_.stray_light, random);
+  levels_.stray_light = errors.stray_light.has_value();
+  if (levels_.stray_light) stray_light_->draw(*errors.stray_light, random);
   draw_patterns();
 }
 
@@ -156,7 +178,7 @@ void CaptureErrors::add_light(float* pixels) const {
     if (loss > 0)
       apply_vignetting(out, width_, loss, 0.5F * (1 - width) - levels_.centre_x * longer,
                        static_cast<float>(row) + 0.5F * (1 - height) - levels_.centre_y * longer);
-    if (stray_light_)
+    if (levels_.stray_light)
       add_scaled(out, stray_light_->field().data() + static_cast<std::ptrdiff_t>(row) * width_, white_, width_);
   }
 }
@@ -196,7 +218,7 @@ void CaptureErrors::read_out(float* pixels, int first, int count) {
     draw_words(kReadNoise, frame_seed_, first, count);
     add_normal(pixels, levels_.read_noise, words_, count);
   }
-  if (errors_.has_full_scale()) quantise(pixels, levels_.full_scale, levels_.steps, count);
+  if (levels_.full_scale > 0) quantise(pixels, levels_.full_scale, levels_.steps, count);
 }
 
 // At places of the station; the same pixel may be drawn twice.
