@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "imaging/error_math.h"
+#include "imaging/pixel_loops.h"
 #include "optics/elementary.h"
 
 namespace relign::imaging {
@@ -15,22 +15,8 @@ using optics::kBlockRays;
 constexpr std::uint64_t kTag = 0x65727273ULL << 32;
 // Of the errors' own seed, which draw() derives from that of the frame.
 enum Stream : std::uint32_t { kPatterns, kPhotons, kReadNoise };
-constexpr std::uint64_t kStationValues = kTag, kFrameValues = kTag + 1, kHotPixels = kTag + 2;
-
-// Sum of the bytes of a word.
-inline std::uint32_t byte_sum(std::uint32_t word) {
-  const std::uint32_t pairs = (word & 0x00ff00ffU) + (word >> 8 & 0x00ff00ffU);
-  return (pairs & 0xffffU) + (pairs >> 16);
-}
-
-// A sum of `bytes` uniform bytes, scaled to mean 0 and variance 1: nearly normal, with tails that end at
-// sqrt(3 bytes).
-struct ByteNormal {
-  explicit ByteNormal(int bytes)
-      : mean(127.5F * static_cast<float>(bytes)), unit(1 / std::sqrt(65535.0F / 12 * static_cast<float>(bytes))) {}
-  float of(std::uint32_t sum) const { return (static_cast<float>(static_cast<std::int32_t>(sum)) - mean) * unit; }
-  float mean, unit;
-};
+constexpr std::uint64_t kStationValues = kTag, kFrameValues = kTag + 1, kHotPixels = kTag + 2, kPatternSeed = kTag + 3,
+                        kWhichErrors = kTag + 4;
 
 // The discrete Gaussian exp(-t) I_n(t), t = sigma^2: its variance is exactly sigma^2, which that of a sampled Gaussian
 // below one pixel is not (Lindeberg, IEEE Trans. PAMI 12, 1990). Up to the last weight above 1e-5.
@@ -89,38 +75,59 @@ bool CaptureErrors::draw(std::uint64_t frame_seed) {
   return true;
 }
 
+ImagingErrors CaptureErrors::drawn_errors(std::uint64_t seed) const {
+  ImagingErrors errors = errors_;
+  Random random(seed, kWhichErrors);
+  const ImagingErrors none;
+  const auto leave_out = [&](auto ImagingErrors::*error) {
+    if (random.uniform() >= errors_.error_share) errors.*error = none.*error;
+  };
+  leave_out(&ImagingErrors::target);
+  leave_out(&ImagingErrors::stray_light);
+  for (Range ImagingErrors::*error :
+       {&ImagingErrors::vignetting, &ImagingErrors::blur_px, &ImagingErrors::photon, &ImagingErrors::pixel_gain,
+        &ImagingErrors::gain, &ImagingErrors::gamma, &ImagingErrors::pixel_offset, &ImagingErrors::offset,
+        &ImagingErrors::read_noise, &ImagingErrors::hot_pixels, &ImagingErrors::bits})
+    leave_out(error);
+  return errors;
+}
+
 void CaptureErrors::draw_station(std::uint64_t seed) {
   station_seed_ = seed;
+  const ImagingErrors errors = drawn_errors(seed);
   Random random(seed, kStationValues);
   const auto drawn = [&](const Range& range) { return static_cast<float>(range.draw(random)); };
   levels_ = {};
-  levels_.vignetting = drawn(errors_.vignetting);
+  levels_.vignetting = drawn(errors.vignetting);
   levels_.centre_x = drawn({-0.1, 0.1});
   levels_.centre_y = drawn({-0.1, 0.1});
-  set_blur(errors_.blur_px.draw(random) * file_pixel_);
-  levels_.photon = white_ * drawn(errors_.photon);
-  levels_.pixel_gain = drawn(errors_.pixel_gain);
-  levels_.gain = drawn(errors_.gain);
-  levels_.gamma = drawn(errors_.gamma);
-  levels_.pixel_offset = white_ * drawn(errors_.pixel_offset);
-  levels_.offset = white_ * drawn(errors_.offset);
-  levels_.read_noise = white_ * drawn(errors_.read_noise);
-  levels_.hot_pixels = drawn(errors_.hot_pixels);
-  levels_.full_scale = white_ * drawn(errors_.full_scale.value_or(Range{}));
-  const int bits = errors_.bits.draw_integer(random);
+  set_blur(errors.blur_px.draw(random) * file_pixel_);
+  levels_.photon = white_ * drawn(errors.photon);
+  levels_.pixel_gain = drawn(errors.pixel_gain);
+  levels_.gain = drawn(errors.gain);
+  levels_.gamma = drawn(errors.gamma);
+  levels_.pixel_offset = white_ * drawn(errors.pixel_offset);
+  levels_.offset = white_ * drawn(errors.offset);
+  levels_.read_noise = white_ * drawn(errors.read_noise);
+  levels_.hot_pixels = drawn(errors.hot_pixels);
+  const float full_scale = white_ * drawn(errors.full_scale.value_or(Range{}));
+  levels_.full_scale = errors.has_full_scale() ? full_scale : 0;
+  const int bits = errors.bits.draw_integer(random);
   levels_.steps = bits > 0 ? static_cast<float>((1 << bits) - 1) : 0;
-  if (errors_.target) {
-    const double scale = errors_.target->scale.draw(random);
-    const double x = errors_.target->shift.draw(random) * target_side_mm_;
-    const double y = errors_.target->shift.draw(random) * target_side_mm_;
+  into_print_.reset();
+  if (errors.target) {
+    const double scale = errors.target->scale.draw(random);
+    const double x = errors.target->shift.draw(random) * target_side_mm_;
+    const double y = errors.target->shift.draw(random) * target_side_mm_;
     optics::Motion print;  // world = scale * turn(print) + shift
-    print.rotation = optics::rotation_of_degrees(0, 0, errors_.target->rotation_deg.draw(random));
+    print.rotation = optics::rotation_of_degrees(0, 0, errors.target->rotation_deg.draw(random));
     print.translation = {x, y, 0};
     into_print_ = optics::inverse(print);
     for (std::size_t i : {0U, 1U, 3U, 4U}) into_print_->rotation[i] /= scale;
     into_print_->translation = {into_print_->translation.x / scale, into_print_->translation.y / scale, 0};
   }
-  if (stray_light_) stray_light_->draw(*errors_.stray_light, random);
+  levels_.stray_light = errors.stray_light.has_value();
+  if (levels_.stray_light) stray_light_->draw(*errors.stray_light, random);
   draw_patterns();
 }
 
@@ -139,16 +146,12 @@ void CaptureErrors::draw_words(std::uint32_t stream, std::uint64_t seed, int fir
 
 void CaptureErrors::draw_patterns() {
   if (pixel_gain_.empty() && pixel_offset_.empty()) return;
-  const ByteNormal normal(8);
+  const std::uint64_t seed = Random(station_seed_, kPatternSeed).bits64();
   for (int first = 0; first < width_ * height_; first += kBlockRays) {
     const int count = std::min(kBlockRays, width_ * height_ - first);
-    draw_words(kPatterns, Random(station_seed_, kHotPixels + 1).bits64(), first, count);
-    if (!pixel_gain_.empty())
-      for (int i = 0; i < count; ++i)
-        pixel_gain_[static_cast<std::size_t>(first + i)] = normal.of(byte_sum(words_.u0[i]) + byte_sum(words_.u1[i]));
-    if (!pixel_offset_.empty())
-      for (int i = 0; i < count; ++i)
-        pixel_offset_[static_cast<std::size_t>(first + i)] = normal.of(byte_sum(words_.u2[i]) + byte_sum(words_.u3[i]));
+    draw_words(kPatterns, seed, first, count);
+    if (!pixel_gain_.empty()) normals_of_8_bytes(pixel_gain_.data() + first, words_.u0, words_.u1, count);
+    if (!pixel_offset_.empty()) normals_of_8_bytes(pixel_offset_.data() + first, words_.u2, words_.u3, count);
   }
 }
 
@@ -157,31 +160,26 @@ void CaptureErrors::apply(float* pixels) {
   if (weights_.size() > 1) blur(pixels);
   for (int first = 0; first < width_ * height_; first += kBlockRays) {
     const int count = std::min(kBlockRays, width_ * height_ - first);
-    if (levels_.photon > 0) add_photon_noise(pixels + first, first, count);
+    if (levels_.photon > 0) {
+      draw_words(kPhotons, frame_seed_, first, count);
+      draw_photons(pixels + first, levels_.photon, words_, count);
+    }
     read_out(pixels + first, first, count);
   }
   if (levels_.hot_pixels > 0) light_hot_pixels(pixels);
 }
 
 void CaptureErrors::add_light(float* pixels) const {
-  const float longer = static_cast<float>(std::max(width_, height_));
-  const float corner2 =
-      static_cast<float>(0.25 * (static_cast<double>(width_) * width_ + static_cast<double>(height_) * height_));
-  const float loss = levels_.vignetting / corner2;
-  const float left = 0.5F * static_cast<float>(1 - width_) - levels_.centre_x * longer;
+  const float width = static_cast<float>(width_), height = static_cast<float>(height_);
+  const float longer = std::max(width, height);
+  const float loss = levels_.vignetting / (0.25F * (width * width + height * height));
   for (int row = 0; row < height_; ++row) {
     float* const out = pixels + static_cast<std::ptrdiff_t>(row) * width_;
-    if (loss > 0) {
-      const float dy = static_cast<float>(row) + 0.5F * static_cast<float>(1 - height_) - levels_.centre_y * longer;
-      for (int column = 0; column < width_; ++column) {
-        const float dx = left + static_cast<float>(column);
-        const float kept = 1 - loss * (dx * dx + dy * dy);
-        out[column] *= kept < 0 ? 0.0F : kept;
-      }
-    }
-    if (!stray_light_) continue;
-    const float* const light = stray_light_->field().data() + static_cast<std::ptrdiff_t>(row) * width_;
-    for (int column = 0; column < width_; ++column) out[column] += white_ * light[column];
+    if (loss > 0)
+      apply_vignetting(out, width_, loss, 0.5F * (1 - width) - levels_.centre_x * longer,
+                       static_cast<float>(row) + 0.5F * (1 - height) - levels_.centre_y * longer);
+    if (levels_.stray_light)
+      add_scaled(out, stray_light_->field().data() + static_cast<std::ptrdiff_t>(row) * width_, white_, width_);
   }
 }
 
@@ -195,108 +193,32 @@ void CaptureErrors::blur(float* pixels) {
     std::copy_n(in, width_, middle);
     std::fill_n(padded_.data(), reach, in[0]);
     std::fill_n(middle + width_, reach, in[width_ - 1]);
-    for (int column = 0; column < width_; ++column) out[column] = weights_[0] * middle[column];
-    for (int k = 1; k <= reach; ++k) {
-      const float weight = weights_[static_cast<std::size_t>(k)];
-      for (int column = 0; column < width_; ++column) out[column] += weight * (middle[column - k] + middle[column + k]);
-    }
+    scale_into(out, middle, weights_[0], width_);
+    for (int k = 1; k <= reach; ++k)
+      add_scaled_pair(out, middle - k, middle + k, weights_[static_cast<std::size_t>(k)], width_);
   }
   const auto line = [&](int row) {
     return rows_.data() + static_cast<std::ptrdiff_t>(std::clamp(row, 0, height_ - 1)) * width_;
   };
   for (int row = 0; row < height_; ++row) {
     float* const out = pixels + static_cast<std::ptrdiff_t>(row) * width_;
-    const float* const middle = line(row);
-    for (int column = 0; column < width_; ++column) out[column] = weights_[0] * middle[column];
-    for (int k = 1; k <= reach; ++k) {
-      const float weight = weights_[static_cast<std::size_t>(k)];
-      const float* const above = line(row - k);
-      const float* const below = line(row + k);
-      for (int column = 0; column < width_; ++column) out[column] += weight * (above[column] + below[column]);
-    }
+    scale_into(out, line(row), weights_[0], width_);
+    for (int k = 1; k <= reach; ++k)
+      add_scaled_pair(out, line(row - k), line(row + k), weights_[static_cast<std::size_t>(k)], width_);
   }
-}
-
-// A count k of mean m = value / quantum: up to kExact by inversion of the distribution (cut at a probability of 1e-6),
-// above from a normal z with the mean, variance and, nearly, skewness of Poisson: m + sqrt(m - 5/36) z + (z^2 - 1) / 6,
-// rounded.
-void CaptureErrors::add_photon_noise(float* pixels, int first, int count) {
-  constexpr float kExact = 12;
-  constexpr float kLog2E = 1.44269504F;
-  constexpr int kMostCounts = 48;
-  draw_words(kPhotons, frame_seed_, first, count);
-  const float quantum = levels_.photon, per_quantum = 1 / quantum;
-  float mean[kBlockRays], few[kBlockRays], probability[kBlockRays], below[kBlockRays], word[kBlockRays];
-  float most = 0, least_of_many = 0;
-  for (int i = 0; i < count; ++i) {
-    const float value = pixels[i] * per_quantum;
-    mean[i] = value < 0 ? 0.0F : value;
-    const float small = mean[i] > kExact ? 0.0F : mean[i];
-    most = std::max(most, small);
-    least_of_many = std::max(least_of_many, mean[i]);
-    few[i] = 0;
-    probability[i] = below[i] = exp2_of(-kLog2E * small);
-    word[i] = static_cast<float>(static_cast<std::int32_t>(words_.u0[i] >> 8)) * (0x1p-24F * 0.999999F);
-  }
-  const int counts = std::min(kMostCounts, static_cast<int>(most + 5.5F * std::sqrt(most) + 6));
-  for (int k = 1; k <= counts; ++k) {
-    const float per_k = 1 / static_cast<float>(k);
-    for (int i = 0; i < count; ++i) {
-      few[i] += word[i] >= below[i] ? 1.0F : 0.0F;
-      probability[i] *= mean[i] * per_k;
-      below[i] += probability[i];
-    }
-  }
-  const ByteNormal normal(12);
-  if (least_of_many > kExact)
-    for (int i = 0; i < count; ++i) {
-      const float z = normal.of(byte_sum(words_.u1[i]) + byte_sum(words_.u2[i]) + byte_sum(words_.u3[i]));
-      const bool many = mean[i] > kExact;
-      const float root = std::sqrt(many ? mean[i] - 5.0F / 36 : 0.0F);
-      const float drawn = mean[i] + root * z + (z * z - 1) * (1.0F / 6) + 0.5F;
-      const auto whole = static_cast<float>(static_cast<std::int32_t>(drawn < 0 ? 0.0F : drawn));
-      few[i] = many ? whole : few[i];
-    }
-  for (int i = 0; i < count; ++i) pixels[i] = pixels[i] > 0 ? quantum * few[i] : pixels[i];
 }
 
 void CaptureErrors::read_out(float* pixels, int first, int count) {
-  const Levels& level = levels_;
-  if (!pixel_gain_.empty()) {
-    const float* const pattern = pixel_gain_.data() + first;
-    for (int i = 0; i < count; ++i) pixels[i] *= 1 + level.pixel_gain * pattern[i];
-  }
-  for (int i = 0; i < count; ++i) pixels[i] *= level.gain;
-  if (level.gamma != 1.0F) {
-    const float per_white = 1 / white_;
-    constexpr float kLeast = 1e-30F;
-    for (int i = 0; i < count; ++i) {
-      const float share = pixels[i] * per_white;
-      const float curved = white_ * exp2_of(level.gamma * log2_of(share > kLeast ? share : kLeast));
-      pixels[i] = share > kLeast ? curved : pixels[i];
-    }
-  }
-  if (!pixel_offset_.empty()) {
-    const float* const pattern = pixel_offset_.data() + first;
-    for (int i = 0; i < count; ++i) pixels[i] += level.pixel_offset * pattern[i];
-  }
-  for (int i = 0; i < count; ++i) pixels[i] += level.offset;
-  if (level.read_noise > 0) {
+  const auto pattern = [&](const std::vector<float>& all) { return all.empty() ? nullptr : all.data() + first; };
+  apply_gain(pixels, pattern(pixel_gain_), levels_.pixel_gain, levels_.gain, count);
+  if (levels_.gamma != 1.0F) apply_gamma(pixels, levels_.gamma, white_, count);
+  if (const float* const offsets = pattern(pixel_offset_)) add_scaled(pixels, offsets, levels_.pixel_offset, count);
+  if (levels_.offset != 0.0F) add_offset(pixels, levels_.offset, count);
+  if (levels_.read_noise > 0) {
     draw_words(kReadNoise, frame_seed_, first, count);
-    const ByteNormal normal(16);
-    for (int i = 0; i < count; ++i)
-      pixels[i] += level.read_noise * normal.of(byte_sum(words_.u0[i]) + byte_sum(words_.u1[i]) +
-                                                byte_sum(words_.u2[i]) + byte_sum(words_.u3[i]));
+    add_normal(pixels, levels_.read_noise, words_, count);
   }
-  if (!errors_.has_full_scale()) return;
-  for (int i = 0; i < count; ++i) {
-    const float filled = pixels[i] < 0 ? 0.0F : pixels[i];
-    pixels[i] = filled > level.full_scale ? level.full_scale : filled;
-  }
-  if (level.steps == 0) return;
-  const float per_step = level.steps / level.full_scale, step = level.full_scale / level.steps;
-  for (int i = 0; i < count; ++i)
-    pixels[i] = step * static_cast<float>(static_cast<std::int32_t>(pixels[i] * per_step + 0.5F));
+  if (levels_.full_scale > 0) quantise(pixels, levels_.full_scale, levels_.steps, count);
 }
 
 // At places of the station; the same pixel may be drawn twice.

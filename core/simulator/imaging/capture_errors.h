@@ -20,7 +20,7 @@ namespace relign::imaging {
 
 class CaptureErrors {
  public:
-  // white: level of a lit pixel. target_side_mm: of the emitter. Everything is allocated here.
+  // white: level of a lit pixel. target_side_mm: of the emitter.
   CaptureErrors(const ImagingErrors& errors, const Sensor& sensor, double white, double target_side_mm);
 
   // Draws the errors of one capture, before it is rendered. False: it stays as rendered; do not call the others.
@@ -34,15 +34,17 @@ class CaptureErrors {
   struct Levels {
     float vignetting = 0, centre_x = 0, centre_y = 0;  // centre as a share of the image's side, from its middle
     float photon = 0, pixel_gain = 0, gain = 1, gamma = 1, pixel_offset = 0, offset = 0, read_noise = 0;
-    float full_scale = 0, steps = 0, hot_pixels = 0;
+    float full_scale = 0, steps = 0, hot_pixels = 0;  // full_scale 0: not limited
+    bool stray_light = false;
   };
   void draw_station(std::uint64_t seed);
+  // The errors without those that a station does not have.
+  ImagingErrors drawn_errors(std::uint64_t seed) const;
   void set_blur(double sigma_px);
   void draw_words(std::uint32_t stream, std::uint64_t seed, int first, int count);
   void draw_patterns();
   void add_light(float* pixels) const;
   void blur(float* pixels);
-  void add_photon_noise(float* pixels, int first, int count);
   void read_out(float* pixels, int first, int count);
   void light_hot_pixels(float* pixels) const;
 

@@ -36,7 +36,9 @@ class RangeReader {
     };
     if (!fits(low) || !fits(high)) {
       object.complain(key, std::string("expected ") + (integer ? "an integer" : "a number") + " from " +
-                               shortest(minimum) + " to " + shortest(maximum) + ", or a range of two [low, high]");
+                               shortest(minimum) + " to " + shortest(maximum) +
+                               ", or a range of two [low, high], found " +
+                               value->dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 60));
       return;
     }
     range = {low.get<double>(), high.get<double>()};
@@ -84,6 +86,7 @@ ImagingErrors read_imaging_errors(const JsonSource& source) {
   errors.each_capture = drawn == "capture";
   errors.seed = static_cast<std::uint64_t>(top.integer("seed", 0, 0, INT64_MAX));
   errors.share = top.number("share", 1, 0, 1);
+  errors.error_share = top.number("error_share", 1, 0, 1);
   if (top.get("target")) errors.target = read_target(source, "/target", problems);
   reader.read("vignetting", 0, 1, errors.vignetting);
   if (top.get("stray_light")) errors.stray_light = read_stray_light(source, "/stray_light", problems);

@@ -43,7 +43,8 @@ struct TargetErrors {
 struct ImagingErrors {
   bool each_capture = false;  // drawn anew for each capture, from its frame seed; otherwise once, from `seed`
   std::uint64_t seed = 0;
-  double share = 1;  // probability that a capture is altered, drawn from its frame seed
+  double share = 1;        // probability that a capture is altered, drawn from its frame seed
+  double error_share = 1;  // probability that a drawn station has each of the errors
   std::optional<TargetErrors> target;
   Range vignetting;  // loss at the corner
   std::optional<StrayLightErrors> stray_light;
