@@ -60,6 +60,7 @@ Json recorded_parameters(const Choice& choice) {
   Json recorded = choice.parameters;
   const Json identity = Json::parse(choice.identity).at("parameters");
   for (const Parameter& parameter : choice.plugin->parameters) {
+    if (parameter.added_later && !identity.contains(parameter.name)) recorded.erase(parameter.name);
     if (parameter.type != ParameterType::file || !recorded.contains(parameter.name)) continue;
     Json& value = recorded[parameter.name];
     const std::string content = text_of(identity, parameter.name.c_str());

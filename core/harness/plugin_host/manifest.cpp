@@ -108,6 +108,11 @@ Parameter read_one_parameter(const JsonSource& source, const std::string& pointe
   parameter.unit = reader.string("unit", "");
   parameter.description = reader.string("description", "");
   if (const Json* value = reader.get("default")) parameter.default_value = *value;
+  parameter.added_later = reader.boolean("added_later", false);
+  if (parameter.added_later && parameter.default_value.is_null())
+    reader.complain("added_later", "a parameter added later needs a default");
+  if (parameter.added_later && parameter.type == ParameterType::file)
+    reader.complain("added_later", "only for other types; a file is added later with the default \"\"");
   reader.reject_unknown();
   if (problems.size() == problems_before && !parameter.default_value.is_null())
     if (const std::string wrong = check_parameter(parameter, parameter.default_value); !wrong.empty())

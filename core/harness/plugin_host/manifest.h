@@ -51,6 +51,7 @@ struct Parameter {
   std::vector<std::string> allowed;  // text: empty = any
   std::string unit;
   std::string description;
+  bool added_later = false;  // not part of ids and records while it has its default
 };
 
 struct Preset {

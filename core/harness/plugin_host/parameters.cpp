@@ -45,6 +45,11 @@ Json normalised(const Parameter& parameter, const Json& value) {
   return value;
 }
 
+// Ids do not change if a plugin adds such a parameter.
+bool has_no_effect_on_ids(const Parameter& parameter, const Json& value) {
+  return parameter.added_later && value == normalised(parameter, parameter.default_value);
+}
+
 bool is_empty_optional_file(const Parameter& parameter, const Json& value) {
   return parameter.type == ParameterType::file && value == "" && parameter.default_value == "";
 }
@@ -155,13 +160,14 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
       complain(pointer, parameter.name + ": " + wrong);
       continue;
     }
-    if (is_empty_optional_file(parameter, value)) {  // not in the identity: ids do not change if a plugin adds one
+    if (is_empty_optional_file(parameter, value)) {  // as above
       effective.values[parameter.name] = value;
       continue;
     }
     if (parameter.type != ParameterType::file) {
       effective.values[parameter.name] = normalised(parameter, value);
-      effective.identity[parameter.name] = effective.values[parameter.name];
+      if (!has_no_effect_on_ids(parameter, effective.values[parameter.name]))
+        effective.identity[parameter.name] = effective.values[parameter.name];
       continue;
     }
     const std::filesystem::path path = std::filesystem::absolute(base / value.get<std::string>()).lexically_normal();

@@ -18,7 +18,8 @@ struct EffectiveParameters {
 // Appends every mistake to `problems`: unknown names with the nearest known one, wrong types, values
 // out of range, missing values and files (pointer "/parameters/NAME", or "" for missing values).
 // `given` is an object or null; its files are relative to `relative_to`, those of the manifest to
-// its folder. `-` equals `_` in names. An optional file (default "") may be empty.
+// its folder. `-` equals `_` in names. An optional file (default "") may be empty. That
+// one and parameters added later are part of the identity only if they differ from their defaults.
 EffectiveParameters effective_parameters(const Manifest& manifest, const Preset* preset, const Json& given,
                                          const std::filesystem::path& relative_to, std::vector<Problem>& problems);
 

@@ -68,6 +68,7 @@ void split_motion(Design& design) {
 
 pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
                                        Eigen::Index height, double blur, double noise) {
+  if (stray.size() == 0) return {};
   return {image, stray, {width, height}, noise * (1 + 4 * kPi * blur * blur)};
 }
 
@@ -108,7 +109,7 @@ Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Ind
 }
 
 Design study(const Simulator& simulator, const Vector& nominal, const Picture& reference, Eigen::Index width,
-             Eigen::Index height, double first_blur) {
+             Eigen::Index height, double first_blur, bool stray_light) {
   Design design;
   design.nominal = nominal;
   design.reference = reference;
@@ -124,7 +125,7 @@ Design study(const Simulator& simulator, const Vector& nominal, const Picture& r
   }
   const double power = static_cast<double>(reference.squaredNorm()) / pixels;
   design.noise = std::max({design.noise, kMinNoise * power, 1e-20});
-  design.stray = reference - clean;
+  if (stray_light) design.stray = reference - clean;
   const Vector none = Vector::Zero(design.axes());
   const auto add_level = [&](double blur) {
     design.levels.push_back(make_level(design.jacobian, width, height, blur, none,

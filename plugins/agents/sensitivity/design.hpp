@@ -29,7 +29,8 @@ struct Level {
   Matrix information, weigh;
 };
 
-// The disturbances of an image, with stray light `stray`. blur: of the level, in pixels. noise: variance of a pixel.
+// The disturbances of an image, with stray light `stray`; none if that is empty. blur: of the level, in pixels. noise:
+// variance of a pixel.
 // Under a blur the errors of a Gauss-Newton step are correlated over its area, and less noise would let smooth fields
 // absorb shifts of the image.
 pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
@@ -40,9 +41,10 @@ Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Ind
                  const Vector& noise, pictures::Nuisance<float> nuisance);
 
 struct Design {
-  Vector nominal;              // the best true pose of the lens as designed
-  Picture reference;           // the scene's reference image
-  Picture stray;               // reference - noise-free image of the model: stray light that the model lacks
+  Vector nominal;     // the best true pose of the lens as designed
+  Picture reference;  // the scene's reference image
+  // reference - noise-free image of the model: stray light that the model lacks. Empty: disturbances are not fitted.
+  Picture stray;
   Eigen::Index width, height;  // of all images
   Eigen::MatrixXf jacobian;    // pixels x axes, at the nominal pose
   Matrix motion;               // 2 x axes: image shift to the right and down, in pixels per unit of each axis
@@ -61,8 +63,8 @@ struct Simulator {
   std::function<Picture(const Vector& pose, std::uint64_t seed)> capture;  // with the scene's noise
 };
 
-// first_blur: blur of the coarsest level, as a share of the image's shorter side.
+// first_blur: blur of the coarsest level, as a share of the image's shorter side. stray_light: fit disturbances.
 Design study(const Simulator& simulator, const Vector& nominal, const Picture& reference, Eigen::Index width,
-             Eigen::Index height, double first_blur);
+             Eigen::Index height, double first_blur, bool stray_light);
 
 }  // namespace sensitivity

@@ -44,8 +44,9 @@ std::size_t level_for(const Design& design, double pixels) {
   return 0;
 }
 
-// The design's stray light at a displacement from the nominal pose: it moves with the image.
+// The design's stray light at a displacement from the nominal pose: it moves with the image. Empty like the design's.
 Picture stray_at(const Design& design, const Vector& away) {
+  if (design.stray.size() == 0) return {};
   const Eigen::Vector2d go = design.motion * away;
   return go.norm() > kShifted ? shifted(design.stray, design.width, design.height, -go.x(), -go.y()) : design.stray;
 }
@@ -101,7 +102,8 @@ Level Registration::linearise(const Vector& away, double blur) const {
     return pictures::means_over_squares(all, design.width, design.height, bin);
   };
   const double wide = kBinBlur * static_cast<double>(bin);
-  auto nuisance = disturbances(binned(middle), binned(stray_at(design, away)), columns, rows, wide,
+  const Picture stray = stray_at(design, away);
+  auto nuisance = disturbances(binned(middle), stray.size() > 0 ? binned(stray) : stray, columns, rows, wide,
                                design.noise / static_cast<double>(bin * bin));
   Level level = make_level(changes * back.cast<float>(), columns, rows, kBinBlur,
                            noise * back.colwise().squaredNorm().transpose(), std::move(nuisance));
@@ -117,7 +119,7 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   const int many = std::max(2, finest ? captures : captures / 4);
   const Rendering shown = render ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
   Picture residual = capture - shown.mean;
-  if (render) residual -= stray_at(design, estimate.linearised);
+  if (render && design.stray.size() > 0) residual -= stray_at(design, estimate.linearised);
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   const auto power = static_cast<double>(residual.squaredNorm());
   if (far) {

@@ -20,11 +20,11 @@ Picture toy_picture(const Vector& pose, double noise = 0, std::uint64_t seed = 0
 
 constexpr double kNoise = 0.05;
 
-Design toy_design(Eigen::Index axes) {
+Design toy_design(Eigen::Index axes, bool stray_light = false) {
   const Simulator simulator{[](const Vector& pose) { return toy_picture(pose); },
                             [](const Vector& pose, std::uint64_t seed) { return toy_picture(pose, kNoise, seed); }};
   const Vector nominal = Vector::Constant(axes, 0.5);
-  return study(simulator, nominal, toy_picture(nominal), toy::kSide, toy::kSide, 0.1);
+  return study(simulator, nominal, toy_picture(nominal), toy::kSide, toy::kSide, 0.1, stray_light);
 }
 
 Registration toy_registration(const Design& design) {
@@ -200,7 +200,7 @@ TEST(Registration, CovarianceMatchesErrors) {
 }
 
 TEST(Registration, IgnoresGainOffsetAndSmoothStrayLight) {
-  const Design design = toy_design(5);
+  const Design design = toy_design(5, true);
   const Eigen::MatrixXf fields = pictures::smooth_fields(toy::kSide, toy::kSide, 3);
   const Vector away = 0.02 * Vector::Ones(5);
   const Belief before = Belief::around(Vector::Zero(5), 0.05);

@@ -79,6 +79,7 @@ class Sensitivity final : public relign::Agent {
       : relinearise_(given.boolean("relinearise")),
         first_blur_(given.number("first_blur")),
         captures_(static_cast<int>(given.integer("model_captures"))),
+        stray_light_(given.boolean("stray_light")),
         trusted_(given.number("trusted_distance")) {}
 
   void run(relign::Trial& trial) override {
@@ -129,7 +130,7 @@ class Sensitivity final : public relign::Agent {
     if (!first && relinearise_ && estimate.misfit > kLost) {
       const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Errors().spread);
       const Estimate anew = registration(capture, anything, kMaxFirst);
-      if (anew.misfit < estimate.misfit - sensitivity::kWorse) {
+      if (anew.misfit < estimate.misfit - (stray_light_ ? sensitivity::kWorse : 0)) {
         estimate = anew;
         memory.reset(here);
       }
@@ -141,19 +142,25 @@ class Sensitivity final : public relign::Agent {
                                       const Picture& reference, const ModelledLens& lens, std::size_t axes) const {
     const Vector nominal = pictures::nominal_pose(scene_json, axes);
     pictures::Origin origin;
-    origin.add(scene_json).add(first_blur_).add(reference).add(lens.capture(nominal, kDesignSeed));
+    origin.add(scene_json)
+        .add(first_blur_)
+        .add(stray_light_ ? 1.0 : 0.0)
+        .add(reference)
+        .add(lens.capture(nominal, kDesignSeed));
     const sensitivity::Simulator simulator{
         [&](const Vector& pose) { return lens.clean(pose); },
         [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
     static pictures::LearntOnce<Design> designs(kMaxDesigns);
     return designs(origin, [&] {
-      return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_);
+      return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_,
+                                stray_light_);
     });
   }
 
   bool relinearise_;
   double first_blur_;  // share of the image's side
   int captures_;       // of the model, per image at the finest level
+  bool stray_light_;   // fit disturbances
   double trusted_;     // share of the travel
 };
 

@@ -15,14 +15,15 @@ namespace tolerance_fit {
 class Aligner {
  public:
   // reference: pixels of the reference image. pictures: noise-free images that a step may render for derivatives.
+  // stray_light: fit gain, offset and stray light along.
   Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, const std::vector<double>& reference,
-          int pictures)
+          int pictures, bool stray_light)
       : known_(std::move(known)),
         pictures_(std::move(model)),
         layout_(*known_),
-        stray_(stray_light(reference)),
-        reference_(binned(reference, pictures_.size(), known_->fine) - stray(known_->fine)),
-        blurred_reference_(binned(reference, pictures_.size(), known_->middle) - stray(known_->middle)),
+        stray_(stray_light ? missing(reference) : std::vector<double>()),
+        reference_(without_stray(reference, known_->fine)),
+        blurred_reference_(without_stray(reference, known_->middle)),
         coarse_(*known_, pictures_, known_->coarse, {60, 0.03, 150, false}),
         middle_(*known_, pictures_, known_->middle, {30, 0.01, 80, false}),
         fine_(*known_, pictures_, known_->fine, {15, 0.0015, 20, true}),
@@ -79,7 +80,7 @@ class Aligner {
 
   // The reference image minus the design's image at the nominal pose: light that the model lacks. It moves with the
   // image, but less than it is wide while captures are near the best pose.
-  std::vector<double> stray_light(const std::vector<double>& reference) {
+  std::vector<double> missing(const std::vector<double>& reference) {
     pictures_.set_offsets({}, Vector(), Matrix::Zero(0, 0));
     const std::vector<float> clean = pictures_.pixels(known_->nominal, Vector(), 0);
     std::vector<double> stray(reference.size());
@@ -87,8 +88,14 @@ class Aligner {
     return stray;
   }
   Vector stray(Detail detail) const {
+    if (stray_.empty()) return {};
     detail.blur = std::max(detail.blur, kStrayBlur);
     return binned(stray_, pictures_.size(), detail);
+  }
+  Vector without_stray(const std::vector<double>& reference, Detail detail) const {
+    Vector all = binned(reference, pictures_.size(), detail);
+    if (!stray_.empty()) all -= stray(detail);
+    return all;
   }
 
   std::vector<const Site*> last(std::size_t count, double farthest) const {
@@ -205,7 +212,7 @@ class Aligner {
   std::shared_ptr<const Knowledge> known_;
   Pictures pictures_;
   Layout layout_;
-  std::vector<double> stray_;             // pixels
+  std::vector<double> stray_;             // pixels; empty: no disturbances are fitted
   Vector reference_, blurred_reference_;  // fine, middle; without stray light
   Derivatives coarse_, middle_, fine_;
   Vector x_;

@@ -78,7 +78,7 @@ class Layout {
 class JointFit {
  public:
   // stray: light in captures that the model lacks, in the derivatives' detail. Its strength, gain, offset and smooth
-  // stray light are fitted along.
+  // stray light are fitted along, unless it is empty.
   JointFit(const Knowledge& known, const Layout& layout, Derivatives& derivatives, Size size, const Vector& stray,
            const std::vector<const Site*>& sites, const Vector& x)
       : known_(known), layout_(layout), derivatives_(derivatives), stray_(stray) {
@@ -94,7 +94,7 @@ class JointFit {
       const int captures = derivatives.detail().captures;
       const double share = 1.0 / site->count + (captures > 0 ? 1.0 / captures : 0.0);
       fitted.weight = (share * variance).cwiseSqrt().cwiseInverse();
-      fitted.nuisance = {picture, stray, bins, noise, fitted.weight};
+      if (stray.size() > 0) fitted.nuisance = {picture, stray, bins, noise, fitted.weight};
       fitted_.push_back(std::move(fitted));
     }
   }
@@ -156,7 +156,9 @@ class JointFit {
 
   // The expected capture.
   Vector look(const Site& site, const Vector& x) const {
-    return derivatives_.look(layout_.pose(x, site.commanded), layout_.state(x)) + stray_;
+    Vector picture = derivatives_.look(layout_.pose(x, site.commanded), layout_.state(x));
+    if (stray_.size() > 0) picture += stray_;
+    return picture;
   }
   Vector residual_of(const Fitted& fitted, const Vector& x) const {
     return fitted.nuisance.whitened((look(*fitted.site, x) - fitted.mean).cwiseProduct(fitted.weight));

@@ -68,7 +68,7 @@ TEST(Aligner, EstimatesOffsetOfTheLens) {
     ASSERT_EQ(known->combinations.cols(), 1);
     const ImageView reference = trial.reference();
     const std::vector<double> wanted(reference.row(0), reference.row(0) + pictures.size().pixels());
-    tolerance_fit::Aligner aligner(known, trial.model(), wanted, 40);
+    tolerance_fit::Aligner aligner(known, trial.model(), wanted, 40, false);
     auto observation = std::optional<Observation>(trial.first());
     for (int step = 0; step < 5; ++step) {
       aligner.add(*observation);
@@ -92,12 +92,11 @@ TEST(JointFit, UsesLimitSwitches) {
   const auto known = learnt(trial, pictures);
   const tolerance_fit::Layout layout(*known);
   tolerance_fit::Derivatives derivatives(*known, pictures, known->fine, {});
-  const Vector dark = Vector::Zero(static_cast<Eigen::Index>(pictures.size().pixels()));
   const auto pose_after = [&](double commanded, std::uint64_t low, std::uint64_t high) {
     const tolerance_fit::Site site{Vector::Constant(1, commanded), low, high, 1,
                                    std::vector<double>(pictures.size().pixels(), 0.0)};
     Vector x = Vector::Zero(layout.size());
-    tolerance_fit::JointFit fit(*known, layout, derivatives, pictures.size(), dark, {&site}, x);
+    tolerance_fit::JointFit fit(*known, layout, derivatives, pictures.size(), {}, {&site}, x);
     fit.solve(x, 20, 1e-4);
     return layout.pose(x, site.commanded)[0];
   };

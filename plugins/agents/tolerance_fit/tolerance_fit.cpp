@@ -18,6 +18,7 @@ class ToleranceFit final : public relign::Agent {
       : most_offsets_(static_cast<std::size_t>(given.integer("most_offsets"))),
         far_pictures_(static_cast<std::size_t>(given.integer("far_pictures"))),
         pictures_(static_cast<int>(given.integer("pictures"))),
+        stray_light_(given.boolean("stray_light")),
         settled_(given.number("settled")) {}
 
   void run(relign::Trial& trial) override {
@@ -32,7 +33,7 @@ class ToleranceFit final : public relign::Agent {
     std::vector<double> wanted;
     for (std::size_t y = 0; y < reference.height(); ++y)
       wanted.insert(wanted.end(), reference.row(y), reference.row(y) + reference.width());
-    Aligner aligner(known, std::move(model), wanted, pictures_);
+    Aligner aligner(known, std::move(model), wanted, pictures_, stray_light_);
     const double reach = trial.largest_move();
     for (std::optional<relign::Observation> observation = trial.first(); observation;) {
       aligner.add(*observation);
@@ -78,6 +79,7 @@ class ToleranceFit final : public relign::Agent {
 
   std::size_t most_offsets_, far_pictures_;
   int pictures_;
+  bool stray_light_;
   double settled_;
 };
 

@@ -186,6 +186,25 @@ TEST_F(CatalogTest, RecordsFilesByNameAndContent) {
       << "inside the plugin's folder";
 }
 
+TEST_F(CatalogTest, IdsDoNotChangeWithParametersAddedLater) {
+  const char* const before =
+      R"({"id": "grown", "kind": "optimizer", "parameters": {"step": {"type": "number", "default": 1}}})";
+  const char* const after =
+      R"({"id": "grown", "kind": "optimizer", "parameters": {"step": {"type": "number", "default": 1},
+    "gentle": {"type": "number", "default": 0, "added_later": true}}})";
+  plugin("before/grown", before, "grown.so");
+  plugin("after/grown", after, "grown.so");
+  const Choice old = resolve(Kind::optimizer, "before/grown"), grown = resolve(Kind::optimizer, "after/grown");
+  EXPECT_EQ(old.identity, grown.identity);
+  EXPECT_EQ(recorded_parameters(old), recorded_parameters(grown));
+  EXPECT_EQ(grown.parameters, (Json{{"step", 1}, {"gentle", 0}})) << "the plugin is told";
+  const Choice same = resolve(Kind::optimizer, "after/grown", {{"gentle", 0.0}}),
+               other = resolve(Kind::optimizer, "after/grown", {{"gentle", 2}});
+  EXPECT_EQ(old.identity, same.identity);
+  EXPECT_NE(old.identity, other.identity);
+  EXPECT_EQ(recorded_parameters(other), (Json{{"step", 1}, {"gentle", 2}}));
+}
+
 TEST_F(CatalogTest, GivesEqualValuesEqualIdentities) {
   const std::string one = resolve(Kind::optimizer, "compass", {{"first_stride", 0.3}}).identity;
   EXPECT_EQ(one, resolve(Kind::optimizer, "compass-wide").identity);
