@@ -188,13 +188,15 @@ TEST_F(CatalogTest, RecordsFilesByNameAndContent) {
 
 TEST_F(CatalogTest, IdsDoNotChangeWithParametersAddedLater) {
   const char* const before =
-      R"({"id": "grown", "kind": "optimizer", "parameters": {"step": {"type": "number", "default": 1}}})";
+      R"({"id": "grown", "kind": "optimizer", "summary": "s", "parameters": {"step": {"type": "number", "default": 1}}})";
   const char* const after =
-      R"({"id": "grown", "kind": "optimizer", "parameters": {"step": {"type": "number", "default": 1},
+      R"({"id": "grown", "kind": "optimizer", "summary": "s", "parameters": {"step": {"type": "number", "default": 1},
     "gentle": {"type": "number", "default": 0, "added_later": true}}})";
   plugin("before/grown", before, "grown.so");
   plugin("after/grown", after, "grown.so");
-  const Choice old = resolve(Kind::optimizer, "before/grown"), grown = resolve(Kind::optimizer, "after/grown");
+  const Choice old = resolve(Kind::optimizer, "before/grown");
+  catalog_ = Catalog();
+  const Choice grown = resolve(Kind::optimizer, "after/grown");
   EXPECT_EQ(old.identity, grown.identity);
   EXPECT_EQ(recorded_parameters(old), recorded_parameters(grown));
   EXPECT_EQ(grown.parameters, (Json{{"step", 1}, {"gentle", 0}})) << "the plugin is told";
