@@ -5,7 +5,7 @@
 
 Renders noise-free images with transport `ghost` and without reflections (`fresnel`) at the own optimum of each instance and at
 a uniform pose. Prints quantiles over the images of the difference: its mean and its 99.9th percentile over smooth pixels (means
-of 8 x 8) in units of white, its centroid relative to that of the image, and the radius that half of it lies within, both as
+of 8 x 8) in units of white, its centroid relative to that of the image, and the radius that contains half of it, both as
 shares of the side.
 """
 

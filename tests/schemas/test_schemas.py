@@ -40,7 +40,7 @@ TREE = {
 # Where anything may stand. A schema that took anything elsewhere would find no mistake there.
 FREE = {
     "suite": {"/entry/parameters", "/algorithm/parameters"},
-    "plugin": {"/check", "/presets/parameters", "/parameter/default"},
+    "plugin": {"/check", "/model_parameters", "/presets/parameters", "/parameter/default"},
     "rays": {"/*"},
     "description": {"/*", "/spec"},
     "manifest": {"/scenes/parameters", "/scenes/identity", "/scenes/data", "/scenes/spec", "/noise_levels/parameters",
@@ -85,7 +85,7 @@ class Schemas(unittest.TestCase):
             self.assertEqual(set(schema["definitions"][name]["properties"]), fields, file)
             table = readme.split(f"\n`{name.replace('imitation', 'imitate')}`", 1)[1].split("\n\n`", 1)[0]
             told = {word for row in re.findall(r"^\| (`[^|]*) \|", table, re.M) for word in re.findall(r"`(\w+)`", row)}
-            options = {"scene", "seed", "preset", "algorithm", "warm_start"}  # of their own
+            options = {"scene", "seed", "preset", "algorithm", "warm_start", "randomise"}  # of their own
             self.assertEqual(told | (options & fields), fields, f"python/README.md of {file}")
             document = json.loads((ROOT / f"plugins/agents/{side}.json").read_text())["trained"]["recipe"]
             self.assertEqual(tools.complaints(check, document), [])

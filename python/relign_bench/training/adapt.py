@@ -1,6 +1,6 @@
 """Adaptation of a trained policy to a station, from captures at unknown poses.
 
-The network goes on learning from labelled simulated images, and at the same time to give its features the same mean and
+The network continues to learn from labelled simulated images, and at the same time to give its features the same mean and
 standard deviation on the station's captures as on simulated ones at poses over the whole travel (moment matching, the diagonal
 form of CORAL: Sun and Saenko, "Deep CORAL", 2016). The station's captures need no labels, but poses spread over the travel.
 """

@@ -135,7 +135,7 @@ def make_parser() -> argparse.ArgumentParser:
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
     adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
-                 "Go on training the network of relign-train imitate so that it suits the captures of a station. The "
+                 "Continue the training of a run of relign-train imitate so that it suits the captures of a station. The "
                  "captures need no poses or other labels, but must be of poses over the whole travel.", ADAPT)
     adapt.add_argument("folder", metavar="DIR", help="folder of a run of relign-train imitate")
     adapt.add_argument("--images", metavar="FOLDER", required=True,
