@@ -23,6 +23,37 @@ double order_of(const MatrixRow& row, statistics::Rule rule) {
   return sum;
 }
 
+// "0.00300 / 0.00103": one number per number of images.
+std::string markdown_cell(const Row* cell, const std::vector<unsigned>& images, statistics::Rule rule) {
+  if (!cell) return "";
+  if (cell->trials == 0) return " failed";
+  std::string text;
+  for (const unsigned count : images) {
+    const Score* score = excess_after(*cell, count, rule);
+    text += (text.empty() ? " " : " / ") + (score ? excess_text(score->median) : "-");
+  }
+  return text;
+}
+
+// The methods of the part's protocol.
+void add_rows(MatrixPart& part, const PageModel& page) {
+  for (const ObservationClass of_class : classes_in(page.methods)) {
+    const auto first = static_cast<std::ptrdiff_t>(part.rows.size());
+    for (const Method& method : page.methods) {
+      if (method.of_class != of_class || method.protocol != part.protocol) continue;
+      MatrixRow row = {&method, std::vector<const Row*>(part.domains.size(), nullptr)};
+      bool any = false;
+      for (std::size_t domain = 0; domain < part.domains.size(); ++domain)
+        for (const Row& cell : page.groups[part.domains[domain]].rows)
+          if (cell.method == method.name) row.cells[domain] = &cell, any = true;
+      if (any) part.rows.push_back(std::move(row));
+    }
+    std::stable_sort(part.rows.begin() + first, part.rows.end(), [&](const MatrixRow& a, const MatrixRow& b) {
+      return order_of(a, page.rule) < order_of(b, page.rule);
+    });
+  }
+}
+
 }  // namespace
 
 int excess_class(double value, const std::array<double, 4>& limits) {
@@ -39,48 +70,35 @@ const Score* excess_after(const Row& row, unsigned images, statistics::Rule rule
 Matrix matrix_of(const PageModel& page) {
   Matrix matrix;
   std::set<std::string> scenes;
-  std::set<unsigned> images;
+  std::set<unsigned> images, last;
   std::set<statistics::Rule> rules;
   for (std::size_t index = 0; index < page.groups.size(); ++index) {
     const Group& group = page.groups[index];
     bool any = false;
-    for (const Row& row : group.rows) {
-      if (row.excess.empty()) continue;
-      const unsigned last = row.excess.back().images;
-      matrix.least_last = any || !matrix.domains.empty() ? std::min(matrix.least_last, last) : last;
-      matrix.most_last = std::max(matrix.most_last, last);
-      any = true;
+    for (const Row& row : group.rows)
       for (const ExcessAfter& after : row.excess) {
-        if (&after != &row.excess.back()) images.insert(after.images);
+        any = true;
+        (&after == &row.excess.back() ? last : images).insert(after.images);
         for (const statistics::Rule rule : statistics::kRules)
           if (after.rules[rule].n > 0) rules.insert(rule);
       }
-    }
     if (!any) continue;
-    matrix.domains.push_back(index);
+    auto part = std::find_if(matrix.parts.begin(), matrix.parts.end(),
+                             [&](const MatrixPart& one) { return one.protocol == group.protocol; });
+    if (part == matrix.parts.end()) part = matrix.parts.insert(part, {group.protocol, {}, {}});
+    part->domains.push_back(index);
+    ++matrix.domains;
     scenes.insert(group.scene);
+    matrix.shares = matrix.shares && group.start_excess > 0;
   }
   matrix.scenes = scenes.size();
   matrix.images.assign(images.begin(), images.end());
+  if (!last.empty()) matrix.least_last = *last.begin(), matrix.most_last = *last.rbegin();
   matrix.rules.assign(rules.begin(), rules.end());
-
-  for (const ObservationClass of_class : classes_in(page.methods)) {
-    const std::size_t first = matrix.rows.size();
-    for (const Method& method : page.methods) {
-      if (method.of_class != of_class) continue;
-      MatrixRow row = {&method, std::vector<const Row*>(matrix.domains.size(), nullptr)};
-      bool any = false;
-      for (std::size_t domain = 0; domain < matrix.domains.size(); ++domain) {
-        const Group& group = page.groups[matrix.domains[domain]];
-        if (group.protocol != method.protocol) continue;
-        for (const Row& cell : group.rows)
-          if (cell.method == method.name) row.cells[domain] = &cell, any = true;
-      }
-      if (any) matrix.rows.push_back(std::move(row));
-    }
-    std::stable_sort(
-        matrix.rows.begin() + static_cast<std::ptrdiff_t>(first), matrix.rows.end(),
-        [&](const MatrixRow& a, const MatrixRow& b) { return order_of(a, page.rule) < order_of(b, page.rule); });
+  for (MatrixPart& part : matrix.parts) {
+    add_rows(part, page);
+    matrix.rows += part.rows.size();
+    matrix.cells += part.rows.size() * part.domains.size();
   }
   return matrix;
 }
@@ -122,33 +140,28 @@ std::string matrix_markdown(const PageModel& page) {
   if (!has_matrix(matrix)) return "";
   std::vector<unsigned> images = matrix.images;
   images.push_back(kLastImage);
-  std::string counts;
+  std::string counts, out;
   for (const unsigned count : images) counts += (counts.empty() ? "" : " / ") + images_text(matrix, count);
-  std::string out =
-      "**Excess error by scene and noise level**: RMSE above the instance's own optimum, noise-free, by the rule " +
-      std::string(statistics::rule_name(page.rule)) + ", median after " + counts +
-      " images (the capture at the start does not count).\n\n| method |";
-  std::string rule = "|---|", start = "| at the start |";
-  for (const std::size_t index : matrix.domains) {
-    out += " " + markdown_text(page.groups[index].label) + " |";
-    rule += "---|";
-    start += " " + number_text(page.groups[index].start_excess, 3) + " |";
-  }
-  out += "\n" + rule + "\n" + start + "\n";
-  for (const MatrixRow& row : matrix.rows) {
-    out += "| " + markdown_text(row.method->label) +
-           (row.method->of_class == ObservationClass::oracle ? " (oracle)" : "") +
-           (row.method->training_tag.empty() ? "" : " (" + markdown_text(row.method->training_tag) + ")") + " |";
-    for (const Row* cell : row.cells) {
-      std::string text;
-      for (const unsigned count : images) {
-        if (!cell) break;
-        const Score* score = excess_after(*cell, count, page.rule);
-        text += (text.empty() ? " " : " / ") + std::string(score ? excess_text(score->median) : "-");
-      }
-      out += (cell && cell->trials == 0 ? " failed" : text) + " |";
+  for (const MatrixPart& part : matrix.parts) {
+    out += (out.empty() ? "" : "\n") + std::string("**Excess error by scene and noise level, protocol ") +
+           markdown_text(part.protocol) + "**: RMSE above the instance's own optimum, noise-free, by the rule " +
+           statistics::rule_name(page.rule) + ", median after " + counts +
+           " images (the capture at the start does not count).\n\n| method |";
+    std::string rule = "|---|", start = "| at the start |";
+    for (const std::size_t index : part.domains) {
+      const Group& group = page.groups[index];
+      out += " " + markdown_text((matrix.scenes > 1 ? group.scene + ", " : "") + group.noise_level) + " |";
+      rule += "---|";
+      start += " " + number_text(group.start_excess, 3) + " |";
     }
-    out += "\n";
+    out += "\n" + rule + "\n" + start + "\n";
+    for (const MatrixRow& row : part.rows) {
+      const Method& method = *row.method;
+      out += "| " + markdown_text(method.name) + (method.of_class == ObservationClass::oracle ? " (oracle)" : "") +
+             (method.training_tag.empty() ? "" : " (" + markdown_text(method.training_tag) + ")") + " |";
+      for (const Row* cell : row.cells) out += markdown_cell(cell, images, page.rule) + " |";
+      out += "\n";
+    }
   }
   return out;
 }

@@ -21,18 +21,26 @@ struct MatrixRow {
   std::vector<const Row*> cells;  // one per domain; nullptr: the method did not run there
 };
 
+// The domains and methods of one protocol.
+struct MatrixPart {
+  std::string protocol;
+  std::vector<std::size_t> domains;  // indices into PageModel::groups: those with own optima
+  std::vector<MatrixRow> rows;       // by class, then by the mean logarithm of the last excess by the page's rule
+};
+
 struct Matrix {
-  std::vector<std::size_t> domains;        // indices into PageModel::groups: those with own optima
-  std::vector<MatrixRow> rows;             // by class, then by the mean logarithm of the last excess by the page's rule
+  std::vector<MatrixPart> parts;                 // in order of first appearance
+  std::size_t domains = 0, rows = 0, cells = 0;  // of all parts
+  std::size_t scenes = 0;                        // number of different ones
+  bool shares = true;                            // every domain has an excess at the start
   std::vector<unsigned> images;            // common numbers of images, ascending; the last image follows as kLastImage
   unsigned least_last = 0, most_last = 0;  // budgets
   std::vector<statistics::Rule> rules;     // with values
-  std::size_t scenes = 0;                  // number of different ones
 };
 inline constexpr unsigned kLastImage = 0;
 Matrix matrix_of(const PageModel& page);
 // Two domains and two methods or more, else there is nothing to compare.
-inline bool has_matrix(const Matrix& matrix) { return matrix.domains.size() > 1 && matrix.rows.size() > 1; }
+inline bool has_matrix(const Matrix& matrix) { return matrix.domains > 1 && matrix.rows > 1; }
 
 // The number of images as text: "6", "14 (last)", "last (6 to 14)".
 std::string images_text(const Matrix& matrix, unsigned images);
@@ -45,7 +53,7 @@ std::string excess_text(double excess);
 
 // matrix.csv: one row per method, group, rule and number of images. results/README.md describes the columns.
 std::string matrix_csv(const PageModel& page);
-// A table by the page's rule; "" without has_matrix().
+// A table per protocol by the page's rule; "" without has_matrix().
 std::string matrix_markdown(const PageModel& page);
 
 }  // namespace relign::report

@@ -72,7 +72,7 @@ std::string heat_section(const PageModel& page) {
   if (page.groups.size() < 2 || page.methods.size() < 2) return "";
   const bool by_yield = any_row(page, &Row::yield);
   const Matrix matrix = matrix_of(page);
-  if (!by_yield && has_matrix(matrix) && matrix.domains.size() == page.groups.size()) return "";
+  if (!by_yield && has_matrix(matrix) && matrix.domains == page.groups.size()) return "";
   HtmlWriter html;
   html.element("h2", "Methods by scene and noise level");
   html.element(

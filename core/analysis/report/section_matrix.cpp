@@ -49,30 +49,30 @@ void legend(HtmlWriter& html, const char* kind, const std::string& title, const 
 
 std::string percent_text(double share) { return number_text(100 * share, 2) + " %"; }
 
-void matrix_head(HtmlWriter& html, const PageModel& page, const Matrix& matrix) {
+void matrix_head(HtmlWriter& html, const PageModel& page, const MatrixPart& part, bool scenes) {
   html.open("thead");
-  if (matrix.scenes > 1) {
+  if (scenes) {
     html.open("tr").element("td", "");
-    for (std::size_t first = 0, next = 0; first < matrix.domains.size(); first = next) {
-      const std::string& scene = page.groups[matrix.domains[first]].scene;
-      while (next < matrix.domains.size() && page.groups[matrix.domains[next]].scene == scene) ++next;
+    for (std::size_t first = 0, next = 0; first < part.domains.size(); first = next) {
+      const std::string& scene = page.groups[part.domains[first]].scene;
+      while (next < part.domains.size() && page.groups[part.domains[next]].scene == scene) ++next;
       html.open("th", {{"scope", "colgroup"}, {"class", "scene"}, {"colspan", std::to_string(next - first)}});
       html.element("bdi", scene).close();
     }
     html.close();
   }
   html.open("tr").element("th", {{"scope", "col"}, {"class", "name"}}, "method");
-  for (const std::size_t index : matrix.domains) {
+  for (const std::size_t index : part.domains) {
     const Group& group = page.groups[index];
     html.open("th", {{"scope", "col"}, {"class", "number"}})
         .open("a", {{"href", "#group-" + std::to_string(index)}})
-        .element("bdi", group.noise_level + (page.protocols.size() > 1 ? ", " + group.protocol : ""))
+        .element("bdi", group.noise_level)
         .close()
         .close();
   }
   html.close().open("tr", {{"class", "start"}});
   html.element("th", {{"scope", "row"}, {"class", "name"}}, "at the start");
-  for (const std::size_t index : matrix.domains)
+  for (const std::size_t index : part.domains)
     html.element("td", {{"class", "number"}}, number_text(page.groups[index].start_excess, 3));
   html.close().close();
 }
@@ -104,47 +104,48 @@ void matrix_cell(HtmlWriter& html, const Group& group, const Row* row, const Vie
   html.close();
 }
 
-void matrix_table(HtmlWriter& html, const PageModel& page, const Matrix& matrix, const View& view) {
+void matrix_table(HtmlWriter& html, const PageModel& page, const Matrix& matrix, const MatrixPart& part,
+                  const View& view) {
   html.open("table", {{"class", "heat excess"}});
   const std::string after = view.images == kLastImage ? "the last image" : std::to_string(view.images) + " images";
-  html.element("caption",
-               "After " + after + ", rule " + statistics::rule_name(view.rule) + ": " + rule_text(view.rule));
-  matrix_head(html, page, matrix);
+  html.element("caption", (matrix.parts.size() > 1 ? "Protocol " + part.protocol + ", after " : "After ") + after +
+                              ", rule " + statistics::rule_name(view.rule) + ": " + rule_text(view.rule));
+  matrix_head(html, page, part, matrix.scenes > 1);
   ObservationClass block = ObservationClass::unknown;
-  const bool blocks = matrix.rows.front().method->of_class != matrix.rows.back().method->of_class;
-  for (const MatrixRow& row : matrix.rows) {
-    if (&row == &matrix.rows.front() || row.method->of_class != block) {
-      if (&row != &matrix.rows.front()) html.close();
+  const bool blocks = part.rows.front().method->of_class != part.rows.back().method->of_class;
+  for (const MatrixRow& row : part.rows) {
+    if (&row == &part.rows.front() || row.method->of_class != block) {
+      if (&row != &part.rows.front()) html.close();
       block = row.method->of_class;
       html.open("tbody");
       if (blocks)
         html.open("tr", {{"class", "class"}})
-            .element("th", {{"colspan", std::to_string(1 + matrix.domains.size())}, {"scope", "rowgroup"}},
+            .element("th", {{"colspan", std::to_string(1 + part.domains.size())}, {"scope", "rowgroup"}},
                      class_title(block))
             .close();
     }
-    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", row.method->label);
+    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", row.method->name);
     tag(html, row.method->training_tag);
     html.close();
     for (std::size_t domain = 0; domain < row.cells.size(); ++domain)
-      matrix_cell(html, page.groups[matrix.domains[domain]], row.cells[domain], view);
+      matrix_cell(html, page.groups[part.domains[domain]], row.cells[domain], view);
     html.close();
   }
   html.close().close();
 }
 
-std::string explanation(const PageModel& page, const Matrix& matrix, bool shares) {
+std::string explanation(const PageModel& page, const Matrix& matrix) {
   std::string text =
       "Excess error: the noise-free RMSE at the recommended pose above that of the instance's own optimum, median over "
       "the instances. Image k is step k; the capture at the start, step 0, does not count. ";
-  if (shares && matrix.scenes > 1)
+  if (matrix.shares && matrix.scenes > 1)
     text +=
         "RMSE is in the brightness of each scene's images, so columns of different lenses are not comparable in "
         "absolute terms: by default colours show the share of the excess at the start that remains. ";
   text += "Tooltips show intervals; column heads link to the curves; matrix.csv in the results folder has all numbers.";
   if (any_row(page, &Row::failed)) text += " *: fewer instances, since failed trials do not count.";
-  if (matrix.domains.size() < page.groups.size())
-    text += " Not shown: " + counted(page.groups.size() - matrix.domains.size(), "group") + " without known optima.";
+  if (matrix.domains < page.groups.size())
+    text += " Not shown: " + counted(page.groups.size() - matrix.domains, "group") + " without known optima.";
   return text;
 }
 
@@ -156,16 +157,12 @@ std::string matrix_section(const PageModel& page) {
   std::vector<unsigned> images = matrix.images;
   images.push_back(kLastImage);
   std::vector<statistics::Rule> rules = matrix.rules;
-  const std::size_t cells = matrix.rows.size() * matrix.domains.size();
   bool reduced = false;
-  if (cells * images.size() * rules.size() > kMaxMatrixCells) rules = {page.rule}, reduced = true;
-  if (cells * images.size() * rules.size() > kMaxMatrixCells) images = {kLastImage};
-  const bool shares = std::all_of(matrix.domains.begin(), matrix.domains.end(),
-                                  [&](std::size_t index) { return page.groups[index].start_excess > 0; });
-
+  if (matrix.cells * images.size() * rules.size() > kMaxMatrixCells) rules = {page.rule}, reduced = true;
+  if (matrix.cells * images.size() * rules.size() > kMaxMatrixCells) images = {kLastImage};
   HtmlWriter html;
   html.element("h2", "Excess error by scene and noise level")
-      .element("p", {{"class", "quiet"}}, explanation(page, matrix, shares));
+      .element("p", {{"class", "quiet"}}, explanation(page, matrix));
   if (reduced)
     html.element("p", {{"class", "quiet"}},
                  "This page is large; matrix.csv has the other rules" +
@@ -174,17 +171,17 @@ std::string matrix_section(const PageModel& page) {
   std::vector<std::string> counts, names, units = {"RMSE"};
   for (const unsigned count : images) counts.push_back(images_text(matrix, count));
   for (const statistics::Rule rule : rules) names.push_back(statistics::rule_name(rule));
-  if (shares) units.push_back("share of the start");
+  if (matrix.shares) units.push_back("share of the start");
   const auto place = std::find(rules.begin(), rules.end(), page.rule) - rules.begin();
   choice(html, "Images", "i", counts, counts.size() - 1);
   choice(html, "Rule", "r", names, static_cast<std::size_t>(place) % rules.size());
-  choice(html, "Colours", "u", units, shares && matrix.scenes > 1 ? 1 : 0);
+  choice(html, "Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
   legend(html, "of-error", "Excess RMSE:", kExcessClasses, false);
-  if (shares) legend(html, "of-share", "Share of the excess at the start:", kShareClasses, true);
+  if (matrix.shares) legend(html, "of-share", "Share of the excess at the start:", kShareClasses, true);
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t r = 0; r < rules.size(); ++r) {
       html.open("div", {{"class", "scroll view v" + std::to_string(i) + std::to_string(r)}});
-      matrix_table(html, page, matrix, {images[i], rules[r]});
+      for (const MatrixPart& part : matrix.parts) matrix_table(html, page, matrix, part, {images[i], rules[r]});
       html.close();
     }
   return html.take();

@@ -66,13 +66,15 @@ TEST_F(MatrixReport, SortsMethodsAndChoosesImages) {
   write_domains();
   const PageModel page = data();
   const Matrix matrix = matrix_of(page);
-  EXPECT_THAT(matrix.domains, ElementsAre(0, 1, 2, 3));
+  ASSERT_EQ(matrix.parts.size(), 1U);
+  const MatrixPart& part = matrix.parts[0];
+  EXPECT_THAT(part.domains, ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(matrix.images, ElementsAre(6));
   EXPECT_EQ(images_text(matrix, kLastImage), "8 (last)");
   EXPECT_EQ(matrix.scenes, 2U);
-  ASSERT_EQ(matrix.rows.size(), 2U);
-  EXPECT_EQ(matrix.rows[0].method->name, "policy");
-  const Row& policy = *matrix.rows[0].cells[2];
+  ASSERT_EQ(part.rows.size(), 2U);
+  EXPECT_EQ(part.rows[0].method->name, "policy");
+  const Row& policy = *part.rows[0].cells[2];
   EXPECT_NEAR(excess_after(policy, 6, statistics::Rule::own)->median, 0.003, 1e-12);
   EXPECT_NEAR(excess_after(policy, kLastImage, statistics::Rule::own)->median, 0.001025, 1e-12) << "one of 7 failed";
   EXPECT_NEAR(excess_after(policy, kLastImage, statistics::Rule::best)->median, 0.0015, 1e-12);
@@ -145,6 +147,24 @@ TEST_F(MatrixReport, NamesQuartilesAndMissingValues) {
     for (Row& row : group.rows) row.excess.clear();
   EXPECT_THAT(matrix_section(page), IsEmpty());
   EXPECT_THAT(matrix_markdown(page), IsEmpty());
+}
+
+// A method runs under its protocol only: one table each, instead of one with empty cells.
+TEST_F(MatrixReport, HasATablePerProtocol) {
+  std::vector<records::TrialRecord> trials;
+  for (const char* level : {"rho0", "rho0.5"})
+    for (const char* method : {"a", "b"})
+      for (const char* protocol : {"paper", "blind"}) {
+        trials.push_back(in_scene("doublet", method, 0, descent(0.001), level));
+        trials.back().protocol = protocol;
+        trials.back().trial = short_id(protocol + trials.back().trial);
+      }
+  write(trials);
+  const std::string section = matrix_section(data());
+  EXPECT_EQ(occurrences(section, "<table"), 12U) << "two protocols, two numbers of images, three rules";
+  EXPECT_THAT(section, HasSubstr("Protocol blind, after the last image, rule best"));
+  EXPECT_THAT(section, AllOf(Not(HasSubstr("<td></td>")), HasSubstr("<bdi>a</bdi>")));
+  EXPECT_EQ(occurrences(matrix_markdown(data()), "| at the start |"), 2U);
 }
 
 TEST_F(MatrixReport, LimitsTheSizeOfThePage) {
