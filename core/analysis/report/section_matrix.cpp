@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "markup/html_writer.h"
 #include "report/matrix_data.h"
-#include "report/rules_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -109,7 +108,7 @@ void matrix_table(HtmlWriter& html, const PageModel& page, const Matrix& matrix,
   html.open("table", {{"class", "heat excess"}});
   const std::string after = view.images == kLastImage ? "the last image" : std::to_string(view.images) + " images";
   html.element("caption", (matrix.parts.size() > 1 ? "Protocol " + part.protocol + ", after " : "After ") + after +
-                              ", rule " + statistics::rule_name(view.rule) + ": " + rule_text(view.rule));
+                              ", rule " + statistics::rule_name(view.rule));
   matrix_head(html, page, part, matrix.scenes > 1);
   ObservationClass block = ObservationClass::unknown;
   const bool blocks = part.rows.front().method->of_class != part.rows.back().method->of_class;
@@ -136,8 +135,9 @@ void matrix_table(HtmlWriter& html, const PageModel& page, const Matrix& matrix,
 
 std::string explanation(const PageModel& page, const Matrix& matrix) {
   std::string text =
-      "Excess error: the noise-free RMSE at the recommended pose above that of the instance's own optimum, median over "
-      "the instances. Image k is step k; the capture at the start, step 0, does not count. ";
+      "Excess error: the noise-free RMSE above that of the instance's own optimum, at the pose of the rule (own: "
+      "recommended by the method; best: lowest measured error; current), median over the instances. Image k is step k; "
+      "the capture at the start, step 0, does not count. ";
   if (matrix.shares && matrix.scenes > 1)
     text +=
         "RMSE is in the brightness of each scene's images, so columns of different lenses are not comparable in "

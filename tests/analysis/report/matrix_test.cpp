@@ -101,7 +101,7 @@ TEST_F(MatrixReport, ShowsEveryNumberOfImagesAndRuleWithoutScripts) {
   EXPECT_EQ(occurrences(section, " checked"), 3U);
   for (const char* words :
        {"id=\"matrix-i1\" class=\"i1\" checked", "id=\"matrix-r0\" class=\"r0\" checked",
-        "id=\"matrix-u1\" class=\"u1\" checked", "After 6 images, rule own: the pose recommended by the method",
+        "id=\"matrix-u1\" class=\"u1\" checked", "<caption>After 6 images, rule own</caption>",
         "<th scope=\"colgroup\" class=\"scene\" colspan=\"2\"><bdi>doublet</bdi>", "href=\"#group-3\"",
         "at most 0.0012</span>", "above 20 %</span>", "not comparable in absolute terms", "0.00103*",
         "6 of 7 instances, 1 trial failed", "(95 % interval), 7 instances"})
