@@ -3,8 +3,8 @@
     python3 tests/peers/compare_report.py results/quick
 
 It compares `report --format json` and `csv`, and aggregate.csv, curves.csv, curves.json, instances.csv and matrix.csv of the
-folder to 1e-9, and the data in its report.html to the printed digits. `--json FILE` and so on compare other files. The exit code
-is 1 if something differs. Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
+folder to 1e-9, and the data in its report.html to the printed digits. `--json FILE` and so on compare other files. The exit
+code is 1 if something differs. Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
 """
 
 import argparse
