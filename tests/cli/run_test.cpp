@@ -37,7 +37,7 @@ TEST(CliRun, WritesResultsAndReport) {
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("12 of 12 trials"), HasSubstr("Next:"), HasSubstr("relign-bench try ")));
   EXPECT_THAT(outcome.out, Not(HasSubstr("Next:")));
   for (const char* file : {"manifest.json", "trials/0000.jsonl", "times/0000.jsonl", "pictures/index.json",
-                           "curves.csv", "curves.json", "instances.csv", "report.html"})
+                           "curves.csv", "curves.json", "instances.csv", "matrix.csv", "report.html"})
     EXPECT_TRUE(fs::exists(place.path("results/tiny") / file)) << file;
 }
 
@@ -46,7 +46,7 @@ TEST(CliRun, ResultsDoNotDependOnNumberOfWorkers) {
   place.write("tiny.json", kTinySuite);
   for (const char* workers : {"1", "2"})
     ASSERT_EQ(relign_bench(place, {"run", "tiny.json", "--workers", workers, "-o", workers}).exit_code, 0);
-  for (const char* file : {"trials/0000.jsonl", "curves.csv", "instances.csv", "pictures/index.json"}) {
+  for (const char* file : {"trials/0000.jsonl", "curves.csv", "instances.csv", "matrix.csv", "pictures/index.json"}) {
     EXPECT_NE(place.read(std::string("1/") + file), "") << file;
     EXPECT_EQ(place.read(std::string("1/") + file), place.read(std::string("2/") + file)) << file;
   }

@@ -2,9 +2,9 @@
 
     python3 tests/peers/compare_report.py results/quick
 
-It compares `report --format json` and `csv`, aggregate.csv, curves.csv, curves.json and instances.csv of the folder to 1e-9,
-and the data in its report.html to the printed digits. `--json FILE` and so on compare other files. The exit code is 1 if
-something differs. Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
+It compares `report --format json` and `csv`, and aggregate.csv, curves.csv, curves.json, instances.csv and matrix.csv of the
+folder to 1e-9, and the data in its report.html to the printed digits. `--json FILE` and so on compare other files. The exit
+code is 1 if something differs. Needs the program (RELIGN_BENCH, or build/release/bin), NumPy, pandas and SciPy.
 """
 
 import argparse
@@ -124,6 +124,31 @@ def aggregate_csv(differences, aggregates, file):
                     differences.number(f"{name}, {column}", value, None if found == "" else found)
     for place in rows:
         differences.add(f"aggregate.csv: {place}", "no such row", "a row")
+
+
+def matrix_csv(differences, groups, file):
+    table = pd.read_csv(file, float_precision="round_trip", dtype={"noise_level": str})
+    keys = ["scene", "noise_level", "protocol", "algorithm", "rule", "images"]
+    rows = {tuple(getattr(row, key) for key in keys): row for row in table.itertuples()}
+    for place, group in by_place(groups).items():
+        start = group.get("start_excess")
+        for row in group["rows"]:
+            for after in row.get("excess", []):
+                for rule in recompute.RULES:
+                    name = f"matrix.csv: {', '.join(place)}, {row['method']}, {rule}, {after['images']}"
+                    found = rows.pop((*place, row["method"], rule, after["images"]), None)
+                    if found is None:
+                        differences.add(name, "a row", None)
+                        continue
+                    of = after[rule]
+                    wanted = {f"excess_{what}": of.get(what) for what in ("median", "q25", "q75", "lo95", "hi95")}
+                    wanted.update(n=of["n"], trials=row["trials"], failed=row["failed"], start_excess_median=start,
+                                  last=after is row["excess"][-1],
+                                  share_of_start=of["median"] / start if of["n"] and start else None)
+                    for column, value in wanted.items():
+                        differences.number(f"{name}, {column}", value, getattr(found, column))
+    for place in rows:
+        differences.add(f"matrix.csv: {place}", "no such row", "a row")
 
 
 RANKING = {"in_spec": ("yield", "in"), "in_spec_of": ("yield", "n"), "yield": ("yield", "share"),
@@ -255,6 +280,7 @@ def main():
     curves_csv(differences, groups, chosen.curves or folder / "curves.csv")
     curves_json(differences, groups, folder / "curves.json")
     instances_csv(differences, folder, folder / "instances.csv")
+    matrix_csv(differences, groups, folder / "matrix.csv")
     page(differences, groups, chosen.page or folder / "report.html")
     for line in differences.found[:50]:
         print(line)

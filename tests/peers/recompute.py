@@ -15,6 +15,8 @@ from stratified import Aggregate
 
 RULES = {"own": "recommended", "best": "recommended_best", "current": "recommended_current"}  # and their tracks
 TRACKS = ("measured", "best", "commanded", "recommended", "excess", "recommended_best", "recommended_current")
+EXCESS = {"own": "excess", "best": "excess_best", "current": "excess_current"}
+EXCESS_IMAGES = (6, 12, 50)
 GLUED = {"own": "mtf_", "best": "best_mtf_", "current": "current_mtf_"}  # members of closing lines
 UNCURED = {"own": "uncured_mtf_", "best": "best_uncured_mtf_", "current": "current_uncured_mtf_"}
 MTF = [of + point for of in (*GLUED.values(), *UNCURED.values(), "own_optimum_mtf_") for point in ("centre", "corner")]
@@ -74,6 +76,9 @@ def tracks(steps, closing):
         "commanded": rmse(of.commanded_mse.to_numpy()),
         "recommended": rmse(of.recommended_mse.to_numpy()),
         "excess": rmse(of.recommended_mse.to_numpy() - own),
+        "excess_best": rmse(glued[lowest] - own) if len(of) else np.array([]),
+        "excess_current": rmse(glued - own),
+        "start_excess": rmse(of.commanded_mse.iloc[0] - own) if len(of) else np.nan,
         "machine": of.machine_seconds.to_numpy(),
         "until_glued": of.recommended_seconds.fillna(of.machine_seconds).to_numpy(),
         "own": rmse(own),
@@ -206,6 +211,8 @@ class Group:
             if self.spec is not None:
                 row["to_spec"] = self.to_spec(trials, self.rule)
         row["rules"] = {rule: self.by_rule(trials, failed, rule) for rule in RULES}
+        if excess := self.excess_after(trials):
+            row["excess"] = excess
         if self.rule != "own":
             return row  # records have the true pose of the method's own recommendation alone
         off = [np.abs(np.subtract(end, best)) for end, best in zip(trials.ended_at, trials.own_optimum_pose) if len(best)]
@@ -234,6 +241,16 @@ class Group:
         if self.spec is not None:
             found["steps"] = self.to_spec(trials, rule)["steps"]
         return found
+
+    def excess_after(self, trials):
+        """The errors above the own optimum after some numbers of images, by each rule; empty if none is known."""
+        last, found = int(trials.budget.max()) if len(trials) else 0, []
+        for images in [*(images for images in EXCESS_IMAGES if images < last), last]:
+            found.append({"images": images})
+            for rule, track in EXCESS.items():
+                column = self.column(trials, [values[min(images, len(values) - 1)] for values in trials[track]])
+                found[-1][rule] = self.with_bands(column, *(["medians"] if RULES[rule] in self.bands_of else []))
+        return found if any(entry[rule]["n"] for entry in found for rule in EXCESS) else []
 
     def mtf_met(self, trials, of):
         met = np.full(len(trials), True)
@@ -373,6 +390,8 @@ class Group:
         if len(lenses):
             best = lenses.own.median()
             group["floor"] = {"own_optimum": best}
+            if (above := self.trials.dropna(subset=["start_excess"]).drop_duplicates("instance")).size:
+                group["start_excess"] = above.start_excess.median()
             if self.excess is not None:
                 group["floor"]["next_image"] = np.sqrt(best**2 + self.excess)
         if self.spec is not None:

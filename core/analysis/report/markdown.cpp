@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "markup/escape.h"
 #include "report/aggregate_data.h"
+#include "report/matrix_data.h"
 #include "report/rules_data.h"
 #include "report/text_tables.h"
 
@@ -123,6 +124,7 @@ std::string markdown_tables(const PageModel& page) {
   if (order.empty()) return "No trial has finished, nothing to rank yet.\n";
   std::string out = aggregate_markdown(page);
   for (const auto& key : order) out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], page.rule);
+  if (const std::string matrix = matrix_markdown(page); !matrix.empty()) out += "\n" + matrix;
   if (!page.rules_note.empty()) out += "\n" + markdown_text(page.rules_note) + "\n";
   return out;
 }

@@ -61,6 +61,7 @@ std::string page_html(const PageModel& page, const Gallery& gallery, const std::
                  {"ranking", ranking_section(page)},
                  {"rules", rules_section(page)},
                  {"levels", levels_section(page)},
+                 {"matrix", matrix_section(page)},
                  {"heat", heat_section(page)},
                  {"curve_cards", curve_cards(page, gallery)},
                  {"curves_hidden", page.groups.empty() ? "hidden" : ""},

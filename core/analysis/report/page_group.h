@@ -59,6 +59,12 @@ struct RuleScore {
   double steps = kMissing;  // to specification; infinite if fewer than half of the instances meet it
 };
 
+// The RMSE above the instances' own optima after so many images, by each recommendation rule.
+struct ExcessAfter {
+  unsigned images = 0;
+  statistics::ByRule<Score> rules;  // n is 0 if not recorded
+};
+
 // A method of the group.
 struct Row {
   std::string method, merit, key, training_tag;
@@ -75,6 +81,7 @@ struct Row {
   std::optional<MtfScores> mtf;
   std::vector<ResidualAxis> residual;
   std::optional<statistics::ByRule<RuleScore>> rules;
+  std::vector<ExcessAfter> excess;  // the last entry: after the largest budget; empty if no own optimum is known
 
   const Score& score() const { return measured ? *measured : recommended; }  // the error that ranks
   bool has_score() const { return score().n > 0; }
@@ -143,11 +150,12 @@ struct RuleComparison {
 struct Group {
   std::string scene, noise_level, protocol, label;
   std::size_t instances = 0;
-  bool same_instances = true;  // all methods have finished the same ones
-  bool station = false;        // hardware
-  bool measured_only = false;  // no ground truth
-  double start = kMissing;     // median error at the start
-  std::vector<Row> rows;       // best first
+  bool same_instances = true;      // all methods have finished the same ones
+  bool station = false;            // hardware
+  bool measured_only = false;      // no ground truth
+  double start = kMissing;         // median error at the start
+  double start_excess = kMissing;  // the same above the instances' own optima
+  std::vector<Row> rows;           // best first
   std::vector<Curve> curves;
   std::vector<Ecdf> ecdf;
   std::vector<Pair> pairs;

@@ -5,6 +5,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/displayed_rmse.h"
 #include "base/json_members.h"
 #include "report/rules_data.h"
 #include "report/scene_bounds.h"
@@ -54,9 +55,9 @@ std::string group_label(const Group& group, bool scenes_differ, bool protocols_d
 
 // The trials of a group.
 struct Gathered {
-  std::set<std::uint64_t> instances;          // of any trial
-  bool same_instances = true;                 // all methods have finished the same instances
-  std::vector<double> start, measured_start;  // one value per instance
+  std::set<std::uint64_t> instances;                        // of any trial
+  bool same_instances = true;                               // all methods have finished the same instances
+  std::vector<double> start, measured_start, start_excess;  // one value per instance
 };
 
 std::vector<std::uint64_t> finished_instances(const statistics::TrialTable& trials, const statistics::Series& series) {
@@ -78,10 +79,14 @@ std::map<GroupKey, Gathered> gather(const statistics::TrialTable& trials) {
     const auto [first, is_first] = finished_by_the_first.try_emplace(key, finished);
     if (!is_first && first->second != finished) group.same_instances = false;
   }
-  std::map<const Gathered*, std::set<std::uint64_t>> started;
+  std::map<const Gathered*, std::set<std::uint64_t>> started, with_excess;
   for (const statistics::TrialRow& trial : trials.rows) {
     Gathered& group = *group_of[trial.series];
     group.instances.insert(trial.instance);
+    const double start_mse = trial.start_commanded * trial.start_commanded;
+    if (const double excess = displayed_rmse(start_mse - trial.own_optimum_mse);
+        !std::isnan(excess) && with_excess[&group].insert(trial.instance).second)
+      group.start_excess.push_back(excess);
     if ((std::isnan(trial.start_commanded) && std::isnan(trial.start_measured)) ||
         !started[&group].insert(trial.instance).second)
       continue;
@@ -129,6 +134,7 @@ std::vector<Group> page_groups(const LoadedResults& results, const statistics::S
     }
     group.measured_only = measured && !ground_truth;
     group.start = median_of(group.measured_only ? trials.measured_start : trials.start);
+    group.start_excess = median_of(trials.start_excess);
     const auto of_scene = axes.find(group.scene);
     add_statistics(group, found, study, of_scene == axes.end() ? std::vector<SceneAxis>() : of_scene->second,
                    next_image_excess(results.folder, results.manifest, found.scene, found.noise_level),

@@ -73,6 +73,15 @@ static void write(Json& json, const RuleScore& score) {
   if (!std::isnan(score.steps)) put(json, "steps", arrival(score.steps));
 }
 
+static void write(Json& json, const ExcessAfter& after) {
+  put(json, "images", after.images);
+  for (const statistics::Rule rule : statistics::kRules) {
+    Json& of_rule = json[statistics::rule_name(rule)];
+    put_value(of_rule, after.rules[rule]);
+    if (after.rules[rule].n > 0) put_interval(of_rule, after.rules[rule].interval);
+  }
+}
+
 static void write(Json& json, const Row& row) {
   put(json, "method", row.method, "oracle", row.oracle(), "class", class_name(row.of_class), "merit", row.merit, "key",
       row.key, "observes", row.observes, "trials", row.trials, "failed", row.failed, "step", row.step, "recommended",
@@ -83,6 +92,7 @@ static void write(Json& json, const Row& row) {
   put_band(json["recommended"], "iqm", row.recommended_iqm);
   put_interval(json["commanded"], row.commanded.interval);
   put_filled(json, "training_tag", row.training_tag);
+  put_filled(json, "excess", row.excess);
   if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
 }
 
@@ -155,6 +165,7 @@ static void write(Json& json, const Group& group) {
   put(json, "scene", group.scene, "noise_level", group.noise_level, "protocol", group.protocol, "label", group.label,
       "instances", group.instances, "same_instances", group.same_instances, "start", group.start, "rows", group.rows,
       "curves", group.curves, "friedman", group.friedman, "rules", group.rules);
+  if (std::isfinite(group.start_excess)) json["start_excess"] = group.start_excess;
   if (group.station) json["station"] = true;
   if (group.measured_only) json["measured_only"] = true;
   put_filled(json, "ecdf", group.ecdf);

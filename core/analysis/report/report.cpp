@@ -13,6 +13,7 @@
 #include "report/aggregate_data.h"
 #include "report/figures.h"
 #include "report/loaded_results.h"
+#include "report/matrix_data.h"
 #include "report/page.h"
 #include "report/page_json.h"
 #include "report/pictures.h"
@@ -122,6 +123,7 @@ void Report::write_tables() const {
   write_file_atomically(folder / "curves.csv", statistics::curves_csv(curves));
   write_file_atomically(folder / "curves.json", statistics::curves_json(curves).dump(1) + "\n");
   write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.page));
+  write_file_atomically(folder / "matrix.csv", matrix_csv(part.page));
   AtomicFile instances(folder / "instances.csv");
   statistics::instances_csv(part.results.trials, [&](std::string_view text) { instances.write(text); });
   instances.commit();

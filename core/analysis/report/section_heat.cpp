@@ -1,9 +1,11 @@
-// Heat map of methods by groups. Each cell links to the card of its group.
+// Heat map of methods by groups: yields, or errors where the matrix of excess errors (section_matrix.cpp) lacks a
+// group. Each cell links to the card of its group.
 #include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
 #include "markup/html_writer.h"
+#include "report/matrix_data.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -69,6 +71,8 @@ void heat_head(HtmlWriter& html, const PageModel& page) {
 std::string heat_section(const PageModel& page) {
   if (page.groups.size() < 2 || page.methods.size() < 2) return "";
   const bool by_yield = any_row(page, &Row::yield);
+  const Matrix matrix = matrix_of(page);
+  if (!by_yield && has_matrix(matrix) && matrix.domains == page.groups.size()) return "";
   HtmlWriter html;
   html.element("h2", "Methods by scene and noise level");
   html.element(

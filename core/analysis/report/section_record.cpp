@@ -193,8 +193,8 @@ std::string provenance_section(const PageModel& page) {
   }
   html.element(
       "p", page.parts.empty() && !page.merged_for_this_page
-               ? "Data files beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, and every step "
-                 "in trials/."
+               ? "Data files beside this page: aggregate.csv, curves.csv, curves.json, instances.csv, matrix.csv, and "
+                 "every step in trials/."
                : "The results folders contain the same numbers, and every step in trials/.");
   return html.take();
 }

@@ -20,6 +20,7 @@ std::string aggregate_section(const PageModel& page);
 std::string ranking_section(const PageModel& page);
 std::string rules_section(const PageModel& page);     // section_rules.cpp: results by each rule
 std::string analysis_section(const PageModel& page);  // section_rules.cpp: the analysis plan
+std::string matrix_section(const PageModel& page);    // section_matrix.cpp: excess errors, methods x groups
 std::string heat_section(const PageModel& page);      // section_heat.cpp: methods x groups
 std::string levels_section(const PageModel& page);    // section_levels.cpp: over the noise levels
 std::string pairs_section(const PageModel& page);

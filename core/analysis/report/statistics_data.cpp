@@ -30,6 +30,14 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
   row.recommended_iqm = shown(study.recommended_iqm);
   row.commanded.interval = shown(study.commanded_median.interval);
   row.residual = residual_axes(study.residual, axes);
+  for (const statistics::ExcessAfter& from : study.excess) {
+    ExcessAfter& after = row.excess.emplace_back();
+    after.images = from.images;
+    for (const statistics::Rule rule : statistics::kRules) {
+      after.rules[rule] = score_of(from.rules[rule].values);
+      after.rules[rule].interval = shown(from.rules[rule].interval);
+    }
+  }
   if (study.mtf_centre.n > 0) row.mtf = {score_of(study.mtf_centre), score_of(study.mtf_corner)};
   if (!spec.limits_anything() || study.yield.n == 0) return;
   row.yield = {share_of(study.in_spec, study.yield), std::nullopt};

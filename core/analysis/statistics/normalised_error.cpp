@@ -5,6 +5,7 @@
 
 #include "base/displayed_rmse.h"
 #include "statistics/band.h"
+#include "statistics/excess.h"
 
 namespace relign::statistics {
 
@@ -31,8 +32,7 @@ std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& s
   if (steps.empty()) return errors;
   const double decades =
       steps.front().step == 0 ? decades_of(displayed_rmse(steps.front().commanded_mse - own_optimum_mse)) : kMissing;
-  for (const double mse : recommended_mse(steps, track_of(rule)))
-    errors.push_back(share_of(decades, displayed_rmse(mse - own_optimum_mse)));
+  for (const double excess : excess_errors(steps, own_optimum_mse, rule)) errors.push_back(share_of(decades, excess));
   return errors;
 }
 

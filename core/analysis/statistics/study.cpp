@@ -148,6 +148,28 @@ void add_bands(Curve& curve, const TrialTable& table, const Series& series, cons
   for (std::size_t i = 0; i < found.size(); ++i) *places[i] = found[i].interval;
 }
 
+// `alone`: the only rule with intervals.
+void add_excess(SeriesStudy& study, const TrialTable& table, const Series& series, const ExcessColumns& columns,
+                const Draws& draws, std::optional<Rule> alone) {
+  if (!columns.any()) return;
+  std::vector<std::vector<double>> values;
+  for (std::size_t place = 0; place < columns.images().size(); ++place) {
+    ExcessAfter& after = study.excess.emplace_back();
+    after.images = columns.images()[place];
+    for (const Rule rule : kRules) {
+      after.rules[rule].values = quantiles(columns.at(place, rule));
+      if (draws.wanted && (!alone || rule == *alone))
+        values.push_back(draws.by_instance(table, series, columns.at(place, rule)));
+    }
+  }
+  const std::vector<Band> found = bands(draws.resampling, values, OrderStatistic::median());
+  auto band = found.begin();
+  if (band == found.end()) return;
+  for (ExcessAfter& after : study.excess)
+    for (const Rule rule : kRules)
+      if (!alone || rule == *alone) after.rules[rule].interval = (band++)->interval;
+}
+
 // Instances in specification at the last recommendation by the rule, after curing.
 void count_yield(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
                  RuleScore& score) {
@@ -193,6 +215,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
   Arrivals arrivals(table, series, options, spec);
+  ExcessColumns excess(series);
   bool first = true;
   for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
     TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
@@ -200,6 +223,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
       columns.add(trial);
       if (!first) return;
       arrivals.add(trial);
+      excess.add(trial);
       errors.add(trial);
     });
     first = false;
@@ -216,6 +240,8 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
                 table.rows.size() > kManyTrials ? std::optional(track_of(options.rule)) : std::nullopt);
   }
   arrivals.finish(series.trials.size(), study);
+  add_excess(study, table, series, excess, draws,
+             table.rows.size() > kManyTrials ? std::optional(options.rule) : std::nullopt);
 
   std::vector<std::vector<double>> columns;  // one per rule, then the commanded pose
   for (const Rule rule : kRules) {

@@ -11,6 +11,7 @@
 #include "records/specification.h"
 #include "statistics/aggregate.h"
 #include "statistics/curves.h"
+#include "statistics/excess.h"
 #include "statistics/normalised_error.h"
 #include "statistics/paired.h"
 #include "statistics/paired_shares.h"
@@ -63,6 +64,9 @@ struct RuleScore {
 struct SeriesStudy {
   Curve curve;
   ByRule<RuleScore> rules;
+  // At excess_images() of the largest budget; empty if no excess is known. With more than kManyTrials trials in the
+  // folder only StudyOptions::rule has intervals.
+  std::vector<ExcessAfter> excess;
   // All following members use StudyOptions::rule. RMSE at the last step:
   Band recommended_median, recommended_iqm, commanded_median;
   // Instances whose last recommendation meets the specification, noise-free.

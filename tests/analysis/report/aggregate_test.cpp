@@ -88,7 +88,7 @@ TEST_F(AggregateReport, MarksTrainedMethodsInAllTables) {
   EXPECT_THAT(report.ranking_table(), HasSubstr("* one training"));
   EXPECT_THAT(report.markdown(), HasSubstr("| lone (one training) |"));
   for (const std::string& section :
-       {ranking_section(report.model()), heat_section(report.model()), pairs_section(report.model()),
+       {ranking_section(report.model()), matrix_section(report.model()), pairs_section(report.model()),
         training_section(report.model()), methods_section(report.model())})
     EXPECT_THAT(section, HasSubstr("one training"));
 }

@@ -139,6 +139,37 @@ TEST_F(Browser, ControlsSortTablesAndChangeCharts) {
   EXPECT_THAT(seen.root, HasSubstr("data-highlights=\"true\""));
 }
 
+// The clicks are a script's, the tables and colours change by style rules alone.
+TEST_F(Browser, TheMatrixSwitchesTablesAndColours) {
+  std::vector<records::TrialRecord> trials;
+  for (const char* level : {"rho0", "rho0.5"})
+    for (const char* method : {"fine", kHostile.c_str()}) {
+      trials.push_back(trial(method, 0, {0.1, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.003}, level));
+      trials.back().has_own_optimum = true;
+      trials.back().own_optimum_mse = 0;
+    }
+  write(trials);
+  const Seen seen = open(acting(Report(folder_).html(), R"(
+      const out = document.documentElement.dataset;
+      const style = (element) => getComputedStyle(element);
+      const shown = () => [...document.querySelectorAll('.matrix .view')].filter((v) => style(v).display !== 'none').map((v) => v.className.slice(-3)).join();
+      const colour = () => style([...document.querySelectorAll('.matrix .view')].find((v) => style(v).display !== 'none').querySelector('td[title]')).backgroundColor;
+      const click = (id) => document.querySelector(`label[for=${id}]`).click();
+      out.first = shown();
+      const error = colour();
+      click('matrix-u1');
+      out.colourChanges = String(error !== colour());
+      click('matrix-r2');
+      out.second = shown();
+      click('matrix-i0');
+      out.third = shown();)"));
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-first=\"v10\"")) << "the last image by the rule of the page";
+  EXPECT_THAT(seen.root, HasSubstr("data-colour-changes=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-second=\"v12\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-third=\"v02\""));
+}
+
 TEST_F(Browser, ShowsClocksBandsAndLabels) {
   write(two_levels());
   const std::string html = page_html(with_statistics(page_model(load_results(folder_))), load_gallery(folder_), {});

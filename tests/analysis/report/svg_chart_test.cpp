@@ -19,7 +19,7 @@ using testing::Not;
 
 const double kNone = std::nan("");
 
-std::size_t count(const std::string& text, const std::string& part) {
+std::size_t count_in(const std::string& text, const std::string& part) {
   std::size_t found = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
   return found;
@@ -72,7 +72,7 @@ TEST(SvgChart, DrawsLinesBandsStepsAndLevels) {
   const std::string svg = chart_svg(chart_of("method"));
   EXPECT_EQ(svg, chart_svg(chart_of("method"))) << "equal charts, equal bytes";
   EXPECT_THAT(svg, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
-  EXPECT_EQ(count(svg, "fill-opacity=\"0.14\""), 1u) << "one band";
+  EXPECT_EQ(count_in(svg, "fill-opacity=\"0.14\""), 1u) << "one band";
   EXPECT_THAT(svg, HasSubstr("color=\"#0072B2\""));
   EXPECT_THAT(svg, HasSubstr("stroke-dasharray=\"8 4\"")) << "style 8: the second colour, dashed";
   EXPECT_THAT(svg, HasSubstr(">floor</text>"));
@@ -121,7 +121,7 @@ TEST(SvgChart, EscapesNames) {
   EXPECT_THAT(svg, Not(HasSubstr("<img")));
   EXPECT_THAT(svg, Not(HasSubstr("<script")));
   EXPECT_THAT(svg, Not(HasSubstr("\x1b")));
-  EXPECT_GT(count(svg, "&lt;img"), 3u);
+  EXPECT_GT(count_in(svg, "&lt;img"), 3u);
   const std::string csv = chart_csv(chart);
   EXPECT_THAT(csv, Not(HasSubstr("\x1b")));
   EXPECT_THAT(csv, HasSubstr("\"\"\"><img")) << "quoted";

@@ -92,7 +92,7 @@ TOLERANCES = {"use": "tolerances", "elements": {"*": {"shift_um": [20, 20, 20], 
               "start": {"shift_um": [300, 300, 300], "tilt_arcmin": [60, 60]},
               "cure_shift": {"shift_um": [20, 20, 20], "tilt_arcmin": [3, 3]}}
 SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 40}}], "noise_levels": ["rho0", "glued.json"],
-         "instances": 7, "steps": 6, "spec": {"rmse": 0.03}, "algorithms": ["nlopt-sbplx", "./stumbler.py", "./loser.py"]}
+         "instances": 7, "steps": 8, "spec": {"rmse": 0.03}, "algorithms": ["nlopt-sbplx", "./stumbler.py", "./loser.py"]}
 
 
 class Recompute(unittest.TestCase):
@@ -150,6 +150,7 @@ class Recompute(unittest.TestCase):
                                   (compare_report.ranking_csv, (self.ranking,)),
                                   (compare_report.curves_csv, (self.folder / "curves.csv",)),
                                   (compare_report.curves_json, (self.folder / "curves.json",)),
+                                  (compare_report.matrix_csv, (self.folder / "matrix.csv",)),
                                   (compare_report.page, (self.folder / "report.html",))):
             with self.subTest(compare.__name__):
                 differences = self.found_in(compare, self.groups, *argument)
@@ -221,6 +222,13 @@ class Recompute(unittest.TestCase):
                 changed.loc[place, column] = changed.loc[place, column] * (1 + 1e-8) or 1e-8
                 file = self.written("aggregate.csv", changed.to_csv(index=False))
                 self.assertEqual(len(self.found_in(compare_report.aggregate_csv, self.aggregates, file).found), 1, column)
+        table = pd.read_csv(self.folder / "matrix.csv", float_precision="round_trip")
+        self.assertEqual(set(table.images), {6, 8})
+        for column in table.columns[table.columns.get_loc("trials"):]:
+            changed = table.astype({column: float})
+            changed.loc[changed[column].last_valid_index(), column] += 1e-8
+            file = self.written("matrix.csv", changed.to_csv(index=False))
+            self.assertEqual(len(self.found_in(compare_report.matrix_csv, self.groups, file).found), 1, column)
         for column in ("recommended_iqm", "yield_lo95", "expected_steps_to_spec"):
             changed = pd.read_csv(pathlib.Path(self.written("ranking.csv", self.ranking)), float_precision="round_trip")
             changed.loc[0, column] = changed.loc[0, column] * (1 + 1e-8)
