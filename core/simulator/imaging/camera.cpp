@@ -201,7 +201,7 @@ void Camera::capture_ghosts(std::uint64_t seed, float* pixels) {
     const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
     GhostImage::Workspace& work = workspaces_[thread]->paths;
     if (settings_.sampler == Sampler::hemisphere)
-      ghosts_->capture_everywhere(box, seed, settings_.samples, work, pixels);
+      ghosts_->capture_everywhere(box, seed, settings_.samples, pixels);
     else
       ghosts_->capture(box, seed, settings_.samples, work, pixels);
   });

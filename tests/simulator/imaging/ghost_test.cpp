@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "error_text.h"
+#include "imaging/ghost_image.h"
 #include "imaging/ghost_paths.h"
 #include "imaging/target.h"
 #include "scene_under_test.h"
@@ -63,20 +64,32 @@ TEST(Ghosts, MatchClosedFormOfAPlate) {
   const SceneFile scene = white_world_behind_a_plate(index);
   GhostPaths paths(scene, 0);
   paths.place(optics::Assembly(scene.lens), {});
-  std::vector<GhostPaths::Branch> waiting;
   const int rays = 200000;
-  double played = 0, weighed = 0, squares = 0;
+  double played = 0;
   for (std::uint32_t ray = 0; ray < rays; ++ray) {
     PathRandom random(1, 0, ray, 1);
     PathStart start{0, 0, 1, 1};
     while (!start.is_direction()) start = {0, 0, 2 * random.unit() - 1, 2 * random.unit() - 1};
     played += paths.trace(start, random) / rays;
-    const double value = paths.ghost_part(start, random, nullptr, waiting);
-    weighed += value / rays;
-    squares += value * value / rays;
   }
   EXPECT_NEAR(played, all, 4 * 0.5 / std::sqrt(rays));
-  EXPECT_NEAR(weighed, reflected, 4 * std::sqrt(squares / rays));
+
+  GhostImage image(scene, 0);
+  image.place(optics::Assembly(scene.lens), {});
+  GhostImage::Workspace work;
+  float captured = 0, straight = 0;
+  double sum = 0, weighed = 0, squares = 0;
+  const int repeats = 50;
+  for (std::uint32_t repeat = 0; repeat < repeats; ++repeat) {
+    image.capture({0, 0, 1, 1}, repeat, 4096, work, &captured);
+    sum += static_cast<double>(captured) / optics::kPi / repeats;
+    image.ghost_part({0, 0, 1, 1}, 1, repeat, 4096, &straight, work, &captured);
+    const double value = static_cast<double>(captured) / optics::kPi;
+    weighed += value / repeats;
+    squares += value * value / repeats;
+  }
+  EXPECT_NEAR(sum, all, 4 * 0.5 / std::sqrt(4096 * repeats));
+  EXPECT_NEAR(weighed, reflected, 4 * std::sqrt((squares - weighed * weighed) / repeats) + 1e-5);
   EXPECT_GT(reflected, 0.01);
 }
 
