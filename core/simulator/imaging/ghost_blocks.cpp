@@ -15,10 +15,13 @@ using optics::kGhostRays;
 using optics::kGhostReflected;
 using optics::kPi;
 
+// Noise-free images: Russian roulette below these weights, which minimise variance times time in relign_od-package.
+constexpr float kLeastWeight = 0.005F, kLeastFaint = 0.08F;
+
 constexpr int kPaperRouletteFrom = 5;
 constexpr float kPaperSurvival = 0.95F;
 
-int whole_lanes(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
+int padded(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
 
 float unit_of_word(std::uint32_t word) { return static_cast<float>(word >> 8) * 0x1p-24F; }
 
@@ -29,7 +32,7 @@ void GhostBlocks::start(const GhostScene& scene, const Box& box, double* sums) {
   box_ = box;
   sums_ = sums;
   blocks_ = 0;
-  choice_ = {box.straight != nullptr, static_cast<float>(GhostPaths::kMinWeight), nullptr, nullptr};
+  choice_ = {box.straight != nullptr, kLeastWeight, kLeastFaint, nullptr, nullptr};
   std::fill_n(numbers_, kGhostRays, box.number);
   queues_.resize(static_cast<std::size_t>(scene.tables.queues() + 1));
 }
@@ -51,7 +54,7 @@ void GhostBlocks::draw() {
   }
   for (std::uint32_t i = 0; i < kGhostRays; ++i) places_[i] = blocks_ * kGhostRays + i;
   ++blocks_;
-  optics::block_kernels().philox(words_, numbers_, places_, box_.stream + 1, static_cast<std::uint32_t>(box_.seed),
+  optics::block_kernels().philox(words_, numbers_, places_, box_.stream, static_cast<std::uint32_t>(box_.seed),
                                  static_cast<std::uint32_t>(box_.seed >> 32), kGhostRays);
   choice_.words = words_.u0;
   choice_.more_words = words_.u1;
@@ -60,7 +63,7 @@ void GhostBlocks::draw() {
 // Starts rays on the sensor with the weights and tags of `from`.
 void GhostBlocks::launch_as(bool hemisphere, const GhostRay* from, int count) {
   const optics::BlockKernels& kernels = optics::block_kernels();
-  const int whole = whole_lanes(count);
+  const int whole = padded(count);
   if (hemisphere)
     kernels.start_in_hemisphere(block_, box_.start, whole);
   else
@@ -111,7 +114,7 @@ void GhostBlocks::run(int least) {
       reach_sensor(rays, count);
       continue;
     }
-    scene_->tables.advance(kernels, fullest, rays, choice_, children_, whole_lanes(count));
+    scene_->tables.advance(kernels, fullest, rays, choice_, children_, padded(count));
     distribute(children_.first, children_.first_to, count);
     if (choice_.both) distribute(children_.second, children_.second_to, count);
   }
@@ -119,7 +122,7 @@ void GhostBlocks::run(int least) {
 
 // Rays to the block, in world coordinates.
 void GhostBlocks::load(const GhostRay* rays, int count) {
-  for (int i = 0; i < whole_lanes(count); ++i) {
+  for (int i = 0; i < padded(count); ++i) {
     const GhostRay& ray = rays[i];
     block_.x[i] = ray.x;
     block_.y[i] = ray.y;
@@ -129,12 +132,12 @@ void GhostBlocks::load(const GhostRay* rays, int count) {
     block_.lz[i] = ray.n;
     block_.margin[i] = 1;
   }
-  optics::block_kernels().trace(block_, &scene_->to_world, 1, false, whole_lanes(count));
+  optics::block_kernels().trace(block_, &scene_->to_world, 1, false, padded(count));
 }
 
 void GhostBlocks::reach_emitter(const GhostRay* rays, int count) {
   load(rays, count);
-  optics::block_kernels().look_up(block_, scene_->emitter, whole_lanes(count));
+  optics::block_kernels().look_up(block_, scene_->emitter, padded(count));
   for (int i = 0; i < count; ++i) {
     const GhostRay& ray = rays[i];
     // Noise-free images have the light that was never reflected already.
@@ -165,16 +168,16 @@ void GhostBlocks::reach_sensor(const GhostRay* rays, int count) {
     }
     float weight = ray.weight * albedo;
     const float u = unit_of_word(choice_.words[i]);
-    const std::uint32_t tag = (ray.tag & ~(kGhostReflected | optics::kGhostLeftFace)) + kGhostEvent;
+    const std::uint32_t tag =
+        ((ray.tag & ~(kGhostReflected | optics::kGhostLeftFace)) | optics::kGhostFaint) + kGhostEvent;
     if ((tag & kGhostEventMask) >= kGhostEvents * kGhostEvent) continue;
     if (box_.straight != nullptr) {
       // Lambertian: the mean incident radiance is the irradiance over pi.
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) + static_cast<std::size_t>(column);
       sums_[ray.tag % kGhostPaths] += static_cast<double>(weight * box_.straight[pixel]) / kPi;
-      constexpr auto kLeast = static_cast<float>(GhostPaths::kMinWeight);
-      if (!(weight >= kLeast || u * kLeast < weight)) continue;
-      weight = std::max(weight, kLeast);
+      if (!(weight >= kLeastFaint || u * kLeastFaint < weight)) continue;
+      weight = std::max(weight, kLeastFaint);
     } else if ((tag & kGhostEventMask) >= kPaperRouletteFrom * kGhostEvent) {
       const float survival = std::min(weight, kPaperSurvival);
       if (!(u < survival)) continue;

@@ -35,7 +35,7 @@ class GhostBlocks {
     bool hemisphere = false;    // directions from the whole disc
     std::uint64_t seed = 0;
     std::uint32_t number = 0;  // of the box
-    std::uint32_t stream = 0;  // of its random numbers, and the one after it
+    std::uint32_t stream = 0;  // of its random numbers
     // Of noise-free images: the irradiances of all pixels without reflections; of captures null.
     const float* straight = nullptr;
   };

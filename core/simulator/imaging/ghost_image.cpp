@@ -13,7 +13,11 @@ using optics::kPi;
 // Streams of one frame seed. PathRandom's are apart from those of the block kernels, of which others use those
 // below 32.
 enum Use : std::uint32_t { kPaths = 2 };
-constexpr std::uint32_t kCounts = 32, kStarts = 33, kEvents = 34, kFirstGroup = 64, kStreamsPerGroup = 4;
+constexpr std::uint32_t kCounts = 32, kStarts = 33, kEvents = 34, kFirstGroup = 64, kStreamsPerGroup = 2;
+
+int whole_lanes(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
+
+constexpr int kBoxPixels = 40;  // a side, at most
 
 std::uint32_t low_word(std::uint64_t seed) { return static_cast<std::uint32_t>(seed); }
 std::uint32_t high_word(std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); }
@@ -21,6 +25,17 @@ std::uint32_t high_word(std::uint64_t seed) { return static_cast<std::uint32_t>(
 }  // namespace
 
 GhostImage::GhostImage(const SceneFile& scene, double sensor_albedo) : paths_(scene, sensor_albedo) {
+  const int width = scene.sensor.width, height = scene.sensor.height;
+  const int across = (width + kBoxPixels - 1) / kBoxPixels, down = (height + kBoxPixels - 1) / kBoxPixels;
+  for (int row = 0; row < down; ++row)
+    for (int column = 0; column < across; ++column) {
+      PixelBox box;
+      box.column = column * width / across;
+      box.row = row * height / down;
+      box.columns = (column + 1) * width / across - box.column;
+      box.rows = (row + 1) * height / down - box.row;
+      boxes_.push_back(box);
+    }
   scene_.scene = &scene;
   scene_.albedo = sensor_albedo;
   scene_.emitter = scene.emitter.plane();
@@ -39,25 +54,40 @@ void GhostImage::place(const optics::Assembly& assembly, const optics::Motion& l
   scene_.to_world = optics::last_frame_to_world(path_);
 }
 
-std::uint32_t GhostImage::number_of(int column, int row) const {
-  return static_cast<std::uint32_t>(row * scene_.scene->sensor.width + column);
+std::uint32_t GhostImage::number_of(const PixelBox& box, int pixel) const {
+  return static_cast<std::uint32_t>((box.row + pixel / box.columns) * scene_.scene->sensor.width + box.column +
+                                    pixel % box.columns);
+}
+
+GhostImage::Places GhostImage::places(const PixelBox& box, const GhostBlocks::Box& blocks, int first) const {
+  Places found;
+  found.count = std::min(box.columns * box.rows - first, kGhostRays);
+  found.whole = whole_lanes(found.count);
+  for (int i = 0; i < found.whole; ++i) {
+    const int pixel = std::min(first + i, box.columns * box.rows - 1);
+    const int column = pixel % box.columns, row = pixel / box.columns;
+    found.number[i] = number_of(box, pixel);
+    found.x[i] = (static_cast<float>(column) - 0.5F * static_cast<float>(box.columns)) * blocks.start.pixel_pitch_x;
+    found.y[i] = (static_cast<float>(row) - 0.5F * static_cast<float>(box.rows)) * blocks.start.pixel_pitch_y;
+  }
+  return found;
 }
 
 GhostBlocks::Box GhostImage::box_of(const PixelBox& box, std::uint64_t seed, double& area) const {
   const Sensor& sensor = scene_.scene->sensor;
   GhostBlocks::Box found;
   found.seed = seed;
-  found.number = number_of(box.column, box.row);
+  found.number = number_of(box, 0);
   found.centre = sensor.place(box.column + 0.5 * box.columns, box.row + 0.5 * box.rows);
   set_places(found.start, *scene_.scene, box, path_);
-  const optics::Vec3 first = sensor.place(box.column, box.row);
-  const optics::Vec3 last = sensor.place(box.column + box.columns, box.row + box.rows);
-  const DirectionEllipse region = paths_.towards_lens(first.x, last.x, last.y, first.y);
+  const DirectionEllipse region =
+      paths_.towards_lens(found.centre, 0.5 * box.columns * sensor.pitch_mm, 0.5 * box.rows * sensor.pitch_mm);
   area = region.area();
   found.hemisphere = !(area < kPi);
   if (found.hemisphere) area = kPi;
   found.start.centre[0] = static_cast<float>(region.centre_p);
   found.start.centre[1] = static_cast<float>(region.centre_q);
+  for (int k = 0; k < 4; ++k) found.start.slope[k] = static_cast<float>(region.slope[k]);
   found.start.axes[0] = static_cast<float>(region.half_p);
   found.start.axes[3] = static_cast<float>(region.half_q);
   return found;
@@ -65,114 +95,98 @@ GhostBlocks::Box GhostImage::box_of(const PixelBox& box, std::uint64_t seed, dou
 
 void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, Workspace& work, float* pixels) const {
   const optics::BlockKernels& kernels = optics::block_kernels();
+  const std::uint32_t zero[kGhostRays] = {};
   double area = 0;
   GhostBlocks::Box blocks = box_of(box, seed, area);
-  blocks.stream = kEvents - 1;
+  blocks.stream = kEvents;
   const int count = box.columns * box.rows;
-  work.owners.clear();
-  work.samples.clear();
   work.thresholds.resize(static_cast<std::size_t>(samples));
   const int levels = blocks.hemisphere ? 0 : binomial_thresholds(samples, area / kPi, work.thresholds.data());
-  for (int first = 0; first < count; first += optics::kBlockRays) {
-    std::uint32_t numbers[optics::kBlockRays], drawn[optics::kBlockRays];
-    const std::uint32_t zero[optics::kBlockRays] = {};
-    const int here = std::min(count - first, optics::kBlockRays), whole = (here + 15) / 16 * 16;
-    for (int i = 0; i < whole; ++i) {
-      const int pixel = std::min(first + i, count - 1);
-      numbers[i] = number_of(box.column + pixel % box.columns, box.row + pixel / box.columns);
-    }
-    kernels.philox(work.words, numbers, zero, kCounts, low_word(seed), high_word(seed), whole);
-    kernels.count_reached(work.words.u0, work.thresholds.data(), levels, drawn, whole);
-    for (int i = 0; i < here; ++i)
-      for (std::uint32_t k = 0; k < (blocks.hemisphere ? static_cast<std::uint32_t>(samples) : drawn[i]); ++k) {
-        work.owners.push_back(static_cast<std::uint32_t>(first + i));
-        work.samples.push_back(k);
-      }
-  }
   work.sums.assign(static_cast<std::size_t>(count), 0);
   work.blocks.start(scene_, blocks, work.sums.data());
   optics::RayBlock& block = work.blocks.block();
-  for (std::size_t first = 0; first < work.owners.size(); first += kGhostRays) {
-    const int here = static_cast<int>(std::min<std::size_t>(work.owners.size() - first, kGhostRays));
-    std::uint32_t numbers[kGhostRays] = {}, places[kGhostRays] = {};
-    for (int i = 0; i < here; ++i) {
-      const int pixel = static_cast<int>(work.owners[first + static_cast<std::size_t>(i)]);
-      const int column = pixel % box.columns, row = pixel / box.columns;
-      numbers[i] = number_of(box.column + column, box.row + row);
-      places[i] = work.samples[first + static_cast<std::size_t>(i)];
-      block.pixel_x[i] =
-          (static_cast<float>(column) - 0.5F * static_cast<float>(box.columns)) * blocks.start.pixel_pitch_x;
-      block.pixel_y[i] = (static_cast<float>(row) - 0.5F * static_cast<float>(box.rows)) * blocks.start.pixel_pitch_y;
-    }
-    kernels.philox(block, numbers, places, kStarts, low_word(seed), high_word(seed), (here + 15) / 16 * 16);
-    work.blocks.launch(work.owners.data() + first, here);
+  std::uint32_t owners[kGhostRays] = {}, numbers[kGhostRays] = {}, sample[kGhostRays] = {};
+  int waiting = 0;
+  const auto launch = [&] {
+    kernels.philox(block, numbers, sample, kStarts, low_word(seed), high_word(seed), whole_lanes(waiting));
+    work.blocks.launch(owners, waiting);
+    waiting = 0;
+  };
+  for (int first = 0; first < count; first += kGhostRays) {
+    const Places here = places(box, blocks, first);
+    std::uint32_t drawn[kGhostRays];
+    kernels.philox(work.words, here.number, zero, kCounts, low_word(seed), high_word(seed), here.whole);
+    kernels.count_reached(work.words.u0, work.thresholds.data(), levels, drawn, here.whole);
+    for (int i = 0; i < here.count; ++i)
+      for (std::uint32_t k = 0; k < (blocks.hemisphere ? static_cast<std::uint32_t>(samples) : drawn[i]); ++k) {
+        owners[waiting] = static_cast<std::uint32_t>(first + i);
+        numbers[waiting] = here.number[i];
+        sample[waiting] = k;
+        block.pixel_x[waiting] = here.x[i];
+        block.pixel_y[waiting] = here.y[i];
+        if (++waiting == kGhostRays) launch();
+      }
   }
+  launch();
   work.blocks.finish();
   for (int i = 0; i < count; ++i)
-    pixels[number_of(box.column + i % box.columns, box.row + i / box.columns)] =
-        static_cast<float>(kPi / samples * work.sums[static_cast<std::size_t>(i)]);
+    pixels[number_of(box, i)] = static_cast<float>(kPi / samples * work.sums[static_cast<std::size_t>(i)]);
 }
 
 void GhostImage::capture_everywhere(const PixelBox& box, std::uint64_t seed, int samples, float* pixels) const {
   for (int row = box.row; row < box.row + box.rows; ++row)
     for (int column = box.column; column < box.column + box.columns; ++column) {
-      const std::uint32_t pixel = number_of(column, row);
+      const auto pixel = static_cast<std::uint32_t>(row * scene_.scene->sensor.width + column);
       double sum = 0;
       for (int sample = 0; sample < samples; ++sample) {
         PathRandom random(seed, pixel, static_cast<std::uint32_t>(sample), kPaths);
-        PathStart start;
-        do {
+        PathStart start{0, 0, 1, 1};
+        while (!start.is_direction()) {
           const double across = random.unit(), down = random.unit();
           const optics::Vec3 place = scene_.scene->sensor.place(column + across, row + down);
           const double p = 2 * random.unit() - 1, q = 2 * random.unit() - 1;
           start = {place.x, place.y, p, q};
-        } while (!start.is_direction());
+        }
         sum += paths_.trace(start, random);
       }
       pixels[pixel] = static_cast<float>(kPi / samples * sum);
     }
 }
 
-void GhostImage::ghost_part(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples,
-                            const float* straight, Workspace& work, float* values) const {
+void GhostImage::add_ghosts(const PixelBox& box, std::uint64_t seed, std::uint32_t group, int samples,
+                            const float* straight, Workspace& work, float* pixels) const {
   const optics::BlockKernels& kernels = optics::block_kernels();
+  const std::uint32_t zero[kGhostRays] = {};
   double area = 0;
   GhostBlocks::Box blocks = box_of(box, seed, area);
-  blocks.stream = kFirstGroup + kStreamsPerGroup * group;
+  const std::uint32_t stream = kFirstGroup + kStreamsPerGroup * group;
+  blocks.stream = stream + 1;
   blocks.straight = straight;
   const int count = box.columns * box.rows;
   work.sums.assign(static_cast<std::size_t>(count), 0);
   work.blocks.start(scene_, blocks, work.sums.data());
   optics::RayBlock& block = work.blocks.block();
   for (int first = 0; first < count; first += kGhostRays) {
-    const int here = std::min(count - first, kGhostRays), whole = (here + 15) / 16 * 16;
-    std::uint32_t numbers[kGhostRays], owners[kGhostRays];
-    const std::uint32_t zero[kGhostRays] = {};
-    float x[kGhostRays], y[kGhostRays];
-    for (int i = 0; i < whole; ++i) {
-      const int pixel = std::min(first + i, count - 1), column = pixel % box.columns, row = pixel / box.columns;
-      owners[i] = static_cast<std::uint32_t>(pixel);
-      numbers[i] = number_of(box.column + column, box.row + row);
-      x[i] = (static_cast<float>(column) - 0.5F * static_cast<float>(box.columns)) * blocks.start.pixel_pitch_x;
-      y[i] = (static_cast<float>(row) - 0.5F * static_cast<float>(box.rows)) * blocks.start.pixel_pitch_y;
-    }
+    const Places here = places(box, blocks, first);
+    std::uint32_t owners[kGhostRays];
+    for (int i = 0; i < here.count; ++i) owners[i] = static_cast<std::uint32_t>(first + i);
     // A lattice, shifted for each pixel and group.
-    kernels.philox(work.words, numbers, zero, blocks.stream, low_word(seed), high_word(seed), whole);
+    kernels.philox(work.words, here.number, zero, stream, low_word(seed), high_word(seed), here.whole);
     for (std::uint32_t sample = 0; sample < static_cast<std::uint32_t>(samples); ++sample) {
-      for (int i = 0; i < whole; ++i) {
+      for (int i = 0; i < here.whole; ++i) {
         block.u0[i] = work.words.u0[i] + sample * kLatticeSteps[0];
         block.u1[i] = work.words.u1[i] + sample * kLatticeSteps[1];
         block.u2[i] = work.words.u2[i] + sample * kLatticeSteps[2];
         block.u3[i] = work.words.u3[i] + sample * kLatticeSteps[3];
       }
-      std::copy_n(x, whole, block.pixel_x);
-      std::copy_n(y, whole, block.pixel_y);
-      work.blocks.launch(owners, here);
+      std::copy_n(here.x, here.whole, block.pixel_x);
+      std::copy_n(here.y, here.whole, block.pixel_y);
+      work.blocks.launch(owners, here.count);
     }
   }
   work.blocks.finish();
   for (int i = 0; i < count; ++i)
-    *values++ = static_cast<float>(area / samples * work.sums[static_cast<std::size_t>(i)]);
+    pixels[number_of(box, i)] += static_cast<float>(area / samples * work.sums[static_cast<std::size_t>(i)]);
 }
 
 }  // namespace relign::imaging

@@ -1,6 +1,7 @@
 #include "imaging/ghost_paths.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace relign::imaging {
@@ -35,33 +36,48 @@ void GhostPaths::place(const optics::Assembly& assembly, const optics::Motion& l
       }
 }
 
-DirectionEllipse GhostPaths::towards_lens(double low_x, double high_x, double low_y, double high_y) const {
-  constexpr double kMargin = 1.02;  // great circles between the corners of the polygons curve outwards
-  const double sensor_z = scene_->sensor.z_mm;
+DirectionEllipse GhostPaths::towards_lens(const Vec3& middle, double half_width, double half_height) const {
+  // Great circles between the corners of the polygons curve outwards; and places between those tested here.
+  constexpr double kMargin = 1.02;
   for (const Vec3& rim : rims_)
-    if (!(rim.z < sensor_z)) return {};
-  const auto for_directions = [&](const auto& use) {
-    for (const Vec3& rim : rims_)
-      for (const double x : {low_x, high_x})
-        for (const double y : {low_y, high_y}) {
-          const Vec3 to = unit(rim - Vec3{x, y, sensor_z});
-          use(to.x, to.y);
-        }
+    if (!(rim.z < middle.z)) return {};
+  const auto for_directions = [&](double x, double y, const auto& use) {
+    for (const Vec3& rim : rims_) {
+      const Vec3 to = unit(rim - Vec3{middle.x + x * half_width, middle.y + y * half_height, middle.z});
+      use(to.x, to.y);
+    }
   };
-  double low_p = 1, high_p = -1, low_q = 1, high_q = -1, farthest = 0;
-  for_directions([&](double p, double q) {
-    low_p = std::min(low_p, p);
-    high_p = std::max(high_p, p);
-    low_q = std::min(low_q, q);
-    high_q = std::max(high_q, q);
-  });
-  const double p0 = 0.5 * (low_p + high_p), q0 = 0.5 * (low_q + high_q);
-  const double half_p = 0.5 * (high_p - low_p), half_q = 0.5 * (high_q - low_q);
-  for_directions([&](double p, double q) {
-    farthest = std::max(farthest, optics::square((p - p0) / half_p) + optics::square((q - q0) / half_q));
-  });
+  const auto box_at = [&](double x, double y) {
+    double low_p = 1, high_p = -1, low_q = 1, high_q = -1;
+    for_directions(x, y, [&](double p, double q) {
+      low_p = std::min(low_p, p);
+      high_p = std::max(high_p, p);
+      low_q = std::min(low_q, q);
+      high_q = std::max(high_q, q);
+    });
+    return std::array{0.5 * (low_p + high_p), 0.5 * (low_q + high_q), 0.5 * (high_p - low_p), 0.5 * (high_q - low_q)};
+  };
+  const auto here = box_at(0, 0), left = box_at(-1, 0), right = box_at(1, 0), below = box_at(0, -1),
+             above = box_at(0, 1);
+  DirectionEllipse found{here[0], here[1], {}, here[2], here[3]};
+  for (const std::size_t k : {0U, 1U}) {
+    found.slope[2 * k] = (right[k] - left[k]) / (2 * half_width);
+    found.slope[2 * k + 1] = (above[k] - below[k]) / (2 * half_height);
+  }
+  double farthest = 0;
+  for (const double x : {-1, 0, 1})
+    for (const double y : {-1, 0, 1}) {
+      const double dx = x * half_width, dy = y * half_height;
+      const double p0 = here[0] + found.slope[0] * dx + found.slope[1] * dy;
+      const double q0 = here[1] + found.slope[2] * dx + found.slope[3] * dy;
+      for_directions(x, y, [&](double p, double q) {
+        farthest = std::max(farthest, optics::square((p - p0) / here[2]) + optics::square((q - q0) / here[3]));
+      });
+    }
   const double scale = kMargin * std::sqrt(farthest);
-  return {p0, q0, scale * half_p, scale * half_q};
+  found.half_p *= scale;
+  found.half_q *= scale;
+  return found;
 }
 
 bool GhostPaths::start_walk(const PathStart& start, WalkingRay& ray) const {

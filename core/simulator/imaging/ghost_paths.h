@@ -19,9 +19,10 @@ struct PathStart {
   bool is_direction() const { return p * p + q * q < 1; }
 };
 
-// Of direction cosines along x and y.
+// Of direction cosines along x and y; the centre moves with the place on the sensor: centre + slope (x, y), relative to
+// the middle of a box of pixels.
 struct DirectionEllipse {
-  double centre_p = 0, centre_q = 0, half_p = 1, half_q = 1;
+  double centre_p = 0, centre_q = 0, slope[4] = {}, half_p = 1, half_q = 1;
   double area() const { return optics::kPi * half_p * half_q; }
 };
 
@@ -31,17 +32,15 @@ class GhostPaths {
   GhostPaths(const SceneFile& scene, double sensor_albedo) : scene_(&scene), albedo_(sensor_albedo) {}
   void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world);
 
-  // All directions in which the lens can be hit from a small rectangle of the sensor; at least the unit disc if they
-  // are not known.
-  DirectionEllipse towards_lens(double low_x, double high_x, double low_y, double high_y) const;
+  // All directions in which the lens can be hit from a box of pixels, given by its middle and half its width and height
+  // (mm); the whole disc if they are not known.
+  DirectionEllipse towards_lens(const optics::Vec3& middle, double half_width, double half_height) const;
 
   // As the paper's renderer does it: refracts or reflects at random at each face, with Russian roulette from the fifth
   // event on. Returns the radiance at the end of the path, weighted for roulette and sensor.
   double trace(const PathStart& start, PathRandom& random) const;
   const optics::GhostWalk& walk() const { return walk_; }
 
-  // Minimises variance times time, measured in relign_od-package from 0.0002 to 0.05.
-  static constexpr double kMinWeight = 0.005;
   // Paths end after this many events, with on average at most 0.95^60 of their initial weight.
   static constexpr int kMaxEvents = 64;
 

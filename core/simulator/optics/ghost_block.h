@@ -12,7 +12,7 @@
 
 namespace relign::optics {
 
-constexpr int kGhostRays = 256;  // of a block, at most; a multiple of kGhostLanes
+constexpr int kGhostRays = 128;  // of a block, at most; a multiple of kGhostLanes
 constexpr int kGhostLanes = 16;
 constexpr int kGhostEvents = 64;  // a path ends after this many
 
@@ -24,9 +24,9 @@ struct GhostRay {
   std::uint32_t tag;
 };
 // Of tags: the path's number, how often it met a surface or left the lens, whether it comes directly from a face,
-// whether it was reflected or met an edge.
+// whether it was reflected or met an edge, whether it met an edge or was scattered (such light is faint).
 constexpr std::uint32_t kGhostPaths = 1U << 22, kGhostEvent = 1U << 22, kGhostEventMask = 127U << 22;
-constexpr std::uint32_t kGhostLeftFace = 1U << 29, kGhostReflected = 1U << 30;
+constexpr std::uint32_t kGhostLeftFace = 1U << 29, kGhostReflected = 1U << 30, kGhostFaint = 1U << 31;
 
 struct GhostFace {
   float vertex[3], axis[3];
@@ -77,9 +77,9 @@ struct GhostLens {
 // How rays go on at faces and edges.
 struct GhostChoice {
   // false: refracted or reflected at random, with Russian roulette from the fifth event on (the paper's renderer).
-  // true: both, weighted; roulette applies to weights below least_weight.
+  // true: both, weighted; roulette applies to weights below least_weight, of faint light below least_faint.
   bool both;
-  float least_weight;
+  float least_weight, least_faint;
   const std::uint32_t *words, *more_words;  // random, one of each per ray
 };
 
