@@ -63,9 +63,10 @@ Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugi
 
 // Excess RMSE of the recommended pose over the instance's best pose after each step; the last value is carried forward
 // after an early end.
-std::vector<double> excess(Lens& lens, plugin_host::Scene& scene, plugin_host::NoiseLevel& level,
-                           const trials::SceneFacts& facts, const Choice& algorithm, const Arguments& given) {
-  trials::TrialSetup setup{.stage = trials::SimulatedLens{lens.assembly, scene, level},
+std::vector<double> excess(Lens& lens, plugin_host::Scene& scene, trials::ModelScene& model,
+                           plugin_host::NoiseLevel& level, const trials::SceneFacts& facts, const Choice& algorithm,
+                           const Arguments& given) {
+  trials::TrialSetup setup{.stage = trials::SimulatedLens{lens.assembly, model, level},
                            .reference = scene.reference(),
                            .scene = facts,
                            .instance = lens.instance,
@@ -105,7 +106,9 @@ void run(const Arguments& given) {
   catalog.scan(RELIGN_PLUGIN_DIR);
   std::vector<Choice> algorithms;
   for (const std::string& text : given.algorithms) algorithms.push_back(choose(catalog, text));
-  plugin_host::Scene scene(catalog.resolve_or_throw(Kind::scene, given.scene), {});
+  const Choice choice = catalog.resolve_or_throw(Kind::scene, given.scene);
+  plugin_host::Scene scene(choice, {});
+  trials::ModelScene model(scene, choice, {});
   const trials::SceneFacts facts = trials::facts_of(scene, given.scene);
   plugin_host::NoiseLevel level(catalog.resolve_or_throw(Kind::noise_level, given.level), {});
 
@@ -113,7 +116,7 @@ void run(const Arguments& given) {
   for (std::uint64_t number = 0; number < given.instances; ++number) {
     Lens lens = draw_near(scene, facts, level, given, number);
     for (std::size_t i = 0; i < algorithms.size(); ++i) {
-      trials[i].push_back(excess(lens, scene, level, facts, algorithms[i], given));
+      trials[i].push_back(excess(lens, scene, model, level, facts, algorithms[i], given));
       if (given.every)
         std::printf("%s %llu: own optimum %.5f, start +%.5f, end +%.5f\n", algorithms[i].id.c_str(),
                     static_cast<unsigned long long>(number), lens.optimum_rmse, trials[i].back().front(),

@@ -18,8 +18,10 @@ using relign::plugin_host::Kind;
 void trial(benchmark::State& state, const std::string& walker, bool truth, unsigned steps) {
   const fs::path here = RELIGN_BENCHMARK_PLUGINS;
   Catalog catalog;
-  relign::plugin_host::Scene scene(
-      catalog.resolve_or_throw(Kind::scene, (here / "null_scene").string(), {{"truth", truth}}), {});
+  const relign::plugin_host::Choice choice =
+      catalog.resolve_or_throw(Kind::scene, (here / "null_scene").string(), {{"truth", truth}});
+  relign::plugin_host::Scene scene(choice, {});
+  trials::ModelScene model(scene, choice, {});
   const trials::SceneFacts facts = trials::read_scene_facts(scene.describe(), "null-scene");
   const relign::plugin_host::Choice algorithm = catalog.resolve_or_throw(Kind::optimizer, walker);
   trials::Instance instance;
@@ -29,7 +31,7 @@ void trial(benchmark::State& state, const std::string& walker, bool truth, unsig
   relign::plugin_host::MountedAssembly assembly = scene.mount("{}");
   catalog.scan(RELIGN_PLUGINS);
   relign::plugin_host::NoiseLevel level(catalog.resolve_or_throw(Kind::noise_level, "rho0"), {});
-  const trials::TrialSetup setup{.stage = trials::SimulatedLens{assembly, scene, level},
+  const trials::TrialSetup setup{.stage = trials::SimulatedLens{assembly, model, level},
                                  .reference = scene.reference(),
                                  .scene = facts,
                                  .instance = instance,

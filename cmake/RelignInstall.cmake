@@ -25,7 +25,7 @@ install(DIRECTORY "${PROJECT_SOURCE_DIR}/templates" DESTINATION share/relign-ben
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/docs/schemas" DESTINATION share/relign-bench)
 if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/python/relign_bench" DESTINATION share/relign-bench/python
-          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "*.json" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
 endif()
 
 install(FILES LICENSE CITATION.cff cmake/copyright DESTINATION "${CMAKE_INSTALL_DOCDIR}")

@@ -10,6 +10,7 @@
 #include "cli/animation.h"
 #include "cli/app.h"
 #include "cli/chosen_lens.h"
+#include "cli/contact_sheet.h"
 #include "cli/workbench.h"
 #include "images/image_file.h"
 
@@ -30,24 +31,26 @@ struct RenderArguments {
   std::string path;  // of poses; empty: one image
   int frames = 50;
   double frames_per_second = 20;
+  std::string errors, beside;  // of a contact sheet
   std::string out = "render.png";
 };
 
 // The scene parameters that options set. Throws Error(bad_input) for parameters that the scene does not have.
 Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manifest& scene, const std::string& used) {
   Json given = Json::object();
-  const auto add = [&](const char* name, bool wanted, const Json& value) {
+  const auto add = [&](const char* name, bool wanted, const Json& value, const char* option = nullptr) {
     if (!wanted) return;
     const plugin_host::Parameter* parameter = scene.parameter(name);
     if (parameter == nullptr)
-      throw Error(ErrorKind::bad_input, std::string("--") + name + ": scene '" + used + "' has no parameter '" + name +
-                                            "'; see: relign-bench describe " + used);
+      throw Error(ErrorKind::bad_input, std::string("--") + (option ? option : name) + ": scene '" + used +
+                                            "' has no parameter '" + name + "'; see: relign-bench describe " + used);
     const bool is_file = parameter->type == plugin_host::ParameterType::file;
     given[name] = is_file ? Json(fs::absolute(value.get<std::string>()).string()) : value;
   };
   add("target", !arguments.target.empty(), arguments.target);
   add("sampler", !arguments.sampler.empty(), arguments.sampler);
   add("transport", !arguments.transport.empty(), arguments.transport);
+  add("imaging_errors", !arguments.errors.empty(), arguments.errors, "randomise");
   add("samples", arguments.samples > 0 && !arguments.noise_free, arguments.samples);
   return given;
 }
@@ -109,7 +112,27 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   return taken;
 }
 
+int render_sheet(Context& context, const RenderArguments& arguments) {
+  const auto refuse = [](const char* option, bool given) {
+    if (given)
+      throw Error(ErrorKind::bad_input,
+                  std::string("--randomise: cannot be combined with ") + option +
+                      "; it renders captures of ten instances, near the optimum and at the start");
+  };
+  refuse("--animate", !arguments.path.empty());
+  refuse("--assembly", !arguments.lens.assembly.empty());
+  refuse("--noise-free", arguments.noise_free);
+  refuse("--pose", arguments.pose != "nominal");
+  if (fs::path(arguments.out).extension() != ".png")
+    throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .png for --randomise");
+  const LoadedScene scene = load_chosen_scene(context, arguments);
+  ContactSheet sheet{arguments.lens, arguments.seed, arguments.beside, arguments.scene, arguments.out};
+  if (sheet.lens.level.empty()) sheet.lens.level = "rho0.5";
+  return render_contact_sheet(context, sheet, scene);
+}
+
 int render(Context& context, const RenderArguments& arguments) {
+  if (!arguments.errors.empty()) return render_sheet(context, arguments);
   if (arguments.error > 0 && !arguments.noise_free)
     throw Error(ErrorKind::bad_input, "--error: requires --noise-free; captures have the scene's own noise");
   if (arguments.error > 0 && arguments.samples > 0)
@@ -158,7 +181,8 @@ void add_render(CLI::App& app, Context& context) {
       add_verb(app, {"render", "Render one image of a lens at a pose, or an animation along a path of poses.",
                      "relign-bench render --noise-level rho0.5 --instance 3 --pose start -o start.png\n"
                      "relign-bench render --pose 0.5,0.5,0.45,0.5,0.5 --noise-free -o defocus.npy\n"
-                     "relign-bench render --noise-level rho0.5 --animate 'start->nominal' -o moving.gif",
+                     "relign-bench render --noise-level rho0.5 --animate 'start->nominal' -o moving.gif\n"
+                     "relign-bench render --randomise errors.json --beside relign_od-package -o sheet.png",
                      "try, describe, lens draw, scene landscape"});
   auto arguments = std::make_shared<RenderArguments>();
   RenderArguments& given = *arguments;
@@ -213,6 +237,16 @@ void add_render(CLI::App& app, Context& context) {
       ->type_name("NUMBER")
       ->check(CLI::Range(0.1, 120.0))
       ->capture_default_str();
+  CLI::Option* randomise =
+      verb.add_option("--randomise", given.errors,
+                      "render a contact sheet of twenty captures with these imaging errors, as relign-train imitate "
+                      "--randomise trains on: ten instances from --instance on, near the optimum and at the start "
+                      "(--noise-level: rho0.5 unless given); grey is the square root of the value")
+          ->type_name("FILE");
+  verb.add_option("--beside", given.beside,
+                  "with --randomise: add ten captures of this scene for comparison, of the same instances")
+      ->type_name("SCENE")
+      ->needs(randomise);
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return render(context, *arguments); }; });
 }

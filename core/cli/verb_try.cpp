@@ -157,9 +157,10 @@ int run_try(Context& context, TryArguments arguments) {
   if (!scene.facts.owns_stage) assembly.emplace(scene.scene->mount(instance.perturbations.elements_json));
 
   plugin_host::NoiseLevel prior(level, services);
+  trials::ModelScene model(*scene.scene, scene.choice, services);
   trials::TrialSetup setup{
-      .stage = assembly ? trials::StageSetup(trials::SimulatedLens{*assembly, *scene.scene, prior})
-                        : trials::Station{*scene.scene},
+      .stage =
+          assembly ? trials::StageSetup(trials::SimulatedLens{*assembly, model, prior}) : trials::Station{*scene.scene},
       .reference = scene.scene->reference(),
       .scene = scene.facts,
       .instance = instance,

@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <relign/random.hpp>
 #include <stdexcept>
 
 #include "pictures/learnt_once.hpp"
 #include "pictures/nominal_pose.hpp"
+#include "pictures/nuisance.hpp"
 
 namespace {
 
@@ -63,6 +65,37 @@ TEST(Pictures, BlurTreatsPixelsBeyondTheEdgeAsDark) {
 TEST(Pictures, AveragesSquares) {
   const Eigen::VectorXf picture = Eigen::VectorXf::LinSpaced(5 * 2, 0, 9);
   EXPECT_EQ(pictures::means_over_squares(picture, 5, 2, 2), Eigen::Vector2f(3, 5));
+}
+
+TEST(Nuisance, RemovesGainOffsetStrayLightAndSmoothFields) {
+  constexpr Eigen::Index kWidth = 20, kHeight = 16, kPixels = kWidth * kHeight;
+  relign::Random random(3);
+  const auto noise = [&](float scale) -> Eigen::VectorXf {
+    return scale * Eigen::VectorXf::NullaryExpr(kPixels, [&] { return static_cast<float>(random.normal()); });
+  };
+  const Eigen::VectorXf image = Eigen::VectorXf::Ones(kPixels) + noise(0.3F), stray = 0.1F * noise(1);
+  const Eigen::MatrixXf fields = pictures::smooth_fields(kWidth, kHeight, 2);
+  ASSERT_EQ(fields.cols(), 5);
+  EXPECT_LT(fields.colwise().sum().cwiseAbs().maxCoeff(), 1e-3) << "no constant";
+  EXPECT_FLOAT_EQ(fields(kWidth, 0), std::cos(3.14159265F * 1.5F / kHeight)) << "row 1 of the field along y";
+  const pictures::Nuisance<float> nuisance(image, stray, {kWidth, kHeight, 2}, 1e-6);
+  const Eigen::VectorXf disturbance =
+      -0.1F * image + Eigen::VectorXf::Constant(kPixels, 0.05F) + 0.4F * stray + 0.03F * fields.col(3);
+  EXPECT_LT(nuisance.without(disturbance).norm(), 1e-3F * disturbance.norm());
+  EXPECT_NEAR(nuisance.fit(disturbance).explained / disturbance.squaredNorm(), 1, 1e-3);
+  EXPECT_NEAR(nuisance.fit(disturbance).gain, 0.9, 1e-3);
+  const Eigen::VectorXf other = noise(0.01F), kept = nuisance.without(other);
+  EXPECT_NEAR(kept.squaredNorm() / other.squaredNorm(), 1 - 8.0 / kPixels, 0.05) << "eight directions of 320";
+  EXPECT_NEAR(nuisance.fit(other).explained, other.squaredNorm() - other.dot(kept), 1e-6);
+  EXPECT_LT((nuisance.whitened(nuisance.whitened(other)) - kept).norm(), 1e-4F * kept.norm()) << "a square root of W";
+}
+
+TEST(Nuisance, KeepsFieldsFarBelowTheNoise) {
+  const Eigen::VectorXf image = Eigen::VectorXf::Ones(64);
+  const pictures::Nuisance<float> nuisance(image, {}, {8, 8, 2}, 1e4);
+  EXPECT_LT((nuisance.without(image) - image).norm(), 0.01F * image.norm());
+  EXPECT_EQ(pictures::Nuisance<float>().without(image), image);
+  EXPECT_EQ(pictures::Nuisance<float>(0 * image, {}, {8, 8, 2}, 0).without(image), image) << "a dark image";
 }
 
 TEST(NominalPose, DefaultsToTheMiddleOfEachAxis) {

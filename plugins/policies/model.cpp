@@ -42,9 +42,10 @@ std::string sha256(const std::string& bytes) {
 
 std::vector<double> checked_answer(Network& network, const SideFile& about, const std::vector<float>& images) {
   const std::vector<float> values = network.answer(images);
-  if (values.size() != about.axes.size())
+  if (values.size() != about.outputs())
     throw std::runtime_error("the network returns " + std::to_string(values.size()) + " values, its side file has " +
-                             std::to_string(about.axes.size()) + " axes");
+                             std::to_string(about.axes.size()) + " axes" +
+                             (about.doubt ? " and 'doubt', which need twice as many values" : ""));
   for (const float value : values)
     if (!std::isfinite(value))
       throw std::runtime_error("the network returns values that are not finite: its weights are damaged");
@@ -59,11 +60,11 @@ std::unique_ptr<Network> network_of(const std::string& bytes, const SideFile& ab
 void check_parity(Network& network, const SideFile& about) {
   for (const SideFile::Parity& parity : about.parity) {
     const std::vector<double> values = checked_answer(network, about, about.shown(parity));
-    for (std::size_t axis = 0; axis < values.size(); ++axis)
-      if (!(std::fabs(values[axis] - static_cast<double>(parity.answer[axis])) <= kParityTolerance))
-        throw std::runtime_error("the network returns " + std::to_string(values[axis]) + " on axis '" +
-                                 about.axes[axis] + "' for a parity input, its side file has " +
-                                 std::to_string(parity.answer[axis]) + "; the files do not belong together");
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if (!(std::fabs(values[k] - static_cast<double>(parity.answer[k])) <= kParityTolerance))
+        throw std::runtime_error("the network returns " + std::to_string(values[k]) + " on axis '" +
+                                 about.axes[k % about.axes.size()] + "' for a parity input, its side file has " +
+                                 std::to_string(parity.answer[k]) + "; the files do not belong together");
   }
 }
 

@@ -24,8 +24,8 @@ class Model {
   Model& operator=(const Model&) = delete;
 
   const SideFile& about() const;
-  // images: frames x size x size byte values as float, the newest frame last. Returns one finite value per axis; throws
-  // std::runtime_error if the network returns anything else.
+  // images: frames x size x size byte values as float, the newest frame last. Returns SideFile::outputs() finite
+  // values; throws std::runtime_error if the network returns anything else.
   std::vector<double> answer(const std::vector<float>& images);
 
  private:

@@ -68,6 +68,26 @@ TEST_F(ModelFiles, ReproducesParityOutputs) {
   EXPECT_NEAR(answer[1], 0.1, 1e-5);
 }
 
+TEST_F(ModelFiles, RejectsWrongDoubt) {
+  nlohmann::json side = this->side();
+  side["doubt"] = {{"directions", {{1, 0}, {0, 1}}}, {"effects", {1, 1}}, {"floor", {0, 0}}, {"drift", 0.01}};
+  for (auto& answer : side["parity"]["answers"]) answer.insert(answer.end(), {0, 0});
+  write_side(side);
+  EXPECT_THAT(refusal(), HasSubstr("returns 2 values, its side file has 2 axes and 'doubt', which need twice as many"));
+  nlohmann::json wrong = side;
+  wrong["doubt"]["directions"][1] = {1};
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("doubt.directions: must have 2 numbers, found 1"));
+  wrong = side;
+  wrong["doubt"]["floor"][0] = -1;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("doubt.floor: found -1"));
+  wrong = side;
+  wrong["output"] = "move";
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("doubt: requires output 'way', found 'move'"));
+}
+
 TEST_F(ModelFiles, ConcurrentModelsReturnTheSameOutput) {
   Model one(onnx());
   Model other(onnx());

@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "belief.hpp"
 #include "picture.hpp"
 
 namespace relign::policies {
@@ -19,11 +20,15 @@ double gain(unsigned step, std::int64_t whole_guesses) {
   return step <= whole_guesses ? 1.0 : 1.0 / (static_cast<double>(step) - static_cast<double>(whole_guesses) + 1);
 }
 
-PolicyAgent::PolicyAgent(const Parameters& given)
+PolicyAgent::PolicyAgent(const Parameters& given, double stop_below)
     : model_(given.text("model")),
       whole_guesses_(given.integer("whole_guesses")),
-      other_scenes_(given.boolean("other_scenes")) {
+      other_scenes_(given.boolean("other_scenes")),
+      stop_below_(stop_below) {
   const SideFile& about = model_.about();
+  if (stop_below_ > 0 && !about.doubt)
+    throw std::invalid_argument("'stop_below' needs a network that predicts its own errors; '" + given.text("model") +
+                                "' does not ('doubt' in its side file)");
   const auto size = static_cast<std::size_t>(about.size);
   frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);
 }
@@ -96,6 +101,22 @@ void PolicyAgent::follow_displacements(Trial& trial) {
   }
 }
 
+void PolicyAgent::follow_belief(Trial& trial, const Doubt& doubt) {
+  Belief belief(doubt);
+  std::optional<Observation> observation = trial.first();
+  while (observation) {
+    push_frame(observation->image());
+    belief.add(observation->pose, model_.answer(frames_));
+    const Belief::Optimum expected = belief.optimum(observation->pose);
+    trial.recommend(expected.pose);
+    if (expected.rmse - expected.rmse_after < stop_below_) return;
+    Pose move = expected.pose;
+    for (std::size_t axis = 0; axis < move.size(); ++axis) move[axis] -= observation->pose[axis];
+    clamp(move, trial.largest_move());
+    observation = trial.move(move);
+  }
+}
+
 void PolicyAgent::follow_moves(Trial& trial) {
   const ImageView reference = trial.reference();
   double lowest = std::numeric_limits<double>::infinity();
@@ -114,7 +135,9 @@ void PolicyAgent::follow_moves(Trial& trial) {
 
 void PolicyAgent::run(Trial& trial) {
   check_scene(trial);
-  if (model_.about().displacement)
+  if (model_.about().doubt)
+    follow_belief(trial, *model_.about().doubt);
+  else if (model_.about().displacement)
     follow_displacements(trial);
   else
     follow_moves(trial);

@@ -15,22 +15,29 @@ namespace relign::policies {
 // then is the mean of the later predictions, so its noise falls with the square root of their number. The
 // recommendation is the current pose plus the scaled output.
 //
+// Residual output with doubt ("doubt" in the side file): every move is to the optimum expected from all answers so far
+// (belief.hpp), which is also the recommendation. With `stop_below`, the agent stops when another image is expected to
+// reduce the excess RMSE by less than that.
+//
 // Relative output (the next move, "move" in the side file): every move follows the output in full. The moves do not
 // shrink near the optimum, so the recommendation is the pose whose capture had the lowest RMSE to the reference image.
 class PolicyAgent : public Agent {
  public:
-  explicit PolicyAgent(const Parameters& given);
+  // stop_below: in the scene's units; 0: never.
+  explicit PolicyAgent(const Parameters& given, double stop_below = 0);
   void run(Trial& trial) override;
 
  private:
   void check_scene(const Trial& trial) const;
   void push_frame(const ImageView& image);
   void follow_displacements(Trial& trial);
+  void follow_belief(Trial& trial, const Doubt& doubt);
   void follow_moves(Trial& trial);
 
   Model model_;
   std::int64_t whole_guesses_;
   bool other_scenes_;
+  double stop_below_;
   std::vector<float> frames_;  // frames x size x size, zeros before the first capture
 };
 

@@ -60,6 +60,30 @@ std::vector<std::uint8_t> bytes_of(const std::string& hex, std::size_t count) {
   return bytes;
 }
 
+std::vector<double> finite_doubles(const Json& values, std::size_t count, const char* name, double least) {
+  const auto read = values.get<std::vector<double>>();
+  if (read.size() != count)
+    complain(std::string(name) + ": must have " + std::to_string(count) + " numbers, found " +
+             std::to_string(read.size()));
+  for (const double value : read)
+    if (!std::isfinite(value) || value < least) complain(std::string(name) + ": found " + std::to_string(value));
+  return read;
+}
+
+Doubt doubt_of(const Json& json, std::size_t axes) {
+  Doubt doubt;
+  const Json& directions = json.at("directions");
+  if (!directions.is_array() || directions.size() != axes)
+    complain("doubt.directions: must have " + std::to_string(axes) + " directions");
+  for (const Json& direction : directions)
+    doubt.directions.push_back(finite_doubles(direction, axes, "doubt.directions", -2));
+  doubt.effects = finite_doubles(json.at("effects"), axes, "doubt.effects", 0);
+  doubt.floor = finite_doubles(json.at("floor"), axes, "doubt.floor", 0);
+  doubt.drift = json.at("drift").get<double>();
+  if (!(doubt.drift >= 0 && doubt.drift <= 1)) complain("doubt.drift: must be from 0 to 1");
+  return doubt;
+}
+
 SideFile parse(const Json& json) {
   SideFile side;
   if (json.at("format").get<double>() != 1) complain("format: must be 1, found " + json.at("format").dump());
@@ -75,6 +99,10 @@ SideFile parse(const Json& json) {
   const auto output = json.at("output").get<std::string>();
   if (output != "way" && output != "move") complain("output: must be 'way' or 'move', found '" + output + "'");
   side.displacement = output == "way";
+  if (json.contains("doubt")) {
+    if (!side.displacement) complain("doubt: requires output 'way', found '" + output + "'");
+    side.doubt = doubt_of(json.at("doubt"), side.axes.size());
+  }
   // Added after format 1 was first written: the default is "anywhere".
   const auto reproducible = json.value("reproducible", std::string("anywhere"));
   if (reproducible != "anywhere" && reproducible != "this_cpu")
@@ -94,7 +122,7 @@ SideFile parse(const Json& json) {
   for (std::size_t i = 0; i < inputs.size(); ++i)
     side.parity.push_back(
         {bytes_of(inputs[i].get<std::string>(), static_cast<std::size_t>(side.frames) * kParitySide * kParitySide),
-         finite_values(answers[i], side.axes.size(), "parity")});
+         finite_values(answers[i], side.outputs(), "parity")});
   return side;
 }
 

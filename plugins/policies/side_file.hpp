@@ -3,10 +3,19 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace relign::policies {
+
+// How the answers of a network that predicts its own errors are combined (belief.hpp).
+struct Doubt {
+  std::vector<std::vector<double>> directions;  // unit vectors in shares of the travel per axis
+  std::vector<double> effects;  // mean squared change of a pixel per squared share of the travel along each direction
+  std::vector<double> floor;    // standard deviation along each direction of the error that all answers share
+  double drift = 0;             // what an answer loses when the stage has moved, as a share of the distance
+};
 
 struct SideFile {
   std::string scene;              // id
@@ -16,9 +25,11 @@ struct SideFile {
   double white = 0;               // display value of a lit pixel
   double byte_whites = 0;         // byte 255 is this multiple of `white`
   bool displacement = true;       // output: the displacement to the optimum ("way"); false: the next move ("move")
-  bool portable = true;           // "reproducible": "anywhere", the same bits on every processor
-  std::string weights_sha256;     // of the ONNX file
-  std::string command;            // the training command
+  // Set: a displacement is followed by the logarithms of the standard deviations of its errors along the directions.
+  std::optional<Doubt> doubt;
+  bool portable = true;        // "reproducible": "anywhere", the same bits on every processor
+  std::string weights_sha256;  // of the ONNX file
+  std::string command;         // the training command
   // The reference image as means over blocks x blocks parts, which identifies the scene.
   int blocks = 0;
   std::vector<float> reference;
@@ -29,6 +40,8 @@ struct SideFile {
   };
   std::vector<Parity> parity;
 
+  // Number of values that the network returns.
+  std::size_t outputs() const { return doubt ? 2 * axes.size() : axes.size(); }
   // The parity input in the network's input format: frames x size x size.
   std::vector<float> shown(const Parity& parity) const;
 };

@@ -24,8 +24,8 @@ def to_bytes(frames: Float32Array, white: float) -> ByteArray:
         white: Value of a white pixel, in the same units.
 
     Returns:
-        Rounded values, 255 at BYTE_WHITES times white and above; the same shape.
+        Rounded values, 255 at BYTE_WHITES times white and above, 0 below 0; the same shape.
     """
     scaled = frames * np.float32(255 / (BYTE_WHITES * white))
     scaled += np.float32(0.5)
-    return np.minimum(scaled, 255, out=scaled).astype(np.uint8)
+    return np.clip(scaled, 0, 255, out=scaled).astype(np.uint8)

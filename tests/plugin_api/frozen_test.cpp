@@ -32,7 +32,8 @@ Choice frozen(Kind kind, const std::string& folder) {
 
 struct FrozenTrial {
   FrozenTrial(const std::string& scene_folder, const std::string& algorithm_folder)
-      : scene(frozen(Kind::scene, scene_folder), logging()),
+      : scene_choice(frozen(Kind::scene, scene_folder)),
+        scene(scene_choice, logging()),
         level(frozen(Kind::noise_level, "noise_level"), logging()),
         algorithm(frozen(Kind::optimizer, algorithm_folder)),
         facts(read_scene_facts(scene.describe(), scene_folder)) {
@@ -41,7 +42,8 @@ struct FrozenTrial {
   TrialResult run() {
     if (facts.owns_stage) return run_on(Station{scene});
     plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
-    return run_on(SimulatedLens{assembly, scene, level});
+    ModelScene model(scene, scene_choice, logging());
+    return run_on(SimulatedLens{assembly, model, level});
   }
   TrialResult run_on(StageSetup stage) {
     return run_trial({.stage = stage,
@@ -59,6 +61,7 @@ struct FrozenTrial {
   }
 
   std::vector<std::string> log;
+  Choice scene_choice;
   plugin_host::Scene scene;
   plugin_host::NoiseLevel level;
   Choice algorithm;

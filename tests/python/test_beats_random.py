@@ -22,8 +22,8 @@ AXES = 5  # of relign_od
 
 class BeatsRandom(unittest.TestCase):
     def test_imitation_reaches_a_quarter_of_the_error(self):
-        recipe = Recipe(size=50, levels=(0.0, 0.25), lenses=400, pictures=20, passes=10, rounds=1, round_lenses=120,
-                        round_moves=8, round_passes=5, batch=64, optimum_samples=64, seed=5)
+        recipe = Recipe(size=50, levels=(0.0, 0.25), lenses=400, pictures=20, passes=12, moves=8, batch=64, optimum_samples=64,
+                        seed=5)
         with tempfile.TemporaryDirectory() as folder:
             net = Training(recipe, pathlib.Path(folder)).run()
         random = np.random.default_rng(1)
@@ -33,7 +33,7 @@ class BeatsRandom(unittest.TestCase):
             found = rmse_after_steps(lambda frames, step, memory: (moves(frames, step), None), instances, 1, [STEPS])
             return float(np.median(found[STEPS]))
 
-        trained = error(lambda frames, step: policy.moves(predictions(net, frames[:, -1]), step))
+        trained = error(lambda frames, step: policy.moves(predictions(net, frames[:, -1])[0], step))
         by_chance = error(lambda frames, step: random.uniform(-LARGEST_MOVE, LARGEST_MOVE, (len(frames), AXES)))
         print(f"median noise-free RMSE after {STEPS} steps: {trained:.4f}, random moves {by_chance:.4f}")
         self.assertLess(trained, 0.25 * by_chance)

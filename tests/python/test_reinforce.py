@@ -47,7 +47,7 @@ class Folder(unittest.TestCase):
         recipe = ImitateRecipe(size=40, levels=(0.0,), optimum_samples=32)
         training = Training(recipe, self.folder / "warm", threads=1, log=quiet)
         training.seconds = 1800.0
-        training._save(0, 0, None)
+        training._save(0, torch.optim.Adam(training.net.parameters()))
         return self.folder / "warm"
 
     def expect_same(self, whole, resumed):

@@ -12,16 +12,17 @@ import unittest
 from support import np
 
 try:
-    import torch  # noqa: F401
+    import torch
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
 
 from relign_bench.training import cli, policy
+from relign_bench.training.adapt import moments_loss, read_captures
+from relign_bench.training.doubt import Belief, Doubt
 from relign_bench.training.folder import RunFolder
-from relign_bench.training.imitate import Recipe, Training, near_poses
+from relign_bench.training.imitate import Recipe, Training, loss_of, near_poses, recipe_of
 
-TINY = dict(size=40, levels="0,0.5", lenses=40, pictures=10, passes=2, rounds=1, round_lenses=40, round_moves=3,
-            round_passes=1, optimum_samples=32, batch=32)
+TINY = dict(size=40, levels="0,0.5", lenses=80, pictures=4, passes=4, moves=3, optimum_samples=32, batch=32)
 
 
 def command(folder, **changes):
@@ -51,6 +52,30 @@ class Imitation(unittest.TestCase):
             self.assertEqual((self.folder / "whole" / name).read_bytes(), (self.folder / "killed" / name).read_bytes(), name)
         side = json.loads((self.folder / "whole" / "imitation.json").read_text())
         self.assertEqual((len(side["parity"]["answers"]), side["observation"]["size"]), (64, 40))
+        self.assertEqual(len(side["parity"]["answers"][0]), 2 * len(side["axes"]))
+        self.assertEqual(len(side["doubt"]["floor"]), len(side["axes"]))
+
+    def test_randomised_run_keeps_its_file_and_adapts_to_captures(self):
+        errors = self.folder / "errors.json"
+        errors.write_text('{"format": 1, "drawn": "capture", "gain": [0.8, 1.2], "offset": [0, 0.05]}')
+        run = self.folder / "randomised"
+        subprocess.run([*command(run, passes=2), "--randomise", str(errors)], check=True, capture_output=True)
+        self.assertEqual((run / "randomisation.json").read_text(), errors.read_text())
+        self.assertIn("--randomise FILE", json.loads((run / "imitation.json").read_text())["command"])
+        errors.write_text('{"format": 1, "drawn": "capture", "gain": [0.7, 1.2]}')
+        with self.assertRaisesRegex(ValueError, "another recipe"):
+            Training(recipe_of(run), run, 1, quiet, errors)
+
+        captures = Training.open(run, 1).instances(10).frames()  # of 20 instances at their starts
+        images = self.folder / "captures"
+        images.mkdir()
+        np.save(images / "all.npy", captures.astype(np.float32))
+        adapted = [sys.executable, "-m", "relign_bench.training", "adapt", str(run), "--images", str(images), "--threads", "1",
+                   "-o", str(self.folder / "adapted"), "--set", "steps=4", "--set", "batch=16"]
+        subprocess.run(adapted, check=True, capture_output=True)
+        side = json.loads((self.folder / "adapted" / "adapted.json").read_text())
+        self.assertEqual(side["trained"]["adapted"]["captures"], 20)
+        self.assertEqual(len((self.folder / "adapted" / "curve.csv").read_text().splitlines()), 5)
 
     def test_folder_with_another_recipe_is_refused(self):
         recipe = Recipe(size=40, levels=(0.0,), optimum_samples=32)
@@ -69,7 +94,9 @@ class Imitation(unittest.TestCase):
                              ("levels=-0.5", "levels must be a non-negative number")):
             with self.assertRaisesRegex(ValueError, why):
                 cli.with_settings(Recipe(), [setting])
-        self.assertEqual(cli.with_settings(Recipe(), ["rounds=0"]).rounds, 0)
+        self.assertEqual(cli.with_settings(Recipe(), ["visited=0"]).visited, 0)
+        with self.assertRaisesRegex(ValueError, "precision 'half' must be one of float32, bfloat16"):
+            Training(Recipe(precision="half"), self.folder)
 
     def test_message_about_another_recipe_lists_the_differences(self):
         folder = self.folder / "kept"
@@ -77,6 +104,61 @@ class Imitation(unittest.TestCase):
         RunFolder(folder, Recipe())
         with self.assertRaisesRegex(ValueError, "another recipe \\(rate: 0.001 in the folder, 0.1 given\\)"):
             RunFolder(folder, Recipe(rate=0.1))
+
+
+def quiet(_):
+    pass
+
+
+class Doubting(unittest.TestCase):
+    def test_calibration_finds_scale_and_shared_error(self):
+        random = np.random.default_rng(3)
+        shared = random.normal(size=(1, 4000, 2)) * [0.3, 0.0]
+        errors = shared + random.normal(size=(10, 4000, 2)) * [0.4, 2.0]
+        doubt = Doubt(np.eye(2), np.ones(2))
+        scale = doubt.calibrate(errors, np.ones_like(errors))
+        np.testing.assert_allclose(scale, [0.5, 2.0], rtol=0.02)
+        np.testing.assert_allclose(doubt.floor, [0.3, 0.0], atol=0.05)
+
+    def test_belief_weights_answers_by_their_variance(self):
+        belief = Belief(Doubt(np.eye(2), np.ones(2), np.array([0.1, 0.0])))
+        here = np.array([[0.5, 0.5]])
+        belief.add(here, np.array([[0.1, 0.2]]), np.array([[1.0, 1.0]]))
+        belief.add(here, np.array([[0.2, 0.2]]), np.array([[0.5, 1.0]]))
+        optimum, variance = belief.optimum(here)
+        np.testing.assert_allclose(optimum, [[0.5 + (0.1 + 4 * 0.2) / 5, 0.7]])
+        np.testing.assert_allclose(variance, [[1 / 5 + 0.01, 1 / 2]])
+        np.testing.assert_allclose(belief.moves(here), [[0.18, 0.2]])
+
+    def test_likelihood_learns_the_size_of_errors_and_leaves_the_residual_alone(self):
+        along = torch.tensor([[0.3, np.log(0.3)]], dtype=torch.float32, requires_grad=True)
+        loss_of(along, torch.zeros(1, 1), 1)[1].backward()
+        np.testing.assert_allclose(along.grad.numpy(), [[0.0, 0.0]], atol=1e-6)
+
+
+class Adapting(unittest.TestCase):
+    def test_moments_are_zero_for_equal_features_and_grow_with_their_difference(self):
+        features = torch.from_numpy(np.random.default_rng(1).normal(size=(500, 8)))
+        self.assertAlmostEqual(moments_loss(features, features).item(), 0)
+        self.assertGreater(moments_loss(features, features + 0.5).item(), 0.1)
+        self.assertGreater(moments_loss(features, 2 * features).item(), 0.5)
+
+    def test_unsuitable_captures_are_refused(self):
+        with tempfile.TemporaryDirectory() as kept:
+            folder = pathlib.Path(kept)
+            for values, why in ((None, "has no captures"), (np.zeros((3, 5)), "must be square captures"),
+                                (np.full((20, 20), np.nan), "values must be finite"),
+                                (np.zeros((15, 15)), "binnable to 10 x 10 pixels")):
+                if values is not None:
+                    np.save(folder / "a.npy", values)
+                with self.assertRaisesRegex(ValueError, why):
+                    read_captures(folder, None, 10, 1.0)
+            np.save(folder / "a.npy", np.full((2, 20, 20), 1.0))
+            captures = read_captures(folder, None, 10, 1.0)
+            self.assertEqual((captures.shape, captures[0, 0, 0]), ((2, 10, 10), 85))
+            (folder / "b.png").write_bytes(b"")
+            with self.assertRaisesRegex(ValueError, "--white"):
+                read_captures(folder, None, 10, 1.0)
 
 
 class Parts(unittest.TestCase):

@@ -22,7 +22,7 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: these tests need python3-jsonschema and python3-numpy")
 
-USERS = ("suite", "scene", "lens", "tolerances", "plugin", "assembly", "rays", "poses")
+USERS = ("suite", "scene", "lens", "tolerances", "imaging_errors", "plugin", "assembly", "rays", "poses")
 
 # Which files of the tree each schema is for.
 TREE = {
@@ -32,6 +32,8 @@ TREE = {
     "scene": ["plugins/scenes/lens_system/*/scene.json", "suites/*/*/scene.json"],
     "lens": ["plugins/scenes/lens_system/*/lens.json", "suites/*/*/lens.json"],
     "tolerances": ["plugins/scenes/lens_system/*/tolerances.json", "plugins/noise_levels/tolerances/[!r]*.json"],
+    "imaging_errors": ["plugins/scenes/lens_system/relign_od/target.json", "plugins/scenes/lens_system/relign_od/sensor.json",
+                       "python/relign_bench/training/randomisation.json"],
     "network": ["plugins/agents/*/imitation.json", "plugins/agents/*/*ppo*.json"],
 }
 
@@ -76,7 +78,7 @@ class Schemas(unittest.TestCase):
     def test_recipes_have_the_settings_of_trainings(self):
         schema, check = tools.load("recipe"), tools.validator("recipe")
         readme = (ROOT / "python/README.md").read_text().split("### Recipes", 1)[1]
-        for name, file, side in (("imitation", "imitate.py", "imitation/imitation"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
+        for name, file, side in (("imitation", "imitate.py", "imitation/randomised"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
             module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
             recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
             fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
@@ -129,6 +131,8 @@ class Schemas(unittest.TestCase):
                 ("scene", {**example["scene"], "sensor": {"z_mm": 1, "pixels": [40, 30]}}),
                 ("tolerances", {**example["tolerances"], "movement": {"backlash_um": 3}}),
                 ("tolerances", {**example["tolerances"], "elements": {"*": {"shift_um": [1, 2]}}}),
+                ("imaging_errors", {"gain": [1]}), ("imaging_errors", {"stray_light": {"blobs": 2}}),
+                ("imaging_errors", {"bits": 7.5, "full_scale": 3}),
                 ("lens", {**example["lens"], "glasses": {"own": {"nd": 1.5}}}),
                 ("poses", {"poses": ["start"]})):
             self.assertFalse(tools.validator(name).is_valid(wrong), f"{name}: {wrong}")
@@ -154,6 +158,7 @@ class Readers(unittest.TestCase):
             command = {"suite": ["validate", place / own], "tolerances": ["validate", place / "suite.json"],
                        "scene": ["validate", place / "suite.json"], "lens": ["lens", "info", "--scene", place / "scene.json"],
                        "plugin": ["list", "--plugin", place / own], "rays": ["lens", "trace", place / own],
+                       "imaging_errors": ["render", "--randomise", place / own, "-o", place / "x.png"],
                        "assembly": ["render", "--assembly", place / own, "-o", place / "x.npy"],
                        "poses": ["render", "--animate", place / own, "-o", place / "x.gif"]}[name]
             done = subprocess.run([str(program.path()), *map(str, command)], capture_output=True, text=True, cwd=place)
@@ -177,7 +182,7 @@ class Readers(unittest.TestCase):
                     self.assertEqual(set().union(*(found[place] for place in found if expected[place] == kind)), kind, said)
 
     def test_examples_are_read(self):
-        for name in ("suite", "scene", "lens", "tolerances", "assembly", "rays"):
+        for name in ("suite", "scene", "lens", "tolerances", "imaging_errors", "assembly", "rays"):
             code, said = self.said_of(name, {"$schema": f"{name}.schema.json", **tools.load(name)["examples"][0]})
             self.assertEqual(code, 0, f"{name}: {said}")
 
@@ -309,6 +314,7 @@ class PrintedResults(unittest.TestCase):
         ("describe", "describe relign_od --noise-level rho0.25 --instances 2"), ("describe", "describe transfer-gp"),
         ("describe", "describe tolerances"), ("doctor", "doctor"), ("render", "render --scene gaussian_spot -o one.png"),
         ("render", "render --noise-level rho0.25 --animate start->nominal --frames 2 -o film.gif"),
+        ("render", f"render --randomise {ROOT}/python/relign_bench/training/randomisation.json -o sheet.png"),
         ("scene_landscape", "scene landscape --scene gaussian_spot --points 5 -o spot.csv"),
         ("scene_new", f"scene new {ROOT}/tests/golden/lenses/cooke_triplet_utf8.zmx -o new"), ("lens_info", "lens info"),
         ("lens_info", "lens info --scene new/scene.json"), ("lens_draw", "lens draw -o lens.svg"),

@@ -8,6 +8,7 @@
 #include "conformance/checks.h"
 #include "conformance/progress.h"
 #include "plugin_host/objects.h"
+#include "trials/model_scene.h"
 #include "trials/scene_facts.h"
 
 namespace relign::conformance {
@@ -80,6 +81,7 @@ Finding check_description(const Subject& subject) {
     if (opened.facts.owns_stage) continue;  // one object at a time
     if (Opened(choice).facts.text != opened.facts.text)
       return failed("a second object has another description; it must depend only on the parameters");
+    trials::ModelScene(opened.scene, choice, check_services()).get(opened.facts);  // throws unless it fits
   }
   return ok();
 }

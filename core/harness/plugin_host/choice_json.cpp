@@ -63,7 +63,9 @@ Json recorded_parameters(const Choice& choice) {
     if (parameter.type != ParameterType::file || !recorded.contains(parameter.name)) continue;
     Json& value = recorded[parameter.name];
     const std::string content = text_of(identity, parameter.name.c_str());
-    if (value.is_string() && !content.empty())  // no content: the optional file was not given
+    if (content.empty())  // the optional file was not given
+      recorded.erase(parameter.name);
+    else if (value.is_string())
       value = name_below(choice.plugin->folder, value.get<std::string>()) + " (" + content.substr(0, kShownHash) + ")";
   }
   return recorded;

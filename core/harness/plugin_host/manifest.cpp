@@ -138,30 +138,40 @@ std::vector<Parameter> read_parameters(const JsonSource& source, ObjectReader& m
   return parameters;
 }
 
-// The preset's values by the manifest's spelling of their names.
-Json read_preset_parameters(ObjectReader& reader, const Manifest& manifest, const std::string& pointer,
-                            const JsonSource& source, std::vector<Problem>& problems) {
+// The values of `key` (an object or missing) by the manifest's spelling of their names.
+Json read_values(ObjectReader& reader, const std::string& key, const Manifest& manifest, const std::string& pointer,
+                 const JsonSource& source, std::vector<Problem>& problems,
+                 std::string (*check)(const Parameter&, const Json&) = check_parameter) {
   Json checked = Json::object();
-  const Json* values = reader.get("parameters");
+  const Json* values = reader.get(key);
   if (!values) return checked;
   if (!values->is_object()) {
-    reader.complain("parameters", "expected an object");
+    reader.complain(key, "expected an object of parameters");
     return checked;
   }
   std::vector<std::string> names;
   for (const Parameter& parameter : manifest.parameters) names.push_back(parameter.name);
-  ObjectReader inner(source, pointer + "/parameters", problems);
+  ObjectReader inner(source, pointer + "/" + key, problems);
   for (const auto& [name, value] : values->items()) {
     const Parameter* parameter = manifest.parameter(name);
     if (!parameter) {
       inner.complain(name, "unknown parameter '" + name + "'" + suggestion(name, names));
       continue;
     }
-    if (const std::string wrong = check_parameter(*parameter, value); !wrong.empty()) inner.complain(name, wrong);
+    if (const std::string wrong = check(*parameter, value); !wrong.empty()) inner.complain(name, wrong);
     if (checked.contains(parameter->name)) inner.complain(name, "duplicate parameter");
     checked[parameter->name] = value;
   }
   return checked;
+}
+
+// A value for the design model, or for a text parameter an object that maps the trial's values to those of the model.
+std::string check_model_parameter(const Parameter& parameter, const Json& value) {
+  if (parameter.type != ParameterType::text || !value.is_object()) return check_parameter(parameter, value);
+  for (const auto& [from, to] : value.items())
+    for (const Json& one : {Json(from), to})
+      if (const std::string wrong = check_parameter(parameter, one); !wrong.empty()) return wrong;
+  return "";
 }
 
 void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& manifest, std::vector<Problem>& problems) {
@@ -182,7 +192,7 @@ void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& mani
     Preset preset;
     preset.id = id;
     preset.summary = one.string("summary", "");
-    preset.parameters = read_preset_parameters(one, manifest, pointer, source, problems);
+    preset.parameters = read_values(one, "parameters", manifest, pointer, source, problems);
     one.reject_unknown();
     manifest.presets.push_back(std::move(preset));
   }
@@ -292,6 +302,10 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   }
   read_pretraining(source, reader, manifest, problems);
   check_training(source, reader, manifest, problems);
+  manifest.model_parameters =
+      read_values(reader, "model_parameters", manifest, "", source, problems, check_model_parameter);
+  if (reader.has("model_parameters") && manifest.kind != Kind::scene)
+    reader.complain("model_parameters", "only scenes have a design model");
   manifest.check = read_check(reader, manifest);
   reader.reject_unknown();
   return manifest;

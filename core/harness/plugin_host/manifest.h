@@ -19,7 +19,9 @@
 // "document": "scene": a JSON file with "use" may replace the plugin's id; its path becomes that parameter;
 // "prepare": {"sources": 10, "steps": 100}, for an algorithm with pretraining on source instances (docs/services.md);
 // each of the two is a number, or the name of an integer parameter;
-// "check": {"other_scenes": true}, parameters with which `plugin check` runs it on synthetic trials.
+// "model_parameters": {"transport": {"ghost": "fresnel"}, "errors": ""}, for a scene: values that its design model
+// (service "model") has instead of those of the trial's scene; an object maps values of a text parameter; "check":
+// {"other_scenes": true}, parameters with which `plugin check` runs it on synthetic trials.
 #pragma once
 
 #include <filesystem>
@@ -68,9 +70,10 @@ struct Manifest {
   std::string reproducible = "anywhere";  // or "this_cpu"
   std::string license;
   std::string citation;
-  Json prepare;          // {"sources": ..., "steps": ...}, checked; null: no pretraining (pretraining.h)
-  Json check;            // object of parameters, only for the conformance checks
-  std::string document;  // name of the file parameter that a path with "use" fills; empty: none
+  Json prepare;           // {"sources": ..., "steps": ...}, checked; null: no pretraining (pretraining.h)
+  Json model_parameters;  // object, checked; only of a scene
+  Json check;             // object of parameters, only for the conformance checks
+  std::string document;   // name of the file parameter that a path with "use" fills; empty: none
 
   std::filesystem::path folder;  // of the manifest
   std::filesystem::path source;  // the manifest, or the script that contains it

@@ -155,7 +155,11 @@ EffectiveParameters effective_parameters(const Manifest& manifest, const Preset*
       complain(pointer, parameter.name + ": " + wrong);
       continue;
     }
-    if (parameter.type != ParameterType::file || is_empty_optional_file(parameter, value)) {
+    if (is_empty_optional_file(parameter, value)) {  // not in the identity: ids do not change if a plugin adds one
+      effective.values[parameter.name] = value;
+      continue;
+    }
+    if (parameter.type != ParameterType::file) {
       effective.values[parameter.name] = normalised(parameter, value);
       effective.identity[parameter.name] = effective.values[parameter.name];
       continue;

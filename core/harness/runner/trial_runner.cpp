@@ -124,6 +124,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
 struct TrialRunner::Bench {
   std::string scene_key, level_key;
   std::unique_ptr<plugin_host::Scene> scene;
+  std::unique_ptr<trials::ModelScene> model;
   std::unique_ptr<plugin_host::NoiseLevel> level;
   std::string mounted_key;  // suite seed and instance
   trials::Instance instance;
@@ -174,8 +175,11 @@ plugin_host::Scene& TrialRunner::scene(const TrialJob& job) {
   const std::string key = key_of(job.scene);
   if (!bench_->scene || bench_->scene_key != key) {
     bench_->unmount();
+    bench_->model.reset();
     bench_->scene.reset();  // two at once would need twice the memory
-    bench_->scene = std::make_unique<plugin_host::Scene>(job.scene, services(job.scene_name, options_.threads));
+    const plugin_host::HostServices own = services(job.scene_name, options_.threads);
+    bench_->scene = std::make_unique<plugin_host::Scene>(job.scene, own);
+    bench_->model = std::make_unique<trials::ModelScene>(*bench_->scene, job.scene, own);
     bench_->scene_key = key;
   }
   return *bench_->scene;
@@ -211,7 +215,7 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
 
 trials::StageSetup TrialRunner::stage(const TrialJob& job, const Placed& placed) const {
   if (job.facts.owns_stage) return trials::Station{*bench_->scene};
-  return trials::SimulatedLens{*placed.assembly, *bench_->scene, *bench_->level};
+  return trials::SimulatedLens{*placed.assembly, *bench_->model, *bench_->level};
 }
 
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {

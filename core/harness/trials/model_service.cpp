@@ -19,7 +19,7 @@ std::uint64_t frame_of(std::uint64_t chosen_seed) {
 
 }  // namespace
 
-ModelService::ModelService(ServiceContext& shared, plugin_host::Scene& scene) : shared_(&shared), scene_(&scene) {
+ModelService::ModelService(ServiceContext& shared, ModelScene& scene) : shared_(&shared), scene_(&scene) {
   const SceneFacts& facts = shared.host.setup().scene;
   table_.struct_size = sizeof table_;
   table_.context = this;
@@ -45,7 +45,7 @@ relign_status ModelService::mount(void* context, relign_text offsets_json, relig
     if (model.lenses_.size() >= kMaxLenses)
       return model.shared_->refuse("16 lenses are mounted, the maximum; unmount one of them first");
     const SceneFacts& facts = model.shared_->host.setup().scene;
-    model.lenses_.push_back(model.scene_->mount(read_offsets(text_of(offsets_json), facts)));
+    model.lenses_.push_back(model.scene_->get(facts).mount(read_offsets(text_of(offsets_json), facts)));
     *made = reinterpret_cast<relign_model_lens*>(&model.lenses_.back());
     return RELIGN_OK;
   });

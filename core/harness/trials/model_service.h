@@ -1,10 +1,11 @@
-// "relign.model/1": a simulator of the scene's design, for which an algorithm chooses offsets and seeds. It uses the
-// scene object of the trial, since images are pure functions of (offsets, pose, seed), and nothing of the instance.
+// "relign.model/1": a simulator of the scene's design (model_scene.h), for which an algorithm chooses offsets and
+// seeds. Its images are pure functions of (offsets, pose, seed) and use nothing of the instance.
 #pragma once
 
 #include <list>
 
 #include "plugin_host/objects.h"
+#include "trials/model_scene.h"
 #include "trials/services.h"
 
 namespace relign::trials {
@@ -12,7 +13,7 @@ namespace relign::trials {
 class ModelService {
  public:
   // `scene` must outlive this object.
-  ModelService(ServiceContext& shared, plugin_host::Scene& scene);
+  ModelService(ServiceContext& shared, ModelScene& scene);
   ModelService(const ModelService&) = delete;
   ModelService& operator=(const ModelService&) = delete;
   const relign_model_service* table() const { return &table_; }
@@ -34,7 +35,7 @@ class ModelService {
                                       const float* pixels);
 
   ServiceContext* shared_;
-  plugin_host::Scene* scene_;
+  ModelScene* scene_;
   relign_model_service table_{};
   Lenses lenses_;  // a list, because the addresses are the handles
 };

@@ -116,7 +116,7 @@ const void* Services::run() {
 const void* Services::model() {
   const SimulatedLens* lens = simulated_lens();
   if (!shared_.grants(RELIGN_OBSERVES_DESIGN) || !lens) return nullptr;
-  if (!model_) model_ = std::make_unique<ModelService>(shared_, lens->scene);
+  if (!model_) model_ = std::make_unique<ModelService>(shared_, lens->model);
   return model_->table();
 }
 

@@ -12,6 +12,7 @@
 
 #include "plugin_host/objects.h"
 #include "trials/instance.h"
+#include "trials/model_scene.h"
 #include "trials/pretraining.h"
 #include "trials/protocol.h"
 #include "trials/scene_facts.h"
@@ -60,10 +61,10 @@ enum class End {
 const char* end_name(End end);  // "budget_spent", ...
 
 // A lens on the simulated stage. An algorithm may draw from the noise level (service "prior") and simulate with the
-// scene (service "model").
+// design model (service "model").
 struct SimulatedLens {
   plugin_host::MountedAssembly& assembly;  // of the instance's elements
-  plugin_host::Scene& scene;
+  ModelScene& model;
   plugin_host::NoiseLevel& level;
 };
 

@@ -128,13 +128,17 @@ std::vector<int> Camera::allocate_samples(int samples) const {
   return imaging::allocate_samples(std::max(samples, static_cast<int>(views_.size())), weights);
 }
 
-void Camera::place(MountedLens& lens, const std::vector<double>& true_pose) {
+void Camera::place(MountedLens& lens, const std::vector<double>& true_pose,
+                   const std::optional<optics::Motion>& into_print) {
+  if (tracer_ && into_print)
+    throw Error(ErrorKind::bad_input,
+                "scene '" + scene_->name + "': a lens of meshes supports no errors of the target");
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
-  if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world);
+  if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world, into_print);
   for (View& view : views_) {
     optics::set_backward_path(view.path, lens.assembly(view.which), lens_to_world);
     view.ops.assign(view.path.ops.begin(), view.path.ops.end());
-    view.ops.push_back(optics::last_frame_to_world(view.path));
+    view.ops.push_back(optics::last_frame_to_world(view.path, into_print));
     view.tiles.fit(lens, lens_to_world, view.path, view.ops, emitter_, view.which);
   }
   if (tracer_) tracer_->place(lens.assembly(), lens_to_world, views_.front().path);
@@ -214,8 +218,9 @@ void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, fl
   });
 }
 
-void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels) {
-  place(lens, true_pose);
+void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels,
+                     const std::optional<optics::Motion>& into_print) {
+  place(lens, true_pose, into_print);
   render_light(seed, pixels);
   add_diffraction(pixels);
   if (!scene_->sensor.electronics) return;

@@ -92,8 +92,11 @@ class Camera {
   int certify(MountedLens& lens, const std::vector<double>& true_pose, const CertificateRays& rays, std::uint64_t seed);
 
   // Each writes sensor.pixels() values. Captures include the sensor's electronics, if it has any (read_out.h);
-  // noise-free renders and MSE are of the irradiance itself.
-  void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels);
+  // noise-free renders and MSE are of the irradiance itself. into_print: the print of the target that the capture sees
+  // is not where the emitter is: from the world to the emitter's coordinates, a similarity in its plane (not with a
+  // tracer).
+  void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels,
+               const std::optional<optics::Motion>& into_print = std::nullopt);
   // Low-discrepancy sampling of the importance region: `samples` rays per pixel, and with transport ghost one reflected
   // path per `rays_per_ghost` rays.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -130,7 +133,8 @@ class Camera {
   // How many of a pixel's samples each view gets; at least one.
   std::vector<int> allocate_samples(int samples) const;
   const std::vector<Tile>& tiles() const { return views_.front().tiles.tiles(); }  // boxes are the same in all views
-  void place(MountedLens& lens, const std::vector<double>& true_pose);
+  void place(MountedLens& lens, const std::vector<double>& true_pose,
+             const std::optional<optics::Motion>& into_print = std::nullopt);
   RayPath ray_path(const View& view) const;
   void render_light(std::uint64_t seed, float* pixels);
   // Light of one group through the current lens: without reflections; and with ghosts. Both without diffraction.

@@ -21,8 +21,7 @@ struct GhostScene {
   const SceneFile* scene = nullptr;
   double albedo = 0;
   optics::GhostTables tables;
-  optics::Op to_world{}, bore{};
-  optics::Motion lens_to_world, world_to_lens;
+  optics::Op to_world{}, to_print{}, bore{};  // to_print: see Camera::capture
   bool has_bore = false;
   optics::EmitterPlane emitter{};
 };
@@ -58,7 +57,7 @@ class GhostBlocks {
   void distribute(const optics::GhostRay* rays, const std::int32_t* to, int count);
   void launch_as(bool hemisphere, const optics::GhostRay* from, int count);
   void draw();
-  void load(const optics::GhostRay* rays, int count);
+  void load(const optics::GhostRay* rays, int count, const optics::Op& motion);
   void reach_emitter(const optics::GhostRay* rays, int count);
   void reach_sensor(const optics::GhostRay* rays, int count);
 

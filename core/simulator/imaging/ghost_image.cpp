@@ -46,12 +46,14 @@ GhostImage::GhostImage(const SceneFile& scene, double sensor_albedo) : paths_(sc
   scene_.bore.clear_radius2 = static_cast<float>(optics::square(scene.lens.barrel->bore_radius_mm));
 }
 
-void GhostImage::place(const optics::Assembly& assembly, const optics::Motion& lens_to_world) {
-  paths_.place(assembly, lens_to_world);
+void GhostImage::place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+                       const std::optional<optics::Motion>& into_print) {
+  paths_.place(assembly, lens_to_world, into_print);
   scene_.tables.set(paths_.walk());
   path_.world_of_last_frame = lens_to_world;
   path_.into_first_frame = optics::inverse(lens_to_world);
   scene_.to_world = optics::last_frame_to_world(path_);
+  scene_.to_print = optics::last_frame_to_world(path_, into_print);
 }
 
 std::uint32_t GhostImage::number_of(const PixelBox& box, int pixel) const {

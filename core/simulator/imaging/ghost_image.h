@@ -14,7 +14,8 @@ namespace relign::imaging {
 class GhostImage {
  public:
   GhostImage(const SceneFile& scene, double sensor_albedo);
-  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world);
+  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+             const std::optional<optics::Motion>& into_print);
 
   // Boxes of pixels that are rendered one by one: large, so that blocks of rays are full, and many enough for threads.
   const std::vector<PixelBox>& boxes() const { return boxes_; }

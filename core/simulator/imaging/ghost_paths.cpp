@@ -19,7 +19,9 @@ constexpr double kRouletteMost = 0.95;
 
 }  // namespace
 
-void GhostPaths::place(const optics::Assembly& assembly, const optics::Motion& lens_to_world) {
+void GhostPaths::place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+                       const std::optional<optics::Motion>& into_print) {
+  into_print_ = into_print;
   walk_.set(assembly);
   lens_to_world_ = lens_to_world;
   world_to_lens_ = optics::inverse(lens_to_world);
@@ -116,7 +118,9 @@ double GhostPaths::radiance(const WalkingRay& ray) const {
   if (!(direction.z < 0)) return 0;
   const double distance = (scene_->emitter.z_mm - at.z) / direction.z;
   if (!(distance > 0)) return 0;
-  return scene_->emitter.radiance_at(at.x + distance * direction.x, at.y + distance * direction.y);
+  Vec3 hit = {at.x + distance * direction.x, at.y + distance * direction.y, scene_->emitter.z_mm};
+  if (into_print_) hit = into_print_->point(hit);
+  return scene_->emitter.radiance_at(hit.x, hit.y);
 }
 
 double GhostPaths::trace(const PathStart& start, PathRandom& random) const {

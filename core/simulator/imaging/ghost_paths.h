@@ -30,7 +30,9 @@ class GhostPaths {
  public:
   // `scene` must outlive the paths. sensor_albedo: share of light that the sensor scatters, Lambertian.
   GhostPaths(const SceneFile& scene, double sensor_albedo) : scene_(&scene), albedo_(sensor_albedo) {}
-  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world);
+  // into_print: see Camera::capture.
+  void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
+             const std::optional<optics::Motion>& into_print = std::nullopt);
 
   // All directions in which the lens can be hit from a box of pixels, given by its middle and half its width and height
   // (mm); the whole disc if they are not known.
@@ -63,6 +65,7 @@ class GhostPaths {
   optics::GhostWalk walk_;
   optics::Motion lens_to_world_, world_to_lens_;
   std::vector<optics::Vec3> rims_;  // world points around which all glass is
+  std::optional<optics::Motion> into_print_;
 };
 
 }  // namespace relign::imaging

@@ -97,6 +97,7 @@ Sensor read_sensor(const JsonSource& source, const std::string& pointer, int col
     else
       read_region(reader, source, problems, sensor);
   }
+  sensor.file_pitch_mm = sensor.pitch_mm;
   if (columns > 0 && sensor.width > 0) {
     const double width_mm = sensor.pitch_mm * sensor.width;
     sensor.height =

@@ -23,6 +23,7 @@ struct Electronics {
 struct Sensor {
   double z_mm = 0;  // world
   double pitch_mm = 0;
+  double file_pitch_mm = 0;        // of the scene file's pixels, whatever number of columns is chosen
   int width = 0, height = 0;       // pixels
   double left_mm = 0, top_mm = 0;  // world x and y of the corner where pixel (0, 0) begins
   std::optional<Electronics> electronics;

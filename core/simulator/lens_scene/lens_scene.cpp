@@ -26,7 +26,12 @@ class LensScene::Mounted final : public relign::Assembly {
   void capture(const Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     certify_once(true_pose);
-    shared_.camera.capture(lens_, true_pose, frame_seed, pixels);
+    if (!shared_.errors || !shared_.errors->draw(frame_seed)) {
+      shared_.camera.capture(lens_, true_pose, frame_seed, pixels);
+      return;
+    }
+    shared_.camera.capture(lens_, true_pose, frame_seed, pixels, shared_.errors->into_print());
+    shared_.errors->apply(pixels);
   }
   Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
@@ -109,7 +114,11 @@ LensScene::LensScene(const Parameters& given, Parts parts, const std::string& li
           [&given](const std::string& message) { given.warn(message); }, tracer_.get())),
       shared_{{scene_, settings_, parallel_, tracer_.get()},
               {scene_, settings_, shared_.camera, parallel_, reference_},
-              {}} {}
+              {},
+              {}} {
+  if (parts.errors)
+    shared_.errors.emplace(*parts.errors, scene_.sensor, static_cast<double>(white()), scene_.emitter.side_mm);
+}
 
 std::string LensScene::describe() {
   Json axes = Json::array();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "imaging/camera.h"
+#include "imaging/capture_errors.h"
 #include "imaging/field_mtf.h"
 #include "imaging/own_optimum.h"
 #include "imaging/reference.h"
@@ -21,8 +22,9 @@ namespace relign::lens_scene {
 struct Parts {
   imaging::CaptureSettings settings;
   imaging::SceneFile scene;
-  std::unique_ptr<optics::BlockTracer> tracer;  // null: the faces of the prescription
-  std::string tracer_hash;                      // of everything that the tracer's images depend on besides the scene
+  std::optional<imaging::ImagingErrors> errors;  // of captures
+  std::unique_ptr<optics::BlockTracer> tracer;   // null: the faces of the prescription
+  std::string tracer_hash;                       // of everything that the tracer's images depend on besides the scene
 };
 
 // Settings and scene, from the parameters "transport", "sampler", "samples", "scene", "ambient_index", "target",
@@ -44,6 +46,7 @@ class LensScene : public Scene {
   struct SharedCamera {
     imaging::Camera camera;
     imaging::OptimumFinder optimum;
+    std::optional<imaging::CaptureErrors> errors;
     std::mutex mutex;
   };
   float white() const;

@@ -183,7 +183,9 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
   return path;
 }
 
-Op last_frame_to_world(const BackwardPath& path) { return frame_op(path.world_of_last_frame); }
+Op last_frame_to_world(const BackwardPath& path, const std::optional<Motion>& then) {
+  return frame_op(then ? after(*then, path.world_of_last_frame) : path.world_of_last_frame);
+}
 
 void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction) {
   block.x[i] = static_cast<float>(start.x);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "optics/assembly.h"
@@ -30,8 +31,9 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
 // The same into a reusable path; does not allocate from the second call on.
 void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world);
 
-// The last operation of an image path: from the last frame to the world, where the emitter's plane is.
-Op last_frame_to_world(const BackwardPath& path);
+// The last operation of an image path: from the last frame to the world, where the emitter's plane is; `then` on to the
+// coordinates of a print that is moved, turned or scaled in this plane.
+Op last_frame_to_world(const BackwardPath& path, const std::optional<Motion>& then = std::nullopt);
 
 // Puts ray i into a block; both in the path's first frame.
 void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction);

@@ -3,7 +3,10 @@
 
 namespace {
 
-using Imitation = relign::policies::PolicyAgent;
+class Imitation final : public relign::policies::PolicyAgent {
+ public:
+  explicit Imitation(const relign::Parameters& given) : PolicyAgent(given, given.number("stop_below")) {}
+};
 
 }  // namespace
 

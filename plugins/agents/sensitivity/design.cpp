@@ -66,14 +66,23 @@ void split_motion(Design& design) {
 
 }  // namespace
 
+pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
+                                       Eigen::Index height, double blur, double noise) {
+  return {image, stray, {width, height}, noise * (1 + 4 * kPi * blur * blur)};
+}
+
 Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,
-                 const Vector& noise) {
+                 const Vector& noise, pictures::Nuisance<float> nuisance) {
   Level level;
   level.blur = blur;
+  level.nuisance = std::move(nuisance);
   level.gain = jacobian;
+  Matrix products(jacobian.cols(), jacobian.cols());
   for (Eigen::Index axis = 0; axis < jacobian.cols(); ++axis)
-    level.gain.col(axis) = pictures::blurred(jacobian.col(axis), width, height, blur);
-  const Matrix products = (jacobian.transpose() * level.gain).cast<double>();
+    level.gain.col(axis) = pictures::blurred(level.nuisance.without(jacobian.col(axis)), width, height, blur);
+  for (Eigen::Index axis = 0; axis < jacobian.cols(); ++axis)
+    level.gain.col(axis) = level.nuisance.without(level.gain.col(axis));
+  products = (jacobian.transpose() * level.gain).cast<double>();
   Matrix squares = 0.5 * (products + products.transpose());
   // White noise correlates with its own blur by the kernel's centre value.
   const double middle = blur > 0.4 ? 1 / (2 * kPi * blur * blur) : 1;
@@ -115,10 +124,14 @@ Design study(const Simulator& simulator, const Vector& nominal, const Picture& r
   }
   const double power = static_cast<double>(reference.squaredNorm()) / pixels;
   design.noise = std::max({design.noise, kMinNoise * power, 1e-20});
+  design.stray = reference - clean;
   const Vector none = Vector::Zero(design.axes());
-  for (double blur = first_blur * static_cast<double>(std::min(width, height)); blur >= 1; blur /= 2)
-    design.levels.push_back(make_level(design.jacobian, width, height, blur, none));
-  design.levels.push_back(make_level(design.jacobian, width, height, 0, none));
+  const auto add_level = [&](double blur) {
+    design.levels.push_back(make_level(design.jacobian, width, height, blur, none,
+                                       disturbances(reference, design.stray, width, height, blur, design.noise)));
+  };
+  for (double blur = first_blur * static_cast<double>(std::min(width, height)); blur >= 1; blur /= 2) add_level(blur);
+  add_level(0);
   return design;
 }
 

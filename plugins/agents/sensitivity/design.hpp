@@ -8,16 +8,19 @@
 #include <vector>
 
 #include "belief.hpp"
+#include "pictures/nuisance.hpp"
 #include "pictures/pictures.hpp"
 
 namespace sensitivity {
 
 using Picture = Eigen::VectorXf;  // pixels row by row
 
-// Least squares on blurred residuals. J'(blur r) = (blur J)'r, so only the Jacobian is blurred.
+// Least squares on blurred residuals. J'(blur r) = (blur J)'r, so only the Jacobian is blurred. J is the Jacobian
+// without disturbances (Nuisance::without), as is its blurred form.
 struct Level {
   Eigen::Index bin = 1;  // side of a bin, in pixels
   double blur = 0;       // standard deviation, in pixels before binning
+  pictures::Nuisance<float> nuisance;
   Eigen::MatrixXf gain;  // pixels x axes: the blurred Jacobian
   Matrix squares;        // J' blur J
   Matrix inverse;        // (J' blur J)^-1
@@ -26,13 +29,20 @@ struct Level {
   Matrix information, weigh;
 };
 
+// The disturbances of an image, with stray light `stray`. blur: of the level, in pixels. noise: variance of a pixel.
+// Under a blur the errors of a Gauss-Newton step are correlated over its area, and less noise would let smooth fields
+// absorb shifts of the image.
+pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
+                                       Eigen::Index height, double blur, double noise);
+
 // jacobian: pixels x axes. noise: variance of its entries, one per column, which is subtracted from `squares`.
 Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,
-                 const Vector& noise);
+                 const Vector& noise, pictures::Nuisance<float> nuisance);
 
 struct Design {
   Vector nominal;              // the best true pose of the lens as designed
   Picture reference;           // the scene's reference image
+  Picture stray;               // reference - noise-free image of the model: stray light that the model lacks
   Eigen::Index width, height;  // of all images
   Eigen::MatrixXf jacobian;    // pixels x axes, at the nominal pose
   Matrix motion;               // 2 x axes: image shift to the right and down, in pixels per unit of each axis

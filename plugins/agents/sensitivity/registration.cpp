@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace sensitivity {
 namespace {
@@ -29,7 +30,6 @@ constexpr double kBend = 0.3;
 // Share of the squared residual above the noise that any one direction may explain by mistake.
 constexpr double kExcess = 0.005;
 constexpr double kFits = 1.02;    // misfits up to here are explained by noise
-constexpr double kWorse = 0.02;   // differences of misfits up to here are noise
 constexpr double kMinLeft = 0.3;  // lower limit of the noise as a share of the nominal image's, for dark images
 
 // Standard deviation of the image's position in pixels, both directions together.
@@ -42,6 +42,12 @@ std::size_t level_for(const Design& design, double pixels) {
   for (std::size_t level = design.levels.size(); level-- > 1;)
     if (std::max(design.levels[level].blur, kFinestBlur) >= pixels) return level;
   return 0;
+}
+
+// The design's stray light at a displacement from the nominal pose: it moves with the image.
+Picture stray_at(const Design& design, const Vector& away) {
+  const Eigen::Vector2d go = design.motion * away;
+  return go.norm() > kShifted ? shifted(design.stray, design.width, design.height, -go.x(), -go.y()) : design.stray;
 }
 
 double span(const Level& level) { return std::max(level.blur, kFinestBlur); }
@@ -79,18 +85,26 @@ Level Registration::linearise(const Vector& away, double blur) const {
   const Eigen::SelfAdjointEigenSolver<Matrix> eigen(design.motion.transpose() * design.motion);
   Eigen::MatrixXf changes(columns * rows, n);
   Matrix ways(n, n);
+  Picture middle;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double moves = std::sqrt(std::max(eigen.eigenvalues()[k], 1e-12));
     const double stride = std::min(kLongestShift, kStride * kBinBlur * static_cast<double>(bin) / moves);
     Vector ahead = away + stride * eigen.eigenvectors().col(k), behind = away - stride * eigen.eigenvectors().col(k);
     const Picture one = render(ahead, each).mean, other = render(behind, each).mean;
     ways.col(k) = ahead - behind;
+    if (k == 0) middle = 0.5F * (one + other);  // along the direction of the smallest shift
     changes.col(k) = pictures::means_over_squares(one - other, design.width, design.height, bin);
   }
   const Matrix back = ways.completeOrthogonalDecomposition().pseudoInverse();
   const double noise = 2 * design.noise / static_cast<double>(each * bin * bin);
+  const auto binned = [&](const Picture& all) {
+    return pictures::means_over_squares(all, design.width, design.height, bin);
+  };
+  const double wide = kBinBlur * static_cast<double>(bin);
+  auto nuisance = disturbances(binned(middle), binned(stray_at(design, away)), columns, rows, wide,
+                               design.noise / static_cast<double>(bin * bin));
   Level level = make_level(changes * back.cast<float>(), columns, rows, kBinBlur,
-                           noise * back.colwise().squaredNorm().transpose());
+                           noise * back.colwise().squaredNorm().transpose(), std::move(nuisance));
   level.bin = bin;
   level.blur *= static_cast<double>(bin);
   return level;
@@ -103,11 +117,9 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   const int many = std::max(2, finest ? captures : captures / 4);
   const Rendering shown = render ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
   Picture residual = capture - shown.mean;
-  const double least = kMinLeft * design.noise, noise = std::max(shown.noise, least);
-  const double unavoidable = render ? noise * (1 + 1.0 / many) : noise;
+  if (render) residual -= stray_at(design, estimate.linearised);
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
-  const double left = std::max(static_cast<double>(residual.squaredNorm()) / pixels, least);
-  estimate.misfit = left / unavoidable;
+  const auto power = static_cast<double>(residual.squaredNorm());
   if (far) {
     residual = pictures::means_over_squares(residual, design.width, design.height, level.bin);
   } else {
@@ -115,8 +127,15 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
     const Eigen::Vector2d go = design.motion * estimate.linearised;
     if (go.norm() > kShifted) residual = shifted(residual, design.width, design.height, go.x(), go.y());
   }
-  const Vector projected = (level.gain.transpose() * residual).cast<double>();
   const auto binned = static_cast<double>(level.bin * level.bin);
+  const double least = kMinLeft * design.noise;
+  const pictures::Nuisance<float>::Fit fit = level.nuisance.fit(residual);
+  const double left = std::max((power - binned * fit.explained) / pixels, least);
+  // The variance of photon noise is proportional to the gain, that of an amplified image to its square.
+  const double noise = std::max(shown.noise * std::pow(std::clamp(fit.gain, 0.5, 2.0), 1.5), least);
+  const double unavoidable = render ? noise + std::max(shown.noise, least) / many : noise;
+  estimate.misfit = left / unavoidable;
+  const Vector projected = (level.gain.transpose() * residual).cast<double>();
   Belief plain{level.information * (binned / left), level.weigh * projected * (binned / left)};
   plain.weighed += plain.information * estimate.linearised;
 

@@ -7,6 +7,8 @@
 
 namespace sensitivity {
 
+constexpr double kWorse = 0.02;  // differences of misfits up to here are noise
+
 // The result for one capture.
 struct Estimate {
   Belief away;        // the displacement from the best pose to the pose of the capture

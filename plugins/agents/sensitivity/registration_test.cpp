@@ -155,7 +155,7 @@ TEST(DesignStudy, SubtractsNoiseOfJacobian) {
   const int draws = 40;
   for (const double blur : {0.0, 1.25}) {
     const auto squares = [&](const Eigen::MatrixXf& jacobian, double noise) {
-      return make_level(jacobian, toy::kSide, toy::kSide, blur, Vector::Constant(2, noise)).squares;
+      return make_level(jacobian, toy::kSide, toy::kSide, blur, Vector::Constant(2, noise), {}).squares;
     };
     Matrix corrected = Matrix::Zero(2, 2), plain = Matrix::Zero(2, 2);
     relign::Random random(3);
@@ -197,6 +197,26 @@ TEST(Registration, CovarianceMatchesErrors) {
   }
   EXPECT_GT(squares, 0.6);  // 1 for an exact covariance
   EXPECT_LT(squares, 1.6);
+}
+
+TEST(Registration, IgnoresGainOffsetAndSmoothStrayLight) {
+  const Design design = toy_design(5);
+  const Eigen::MatrixXf fields = pictures::smooth_fields(toy::kSide, toy::kSide, 3);
+  const Vector away = 0.02 * Vector::Ones(5);
+  const Belief before = Belief::around(Vector::Zero(5), 0.05);
+  const float level = design.reference.norm() / std::sqrt(static_cast<float>(design.reference.size()));
+  for (const bool render : {true, false}) {
+    const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, 1);
+    const Picture disturbed =
+        0.9F * capture + 0.05F * level * (Picture::Ones(capture.size()) + fields.col(1) - fields.col(4));
+    const auto estimate = [&](const Picture& picture) {
+      const Registration rendering = toy_registration(design), linear{design, {}, 16};
+      return (render ? rendering : linear)(picture, before, 5).away;
+    };
+    const Belief plain = estimate(capture);
+    const Vector change = estimate(disturbed).mean() - plain.mean();
+    EXPECT_LT(change.dot(plain.information * change) / 5, 0.5) << "below a standard deviation";
+  }
 }
 
 TEST(Registration, SingleJacobianCorrectsShift) {

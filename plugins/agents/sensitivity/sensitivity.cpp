@@ -129,7 +129,7 @@ class Sensitivity final : public relign::Agent {
     if (!first && relinearise_ && estimate.misfit > kLost) {
       const Belief anything = Belief::around(Vector::Zero(here.size()), Memory::Errors().spread);
       const Estimate anew = registration(capture, anything, kMaxFirst);
-      if (anew.misfit < estimate.misfit) {
+      if (anew.misfit < estimate.misfit - sensitivity::kWorse) {
         estimate = anew;
         memory.reset(here);
       }

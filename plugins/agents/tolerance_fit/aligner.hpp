@@ -20,8 +20,9 @@ class Aligner {
       : known_(std::move(known)),
         pictures_(std::move(model)),
         layout_(*known_),
-        reference_(binned(reference, pictures_.size(), known_->fine)),
-        blurred_reference_(binned(reference, pictures_.size(), known_->middle)),
+        stray_(stray_light(reference)),
+        reference_(binned(reference, pictures_.size(), known_->fine) - stray(known_->fine)),
+        blurred_reference_(binned(reference, pictures_.size(), known_->middle) - stray(known_->middle)),
         coarse_(*known_, pictures_, known_->coarse, {60, 0.03, 150, false}),
         middle_(*known_, pictures_, known_->middle, {30, 0.01, 80, false}),
         fine_(*known_, pictures_, known_->fine, {15, 0.0015, 20, true}),
@@ -74,6 +75,21 @@ class Aligner {
 
  private:
   static constexpr std::size_t kMaxSites = 12;
+  static constexpr double kStrayBlur = 2;  // bins: stray light is smooth, the noise of rendered images is not
+
+  // The reference image minus the design's image at the nominal pose: light that the model lacks. It moves with the
+  // image, but less than it is wide while captures are near the best pose.
+  std::vector<double> stray_light(const std::vector<double>& reference) {
+    pictures_.set_offsets({}, Vector(), Matrix::Zero(0, 0));
+    const std::vector<float> clean = pictures_.pixels(known_->nominal, Vector(), 0);
+    std::vector<double> stray(reference.size());
+    for (std::size_t i = 0; i < stray.size(); ++i) stray[i] = reference[i] - static_cast<double>(clean[i]);
+    return stray;
+  }
+  Vector stray(Detail detail) const {
+    detail.blur = std::max(detail.blur, kStrayBlur);
+    return binned(stray_, pictures_.size(), detail);
+  }
 
   std::vector<const Site*> last(std::size_t count, double farthest) const {
     std::vector<const Site*> chosen;
@@ -85,7 +101,8 @@ class Aligner {
   }
 
   double fit(Derivatives& derivatives, std::size_t sites, double farthest, int steps, double damping) {
-    JointFit joint(*known_, layout_, derivatives, pictures_.size(), last(sites, farthest), x_);
+    JointFit joint(*known_, layout_, derivatives, pictures_.size(), stray(derivatives.detail()), last(sites, farthest),
+                   x_);
     const double cost = joint.solve(x_, steps, damping);
     misfit_ = joint.misfit(0, x_);
     return cost;
@@ -188,7 +205,8 @@ class Aligner {
   std::shared_ptr<const Knowledge> known_;
   Pictures pictures_;
   Layout layout_;
-  Vector reference_, blurred_reference_;  // fine, middle
+  std::vector<double> stray_;             // pixels
+  Vector reference_, blurred_reference_;  // fine, middle; without stray light
   Derivatives coarse_, middle_, fine_;
   Vector x_;
   std::vector<Site> sites_;

@@ -4,10 +4,12 @@
 
 #include <ceres/tiny_solver.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "derivatives.hpp"
+#include "pictures/nuisance.hpp"
 
 namespace tolerance_fit {
 
@@ -75,17 +77,24 @@ class Layout {
 
 class JointFit {
  public:
-  JointFit(const Knowledge& known, const Layout& layout, Derivatives& derivatives, Size size,
+  // stray: light in captures that the model lacks, in the derivatives' detail. Its strength, gain, offset and smooth
+  // stray light are fitted along.
+  JointFit(const Knowledge& known, const Layout& layout, Derivatives& derivatives, Size size, const Vector& stray,
            const std::vector<const Site*>& sites, const Vector& x)
-      : known_(known), layout_(layout), derivatives_(derivatives) {
+      : known_(known), layout_(layout), derivatives_(derivatives), stray_(stray) {
+    const Detail detail = derivatives.detail();
+    // Errors of the linear model are correlated over the area of the blur (as in `sensitivity`).
+    const double noise = 1 + 4 * kPi * detail.blur * detail.blur;
+    const pictures::Nuisance<double>::Size bins{static_cast<Eigen::Index>(size.width / detail.bin),
+                                                static_cast<Eigen::Index>(size.height / detail.bin)};
     for (const Site* site : sites) {
-      Fitted fitted{site, site->mean(size, derivatives.detail()), {}, layout.chain(site->commanded), {}, {}};
-      const Vector variance =
-          known.variance(derivatives.look(layout.pose(x, site->commanded), layout.state(x)), derivatives.detail());
+      Fitted fitted{site, site->mean(size, detail), {}, {}, layout.chain(site->commanded), {}, {}};
+      const Vector picture = look(*site, x), variance = known.variance(picture, detail);
       // An image that is a mean of captures has noise itself.
       const int captures = derivatives.detail().captures;
       const double share = 1.0 / site->count + (captures > 0 ? 1.0 / captures : 0.0);
       fitted.weight = (share * variance).cwiseSqrt().cwiseInverse();
+      fitted.nuisance = {picture, stray, bins, noise, fitted.weight};
       fitted_.push_back(std::move(fitted));
     }
   }
@@ -106,18 +115,24 @@ class JointFit {
   // Mean squared difference between the captures of a site and the fit; 1 if it is noise alone.
   double misfit(std::size_t site, const Vector& x) {
     const Fitted& fitted = fitted_[site];
-    const Vector picture = derivatives_.look(layout_.pose(x, fitted.site->commanded), layout_.state(x));
-    const Vector residual = (picture - fitted.mean).cwiseProduct(fitted.weight);
-    const double expected = known_.expected_misfit(picture, derivatives_.detail());
-    return residual.squaredNorm() / static_cast<double>(residual.size()) / std::max(expected, 1e-6);
+    const Vector picture = look(*fitted.site, x);
+    const Vector residual = (fitted.mean - picture).cwiseProduct(fitted.weight);
+    const auto fit = fitted.nuisance.fit(residual);
+    // The variance of photon noise is proportional to the gain, that of an amplified image to its square.
+    const double expected =
+        known_.expected_misfit(picture, derivatives_.detail()) * std::pow(std::clamp(fit.gain, 0.5, 2.0), 1.5);
+    const double left = residual.squaredNorm() - fit.explained;
+    return left / static_cast<double>(residual.size()) / std::max(expected, 1e-6);
   }
 
  private:
+  static constexpr double kPi = 3.14159265358979323846;
   static constexpr double kLimit = 0.003;  // standard deviation of a pose at a limit, share of the travel
 
   struct Fitted {
     const Site* site;
     Vector mean, weight;
+    pictures::Nuisance<double> nuisance;  // of weighted residuals
     Matrix chain;
     Matrix axes;    // bins x (pose, state): orthonormal basis of the derivatives at the last accepted x
     Matrix slopes;  // derivatives in that basis
@@ -139,14 +154,18 @@ class JointFit {
   Eigen::Index rows_of_site() const { return fitted_.front().chain.rows() + 1 + layout_.axes(); }
   Eigen::Index rows() const { return static_cast<Eigen::Index>(fitted_.size()) * rows_of_site() + layout_.size(); }
 
+  // The expected capture.
+  Vector look(const Site& site, const Vector& x) const {
+    return derivatives_.look(layout_.pose(x, site.commanded), layout_.state(x)) + stray_;
+  }
   Vector residual_of(const Fitted& fitted, const Vector& x) const {
-    const Vector picture = derivatives_.look(layout_.pose(x, fitted.site->commanded), layout_.state(x));
-    return (picture - fitted.mean).cwiseProduct(fitted.weight);
+    return fitted.nuisance.whitened((look(*fitted.site, x) - fitted.mean).cwiseProduct(fitted.weight));
   }
 
   // Projects thousands of residuals on the column space of the Jacobian, which leaves the normal equations unchanged.
   static void set_axes(Fitted& fitted, const Matrix& derivatives) {
-    const Matrix columns = fitted.weight.asDiagonal() * derivatives;
+    Matrix columns = fitted.weight.asDiagonal() * derivatives;
+    for (Eigen::Index i = 0; i < columns.cols(); ++i) columns.col(i) = fitted.nuisance.whitened(columns.col(i));
     const Eigen::SelfAdjointEigenSolver<Matrix> solver(columns.transpose() * columns);
     const Vector lengths = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
     const double smallest = 1e-6 * lengths.maxCoeff() + 1e-12;
@@ -204,6 +223,7 @@ class JointFit {
   const Knowledge& known_;
   const Layout& layout_;
   Derivatives& derivatives_;
+  Vector stray_;
   std::vector<Fitted> fitted_;
 };
 

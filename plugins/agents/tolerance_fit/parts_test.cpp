@@ -92,11 +92,12 @@ TEST(JointFit, UsesLimitSwitches) {
   const auto known = learnt(trial, pictures);
   const tolerance_fit::Layout layout(*known);
   tolerance_fit::Derivatives derivatives(*known, pictures, known->fine, {});
+  const Vector dark = Vector::Zero(static_cast<Eigen::Index>(pictures.size().pixels()));
   const auto pose_after = [&](double commanded, std::uint64_t low, std::uint64_t high) {
     const tolerance_fit::Site site{Vector::Constant(1, commanded), low, high, 1,
                                    std::vector<double>(pictures.size().pixels(), 0.0)};
     Vector x = Vector::Zero(layout.size());
-    tolerance_fit::JointFit fit(*known, layout, derivatives, pictures.size(), {&site}, x);
+    tolerance_fit::JointFit fit(*known, layout, derivatives, pictures.size(), dark, {&site}, x);
     fit.solve(x, 20, 1e-4);
     return layout.pose(x, site.commanded)[0];
   };

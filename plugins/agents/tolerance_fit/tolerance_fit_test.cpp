@@ -30,6 +30,21 @@ TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
   EXPECT_LT(worst, 0.003);
 }
 
+TEST(ToleranceFit, IgnoresGainOffsetAndStrayLight) {
+  double worst = 0;
+  for (std::uint64_t instance = 1; instance <= 4; ++instance) {
+    ToyTrial::Setup setup;
+    setup.instance = instance;
+    setup.gain = 0.9F;
+    setup.offset = 0.03F;
+    setup.stray = 0.05F;
+    ToyTrial toy(setup);
+    run(toy);
+    worst = std::max(worst, last_miss(toy));
+  }
+  EXPECT_LT(worst, 0.004);
+}
+
 TEST(ToleranceFit, RecommendsAtEveryStepWithinLargestMove) {
   ToyTrial::Setup setup;
   setup.largest_move = 0.05;

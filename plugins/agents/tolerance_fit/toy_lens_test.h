@@ -30,6 +30,8 @@ class ToyTrial {
     double largest_move = 0.2;
     std::uint64_t instance = 1;
     bool noise_free = true;  // the model offers noise-free images
+    // Disturbances of captures. Stray light is in the reference image, too.
+    float gain = 1, offset = 0, stray = 0;
   };
 
   explicit ToyTrial(const Setup& given) : setup_(given), offset_(drawn_offset(given.instance + kUnseen)) {
@@ -38,6 +40,7 @@ class ToyTrial {
     distortion_ = drawn["distortion"].get<std::vector<Pose>>();
     scene_json_ = nlohmann::json{{"name", "toy"}, {"nominal_pose", Pose(given.axes, 0.5)}}.dump();
     wanted_ = paint(Pose(given.axes, 0.5), 0);
+    add_stray(wanted_);
     make_tables();
     conformance::FakeSetup fake;
     fake.axes = given.axes;
@@ -47,6 +50,8 @@ class ToyTrial {
     fake.largest_move = given.largest_move;
     fake.merit = [this](const Pose& commanded, std::uint32_t step) {
       shown_ = paint(true_pose(commanded), offset_);
+      for (float& pixel : shown_) pixel = setup_.gain * pixel + setup_.offset;
+      add_stray(shown_);
       add_noise(shown_, setup_.instance * 1000 + step + 1);
       return 0.0;
     };
@@ -138,6 +143,14 @@ class ToyTrial {
   void add_noise(std::vector<float>& pixels, std::uint64_t seed) const {
     Random random(seed, 3);
     for (float& pixel : pixels) pixel += static_cast<float>(setup_.noise * random.normal());
+  }
+
+  void add_stray(std::vector<float>& pixels) const {
+    for (std::uint32_t row = 0; row < kSide; ++row)
+      for (std::uint32_t column = 0; column < kSide; ++column)
+        pixels[row * kSide + column] +=
+            setup_.stray *
+            static_cast<float>(std::exp(-0.5 * (std::pow(column / 15.0 - 2, 2) + std::pow(row / 12.0 - 1, 2))));
   }
 
   static ToyTrial& of(void* context) { return *static_cast<ToyTrial*>(context); }

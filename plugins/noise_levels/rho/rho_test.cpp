@@ -13,7 +13,7 @@ using plugin_host::Kind;
 using testing::AllOf;
 using testing::HasSubstr;
 
-const char* const kScene =
+const char* const kRhoScene =
     R"({"name": "test", "axes": [{"name": "x"}, {"name": "y"}, {"name": "z"}, {"name": "Rx"}, {"name": "Ry"}],
                                "elements": ["L1", "L2", "L3", "L4"]})";
 
@@ -30,7 +30,7 @@ plugin_host::NoiseLevel level(const std::string& id, const Json& parameters = {}
   return plugin_host::NoiseLevel(catalog().resolve_or_throw(Kind::noise_level, id, parameters), {});
 }
 
-Json draw(const std::string& id, std::uint64_t seed, const Json& parameters = {}, const char* scene = kScene) {
+Json draw(const std::string& id, std::uint64_t seed, const Json& parameters = {}, const char* scene = kRhoScene) {
   auto made = level(id, parameters);
   return Json::parse(made.draw(seed, scene));
 }
@@ -58,7 +58,7 @@ TEST(Rho, MomentsMatchThePaper) {
   Moments across;  // shift x of L3 times tilt x of L4: independent
   const int draws = 20000;
   for (int seed = 0; seed < draws; ++seed) {
-    const Json w = Json::parse(rho.draw(static_cast<std::uint64_t>(seed), kScene));
+    const Json w = Json::parse(rho.draw(static_cast<std::uint64_t>(seed), kRhoScene));
     ASSERT_EQ(w["elements"].size(), 2u);
     for (std::size_t axis = 0; axis < 5; ++axis) {
       const double value = w["start"][axis];
@@ -89,7 +89,7 @@ TEST(Rho, PackageFormHasRowsOfSumOneAndNoAxialShift) {
   Moments shift, tilt, offdiagonal;
   const int draws = 20000;
   for (int seed = 0; seed < draws; ++seed) {
-    const Json w = Json::parse(rho.draw(static_cast<std::uint64_t>(seed), kScene));
+    const Json w = Json::parse(rho.draw(static_cast<std::uint64_t>(seed), kRhoScene));
     for (const Json& row : w["distortion"]) {
       double sum = 0;
       for (const double value : row) {
@@ -148,7 +148,7 @@ TEST(Rho, SelectsElementsByNameOrCount) {
   EXPECT_EQ(draw("rho", 3, {{"elements", "last:4"}})["elements"].size(), 4u);
 }
 
-std::string refusal(const Json& parameters, const char* scene = kScene) {
+std::string refusal(const Json& parameters, const char* scene = kRhoScene) {
   try {
     draw("rho", 1, parameters, scene);
   } catch (const Error& error) {

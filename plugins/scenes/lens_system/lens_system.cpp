@@ -8,6 +8,8 @@ namespace lens_scene = relign::lens_scene;
 lens_scene::Parts parts(const relign::Parameters& given) {
   lens_scene::Parts parts = lens_scene::read_parts(given);
   parts.settings.sensor_albedo = given.number("sensor_albedo");
+  if (const std::string file = given.text("imaging_errors"); !file.empty())
+    parts.errors = relign::imaging::read_imaging_errors(file);
   return parts;
 }
 

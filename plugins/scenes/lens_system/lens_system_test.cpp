@@ -68,7 +68,7 @@ TEST_F(LensSystemTest, EveryPresetCaptures) {
     EXPECT_GE(*std::min_element(pixels.begin(), pixels.end()), 0.0F) << id;
     EXPECT_GT(*std::max_element(pixels.begin(), pixels.end()), 0.0F) << id;
   }
-  EXPECT_EQ(scenes, 12);
+  EXPECT_EQ(scenes, 14);
 }
 
 TEST_F(LensSystemTest, HasSixthAxisOnRequest) {
@@ -142,6 +142,45 @@ TEST_F(LensSystemTest, PackageSceneHasStrayLight) {
   EXPECT_GT(corner, 0.00003) << "stray light reaches the corners";
   MountedAssembly perfect = scene.mount("{}");
   EXPECT_NEAR(perfect.noise_free_mse({0.5, 0.5, 0.5, 0.5, 0.5}, 1).mse, 0, 3e-5);
+}
+
+// What methods observe changes, what is scored does not.
+TEST_F(LensSystemTest, ImagingErrorsAlterCapturesOnly) {
+  struct Seen {
+    std::vector<float> capture, reference, noise_free;
+    double mse;
+    bool operator==(const Seen& other) const = default;
+  };
+  const std::vector<double> pose = {0.52, 0.5, 0.5, 0.5, 0.5};
+  const auto seen = [&](const Json& given, unsigned threads) {
+    services_.threads = threads;
+    Json parameters = {{"pixels", 50}};
+    parameters.update(given);
+    Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", parameters), services_);
+    const relign_image image = scene.reference();
+    Seen found{std::vector<float>(2500), {image.pixels, image.pixels + 2500}, std::vector<float>(2500), 0};
+    MountedAssembly assembly = scene.mount("{}");
+    assembly.capture(pose, 4, found.capture.data());
+    assembly.render_noise_free(pose, found.noise_free.data());
+    found.mse = assembly.noise_free_mse(pose, 1).mse;
+    return found;
+  };
+  const std::string file = std::string(RELIGN_PLUGIN_DIR) + "/lens_system/relign_od/sensor.json";
+  const Seen ideal = seen(Json::object(), 1), altered = seen({{"imaging_errors", file}}, 1);
+  EXPECT_NE(altered.capture, ideal.capture);
+  EXPECT_EQ(altered.reference, ideal.reference);
+  EXPECT_EQ(altered.noise_free, ideal.noise_free);
+  EXPECT_EQ(altered.mse, ideal.mse);
+  EXPECT_EQ(altered, seen({{"imaging_errors", file}}, 2)) << "with two threads";
+  const auto folder = std::filesystem::temp_directory_path() / "relign-imaging-errors-test";
+  write_file_atomically(folder / "none.json", "{}");
+  EXPECT_EQ(seen({{"imaging_errors", (folder / "none.json").string()}}, 1), ideal) << "with an empty file";
+  std::filesystem::remove_all(folder);
+
+  // A parameter that is not given is not part of the identity, on which ids of trials depend.
+  EXPECT_EQ(catalog_.resolve_or_throw(Kind::scene, "relign_od", {}).identity.find("imaging_errors"), std::string::npos);
+  EXPECT_THAT(catalog_.resolve_or_throw(Kind::scene, "relign_od-sensor", {}).identity,
+              HasSubstr("\"imaging_errors\":\"sha256:"));
 }
 
 TEST_F(LensSystemTest, ErrorsNameTheBadInput) {

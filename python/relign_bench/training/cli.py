@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
+  relign-train imitate --randomise default -o training/randomised  # for scenes whose imaging differs
   relign-train ppo --preset tuned --warm-start training/imitation -o training/ppo
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
@@ -41,8 +42,9 @@ IMITATE = """files in the folder:
   tuning.csv                       error on tuning instances, which training never uses, step by step
   imitation.onnx, imitation.json   the network and its side file
 
-example:
+examples:
   relign-train imitate -o training/imitation
+  relign-train imitate --randomise my_errors.json --set passes=60 -o training/robust
 """
 
 PPO = """files in the folder:
@@ -54,6 +56,15 @@ PPO = """files in the folder:
 examples:
   relign-train ppo --preset paper --set level=0.5 -o training/ppo-paper-0.5
   relign-train ppo --preset paper --algorithm recurrent-ppo -o training/recurrent
+"""
+
+ADAPT = """files in the folder:
+  recipe.json                  every setting
+  curve.csv                    loss and distance of the features, step by step
+  adapted.onnx, adapted.json   the network and its side file
+
+example:
+  relign-train adapt training/randomised --images captures -o training/adapted
 """
 
 EXPORT = """example:
@@ -74,12 +85,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = make_parser().parse_args(arguments)
     try:
-        return {"imitate": _imitate, "ppo": _ppo, "export": _export}[given.verb](given)
+        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export}[given.verb](given)
     except (ValueError, OSError, ImportError) as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        hint = "" if given.verb == "export" else f"; the same command resumes the run in {given.out}"
+        hint = "" if given.verb in ("adapt", "export") else f"; the same command resumes the run in {given.out}"
         print(f"interrupted{hint}", file=sys.stderr)
         return 130
 
@@ -106,9 +117,13 @@ def make_parser() -> argparse.ArgumentParser:
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                           help="set a value of the recipe, such as --set rate=3e-5; repeatable; python/README.md lists them")
 
-    training(verb("imitate", "Train by imitation learning: regression, then DAgger",
-                  "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
-                  "then DAgger.", IMITATE))
+    imitate = verb("imitate", "Train by imitation learning: regression, then DAgger",
+                   "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
+                   "and on those that the policy visits (DAgger).", IMITATE)
+    training(imitate)
+    imitate.add_argument("--randomise", metavar="FILE",
+                         help="file of imaging errors that every capture gets, drawn anew (domain randomisation); "
+                              "'default': the package's own")
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
@@ -119,6 +134,18 @@ def make_parser() -> argparse.ArgumentParser:
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
+    adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
+                 "Go on training the network of relign-train imitate so that it suits the captures of a station. The "
+                 "captures need no poses or other labels, but must be of poses over the whole travel.", ADAPT)
+    adapt.add_argument("folder", metavar="DIR", help="folder of a run of relign-train imitate")
+    adapt.add_argument("--images", metavar="FOLDER", required=True,
+                       help="captures: .npy (one or a stack, in the scene's units) or grey .png")
+    adapt.add_argument("--white", type=float, metavar="GREY", help="grey value of a white pixel in .png files, 0 to 1")
+    adapt.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the adapted network")
+    adapt.add_argument("--seed", type=int, default=0, help="seed of instances and batches [default: %(default)s]")
+    adapt.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
+    adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
+                       help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
     export = verb("export", "Write the network of a run as ONNX, with its side file",
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
@@ -146,12 +173,13 @@ def require(module: str, package: str) -> None:
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
-    from .imitate import Recipe, Training, tuning_rmse
+    from .imitate import Recipe, Training
 
     recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
-    training = Training(recipe, given.out, given.threads, log)
+    randomise = pathlib.Path(__file__).with_name("randomisation.json") if given.randomise == "default" else given.randomise
+    training = Training(recipe, given.out, given.threads, log, randomise)
     training.run()
-    rmse = tuning_rmse(recipe, training.net, given.threads)
+    rmse = training.tuning_rmse()
     medians = write_tuning(training.folder, recipe.levels, rmse)
     return show(given, export_imitation(training, pathlib.Path(given.out) / "imitation"),
                 {"median_rmse_after_12": medians})
@@ -190,22 +218,36 @@ def _export(given: argparse.Namespace) -> int:
         from .reinforce import Reinforcement
 
         return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
-    from .imitate import Recipe, Training
+    from .imitate import Training
 
-    recipe["levels"] = tuple(recipe["levels"])
-    training = Training(Recipe(**recipe), folder, None, lambda _: None)
-    training.load()
-    return show(given, export_imitation(training, out), {})
+    return show(given, export_imitation(Training.open(folder), out), {})
 
 
-def export_imitation(training: Training, path: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the network of an imitation run; returns the files."""
+def _adapt(given: argparse.Namespace) -> int:
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
+    from . import adapt
+    from .imitate import recipe_of
+    from .instances import InstanceSet
+
+    recipe = recipe_of(given.folder)
+    white = InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size).white
+    captures = adapt.read_captures(given.images, given.white, recipe.size, white)
+    adaptation = adapt.Adaptation(given.folder, captures, given.out, with_settings(adapt.Recipe(seed=given.seed), given.set),
+                                  given.threads, log)
+    return show(given, export_imitation(adaptation.run(), pathlib.Path(given.out) / "adapted", adaptation.cost()),
+                {"captures": len(captures)})
+
+
+def export_imitation(training: Training, path: pathlib.Path, further: dict[str, Any] | None = None) -> list[pathlib.Path]:
+    """Writes the network of an imitation run; returns the files. `further` is added to what the side file says of it."""
     from . import export
 
     recipe = training.recipe
+    randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
-                        cost_of(recipe, training.seconds, training.threads, None),
-                        f"relign-train imitate --scene {recipe.scene} -o FOLDER")
+                        {**cost_of(recipe, training.seconds, training.threads, None), **(further or {})},
+                        f"relign-train imitate{randomise} --scene {recipe.scene} -o FOLDER", doubt=training.doubt)
 
 
 def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
@@ -286,10 +328,10 @@ def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
     return dataclasses.replace(recipe, goal=GOALS[recipe.level])
 
 
-MAY_BE_ZERO = ("seed", "warm_up", "rounds", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near", "gamma",
-               "gae_lambda")
+MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
+               "visited", "gamma", "gae_lambda")
 MAY_BE_NEGATIVE = ("first_log_std",)
-SHARES = ("near", "gamma", "gae_lambda")
+SHARES = ("near", "visited", "gamma", "gae_lambda")
 
 
 def check_value(setting: str, name: str, value: Any) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .doubt import Belief, Doubt
 from .instances import InstanceSet
 
 if TYPE_CHECKING:
@@ -47,6 +48,25 @@ def rmse_after_steps(policy: PolicyFunction, instances: InstanceSet, frames: int
         if step in steps:
             found[step] = np.sqrt(np.maximum(0, instances.noise_free_mse()))
     return found
+
+
+def belief_policy(answers: Callable[[ByteArray], tuple[Float64Array, Float64Array]], doubt: Doubt, instances: InstanceSet,
+                  ) -> PolicyFunction:
+    """The policy that moves to the optimum it expects from all answers so far (doubt.py).
+
+    Args:
+        answers: From frames to residuals and standard deviations, see `imitate.predictions`.
+        doubt: How answers are combined.
+        instances: The instances that are aligned; their commanded poses are read.
+    """
+
+    def moves(frames: ByteArray, step: int, memory: Any) -> tuple[Float64Array, Any]:
+        belief: Belief = memory or Belief(doubt)
+        poses = instances.commanded_poses()
+        belief.add(poses, *answers(frames[:, -1]))
+        return belief.moves(poses), belief
+
+    return moves
 
 
 def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: int, frames: int,

@@ -15,9 +15,11 @@ from torch import nn
 
 from ..batch import Batch
 from ..conventions import BYTE_WHITES
+from .doubt import DRIFT
 
 if TYPE_CHECKING:
     from .._typing import AnyArray, ByteArray, Float64Array
+    from .doubt import Doubt
 
 PARITY_INPUTS = 64
 PARITY_SIDE = 10  # each byte of a parity input is a block of size / PARITY_SIDE pixels
@@ -58,6 +60,13 @@ def block_means(image: AnyArray, blocks: int) -> Float64Array:
     return image.astype(np.float64).reshape(blocks, height // blocks, blocks, width // blocks).mean(axis=(1, 3))
 
 
+def doubt_numbers(doubt: Doubt) -> dict[str, Any]:
+    """The numbers of a Doubt, for the side file; directions as rows."""
+    return {"directions": [[float(f"{value:.9g}") for value in row] for row in doubt.directions.T],
+            "effects": [float(f"{value:.6g}") for value in doubt.effects],
+            "floor": [float(f"{value:.6g}") for value in doubt.floor], "drift": DRIFT}
+
+
 def machine() -> str:
     """Name of the processor."""
     try:
@@ -68,12 +77,14 @@ def machine() -> str:
 
 
 def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, frames: int, output: str,
-          trained: dict[str, Any], command: str, reproducible: str = "anywhere") -> list[pathlib.Path]:
+          trained: dict[str, Any], command: str, reproducible: str = "anywhere", doubt: Doubt | None = None,
+          ) -> list[pathlib.Path]:
     """Writes PATH.onnx and PATH.json.
 
     The graph takes bytes as float32, shape (1, frames, size, size), with 255 at BYTE_WHITES times a white pixel and the
     newest frame last. Per axis, in shares of the travel, it returns the residual to the optimum (output "way") or the next
-    move ("move").
+    move ("move"). With `doubt`, the residual is followed by the logarithms of the standard deviations of its errors along the
+    directions.
 
     Args:
         net: The network.
@@ -86,6 +97,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         command: The command that trains such a network.
         reproducible: "anywhere" for a graph of the operators that relign-bench runs itself (plugins/policies/README.md), as
             those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
+        doubt: How answers are combined, for networks that predict their own errors.
 
     Returns:
         The two paths.
@@ -110,6 +122,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         "observation": {"size": size, "frames": frames, "captured": [height, width], "white": batch.white,
                         "byte_whites": BYTE_WHITES},
         "output": output,
+        **({} if doubt is None else {"doubt": doubt_numbers(doubt)}),
         "reproducible": reproducible,
         "command": command,
         "trained": {**trained, "instances": {"weights": "training", "checkpoint": "tuning"}, "torch": torch.__version__,

@@ -1,15 +1,19 @@
-"""Imitation learning: regression on simulated misalignments, then DAgger.
+"""Imitation learning: regression on simulated misalignments and on the images that the policy itself visits.
 
 Images of many instances at poses everywhere and near the optimum are labelled with the residual to the instance's own optimum,
-along the eigenvectors of the image's derivative (directions.py). A strided network without pooling learns them. Then the policy
-aligns further instances, and what it observes is labelled and added to the data (DAgger: Ross, Gordon and Bagnell 2011).
+along the eigenvectors of the image's derivative (directions.py). A strided network without pooling learns them, and how wrong
+it is. From a fraction of the passes on, a part of the images are those that the policy observes while it aligns instances
+(DAgger: Ross, Gordon and Bagnell 2011). Every pass renders images of its own, so that no noise is learnt by heart.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import pathlib
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +21,8 @@ import torch
 
 from . import policy
 from .directions import Directions
-from .evaluation import rmse_after_steps
+from .doubt import Doubt
+from .evaluation import belief_policy, rmse_after_steps
 from .folder import RunFolder
 from .instances import InstanceSet, OptimumModel
 from .nets import StridedNet
@@ -39,23 +44,41 @@ class Recipe:
     scene: str = "relign_od"
     size: int = 100  # columns of the images
     levels: tuple[float, ...] = (0.0, 0.125, 0.25, 0.375, 0.5)
-    lenses: int = 1600  # instances of the initial data
+    randomise: str = ""  # SHA-256 of the file of imaging errors; "": none
+    lenses: int = 1200  # instances of a pass
     pictures: int = 30  # images of each
     near: float = 0.6  # share of poses near the optimum; the others are uniform
-    passes: int = 5  # epochs over the initial data
-    rounds: int = 2  # of DAgger
-    round_lenses: int = 500
-    round_moves: int = 14
-    round_passes: int = 4
+    passes: int = 40
+    visited: float = 0.5  # share of the instances that the policy aligns, after the first quarter of the passes
+    moves: int = 14  # of an instance that the policy aligns
     batch: int = 128
     rate: float = 1e-3
-    round_rate: float = 5e-4
-    last_rate: float = 3e-5
+    last_rate: float = 1e-5
+    precision: str = "float32"  # of the convolutions: or "bfloat16"
     optimum_samples: int = 384
     seed: int = 0
 
 
+def recipe_of(folder: str | os.PathLike[str]) -> Recipe:
+    """The recipe of a run.
+
+    Raises:
+        ValueError: The folder is not that of a run of `relign-train imitate`, or its recipe is of another version.
+    """
+    kept = pathlib.Path(folder) / "recipe.json"
+    if not kept.is_file():
+        raise ValueError(f"'{folder}' is not the folder of a run: it has no recipe.json")
+    values = json.loads(kept.read_text())
+    names = {field.name for field in fields(Recipe)}
+    if set(values) != names:
+        raise ValueError(f"'{kept}' is not a recipe of this version of relign-train imitate: "
+                         f"{', '.join(sorted(names ^ set(values)))} missing or unknown")
+    return Recipe(**{**values, "levels": tuple(values["levels"])})
+
+
 SLOTS = 20  # instances of each level that are held at once
+PRECISIONS = {"float32": torch.float32, "bfloat16": torch.bfloat16}
+DOUBT_WEIGHT = 0.1  # of the likelihood in the loss
 
 
 def near_poses(optima: Float64Array, directions: Directions, random: np.random.Generator) -> Float64Array:
@@ -78,87 +101,75 @@ def near_poses(optima: Float64Array, directions: Directions, random: np.random.G
     return optima + (random.normal(size=(count, axes)) * sizes) @ directions.vectors.T
 
 
-def initial_data(recipe: Recipe, optimum: OptimumModel, directions: Directions, threads: int | None) -> Data:
-    """Images at poses everywhere and near the optimum, labelled."""
-    instances = InstanceSet(recipe.scene, recipe.levels, SLOTS, recipe.size, threads=threads)
-    random = np.random.default_rng([recipe.seed, 1])
+def drawn_data(instances: InstanceSet, optima: Float64Array, pictures: int, near: float, directions: Directions,
+               random: np.random.Generator) -> Data:
+    """Captures of the mounted instances at poses everywhere and near the optima, labelled."""
     images, residuals = [], []
-    for first in range(0, recipe.lenses, instances.count):
-        instances.reset(recipe.seed * 2**24 + first)
-        optima = optimum.optima(instances.offsets())
-        for _ in range(recipe.pictures):
-            near = random.uniform(size=instances.count) < recipe.near
-            poses = np.where(near[:, None], near_poses(optima, directions, random),
-                             random.uniform(size=optima.shape))
-            poses = np.clip(poses, 0, 1)
-            images.append(instances.frames_at(poses, random.integers(2**63, size=instances.count)))
-            residuals.append(optima - poses)
+    for _ in range(pictures):
+        is_near = random.uniform(size=instances.count) < near
+        poses = np.where(is_near[:, None], near_poses(optima, directions, random), random.uniform(size=optima.shape))
+        poses = np.clip(poses, 0, 1)
+        images.append(instances.frames_at(poses, random.integers(2**63, size=instances.count)))
+        residuals.append(optima - poses)
     return np.concatenate(images), np.concatenate(residuals).astype(np.float32)
 
 
-def dagger_data(recipe: Recipe, net: StridedNet, optimum: OptimumModel, number: int, threads: int | None) -> Data:
-    """Images that the policy observes while it aligns instances, labelled: round `number` of DAgger, from 1."""
-    instances = InstanceSet(recipe.scene, recipe.levels, SLOTS, recipe.size, threads=threads)
+def visited_data(instances: InstanceSet, optima: Float64Array, net: StridedNet, moves: int) -> Data:
+    """Captures that the policy observes while it aligns the mounted instances, labelled (DAgger)."""
     images, residuals = [], []
-    for first in range(0, recipe.round_lenses, instances.count):
-        instances.reset(recipe.seed * 2**24 + 2**23 + number * 2**20 + first)
-        optima = optimum.optima(instances.offsets())
-        for step in range(1, recipe.round_moves + 1):
-            frames = instances.frames()
-            images.append(frames)
-            residuals.append(optima - instances.true_poses())
-            instances.move_by(policy.moves(predictions(net, frames), step))
+    for step in range(1, moves + 1):
+        frames = instances.frames()
+        images.append(frames)
+        residuals.append(optima - instances.true_poses())
+        instances.move_by(policy.moves(predictions(net, frames)[0], step))
     return np.concatenate(images), np.concatenate(residuals).astype(np.float32)
 
 
-def predictions(net: StridedNet, images: ByteArray) -> Float64Array:
-    """Residuals that the network predicts for images of shape (n, height, width), shape (n, axes)."""
+def predictions(net: StridedNet, images: ByteArray) -> tuple[Float64Array, Float64Array]:
+    """Residuals that the network predicts for images of shape (n, height, width), and its doubt.
+
+    Returns:
+        Residuals in shares of the travel, shape (n, axes), and standard deviations along the directions, shape (n, axes).
+    """
     with torch.no_grad():
-        return net(torch.from_numpy(images[:, None])).double().numpy()
+        answers = torch.cat([net(torch.from_numpy(images[k:k + 256, None])) for k in range(0, len(images), 256)])
+    values: Float64Array = answers.double().numpy()
+    return values[:, :net.axes], np.exp(values[:, net.axes:])
 
 
-def loss_of(net: StridedNet, images: torch.Tensor, residuals: torch.Tensor, stiff: int) -> torch.Tensor:
-    """Huber loss of the residuals along the directions.
+def loss_of(along: torch.Tensor, residuals: torch.Tensor, stiff: int) -> tuple[torch.Tensor, torch.Tensor]:
+    """Huber loss of the residuals along the directions, relative to their size, and the likelihood of the doubt.
 
-    Errors along stiff directions are relative to the residual's size, those along the others are in tenths of the travel.
+    The likelihood trains the standard deviations only: its errors are constants, so that it cannot trade accuracy for doubt.
 
     Args:
-        net: The network.
-        images: Bytes, shape (batch, 1, height, width).
-        residuals: Residuals along the directions, shape (batch, axes).
+        along: Output along the directions: residuals, then log standard deviations; shape (batch, 2 * axes).
+        residuals: True residuals along the directions, shape (batch, axes).
         stiff: Number of stiff directions.
     """
-    error = net.along(images) - residuals
-    scale = 0.01 + 0.15 * residuals[:, :stiff].abs()
-    huber = torch.nn.functional.huber_loss
-    zero = torch.zeros_like(error)
-    return (huber(error[:, :stiff] / scale, zero[:, :stiff]) + huber(error[:, stiff:] / 0.1, zero[:, stiff:]))
-
-
-def tuning_rmse(recipe: Recipe, net: StridedNet, threads: int | None, per_level: int = 100, steps: int = 12,
-                ) -> Float64Array:
-    """Noise-free RMSE on tuning instances after each step, shape (levels, per_level, steps + 1)."""
-    instances = InstanceSet(recipe.scene, recipe.levels, per_level, recipe.size, family="tuning", threads=threads)
-
-    def moves(frames: ByteArray, step: int, memory: Any) -> tuple[Float64Array, Any]:
-        return policy.moves(predictions(net, frames[:, -1]), step), memory
-
-    found = rmse_after_steps(moves, instances, 1, range(steps + 1))
-    return np.stack(list(found.values()), axis=-1).reshape(len(recipe.levels), per_level, steps + 1)
+    axes = residuals.shape[1]
+    error, log_std = along[:, :axes] - residuals, along[:, axes:]
+    least = torch.full((axes,), 0.02)
+    least[:stiff] = 0.01
+    huber = torch.nn.functional.huber_loss(error / (least + 0.15 * residuals.abs()), torch.zeros_like(error))
+    likelihood = (log_std + 0.5 * (error.detach() * torch.exp(-log_std)) ** 2).mean()
+    return huber, likelihood
 
 
 class Training:
-    """A run in a folder: data, a checkpoint after every epoch, and curve.csv. An interrupted run resumes.
+    """A run in a folder, with a checkpoint after every pass, and curve.csv. An interrupted run resumes.
 
     Args:
         recipe: The recipe.
         folder: Folder of the run.
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each part of the work.
+        randomise: File of imaging errors (docs/formats.md) that every capture gets, or None.
 
     Attributes:
         net: The network.
-        curve: [round, epoch, mean loss] of each epoch.
+        doubt: How the network's answers are combined; calibrated at the end of the run.
+        curve: [pass, mean loss] of each pass.
         seconds: Time spent so far, over all sessions of the run.
 
     Raises:
@@ -166,17 +177,40 @@ class Training:
     """
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
-                 log: Callable[[str], object] = print) -> None:
+                 log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None) -> None:
+        errors = pathlib.Path(randomise).read_bytes() if randomise else b""
+        recipe.randomise = hashlib.sha256(errors).hexdigest() if errors else recipe.randomise
+        if recipe.precision not in PRECISIONS:
+            raise ValueError(f"precision '{recipe.precision}' must be one of {', '.join(PRECISIONS)}")
         self.recipe, self.threads, self.log = recipe, threads, log
         self.folder = RunFolder(folder, recipe)
+        self.imaging_errors = ""
+        if errors:
+            self.folder.keep("randomisation.json", lambda out: out.write(errors))
+        if recipe.randomise:
+            self.imaging_errors = str((self.folder / "randomisation.json").resolve())
         torch.manual_seed(recipe.seed)
         if threads:
             torch.set_num_threads(threads)
         self.directions = Directions(recipe.scene, recipe.size)
-        self.net = StridedNet(recipe.size, len(self.directions.values), self.directions.vectors)
+        self.net = StridedNet(recipe.size, len(self.directions.values), self.directions.vectors, doubt=True)
+        self.net.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.doubt = Doubt(self.directions.vectors, self.directions.values)
         self._optimum: OptimumModel | None = None
         self.curve: list[list[Any]] = []
         self.seconds = 0.0
+
+    @classmethod
+    def open(cls, folder: str | os.PathLike[str], threads: int | None = None,
+             log: Callable[[str], object] = lambda _: None) -> Training:
+        """Opens a run, complete or not.
+
+        Raises:
+            ValueError: The folder is not that of a run of `relign-train imitate`.
+        """
+        training = cls(recipe_of(folder), folder, threads, log)
+        training.load()
+        return training
 
     @property
     def optimum(self) -> OptimumModel:
@@ -188,85 +222,121 @@ class Training:
                      f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
 
-    # ---- files ---------------------------------------------------------------------------------
-
-    def _data(self, number: int) -> Data:
-        path = self.folder / f"data-{number}.npz"
-        if not path.is_file():
-            begun = time.monotonic()
-            made = (initial_data(self.recipe, self.optimum, self.directions, self.threads) if number == 0 else
-                    dagger_data(self.recipe, self.net, self.optimum, number, self.threads))
-            self.folder.keep(path.name, lambda out: np.savez(out, pictures=made[0], ways=made[1]))
-            self.seconds += time.monotonic() - begun
-            self.log(f"data {number}: {len(made[0])} images in {time.monotonic() - begun:.0f} s")
-        kept = np.load(path)
-        return kept["pictures"], kept["ways"]
+    def instances(self, slots: int = SLOTS, family: str = "training") -> InstanceSet:
+        """Instances of the recipe's levels, imaged with its errors."""
+        return InstanceSet(self.recipe.scene, self.recipe.levels, slots, self.recipe.size, family, self.threads,
+                           {"imaging_errors": self.imaging_errors} if self.imaging_errors else None)
 
     def run(self) -> StridedNet:
         """Trains to the end; returns the network."""
-        passes = [self.recipe.passes] + [self.recipe.round_passes] * self.recipe.rounds
-        state = self.load()
-        for number, count in enumerate(passes):
-            if number < state["number"]:
-                continue
-            parts = [self._data(k) for k in range(number + 1)]
-            images = np.concatenate([part[0] for part in parts])
-            residuals = np.concatenate([part[1] for part in parts])
-            rate = self.recipe.rate if number == 0 else self.recipe.round_rate
-            optimizer = torch.optim.Adam(self.net.parameters(), lr=rate)
-            if state["number"] == number and state["optimizer"] is not None:
-                optimizer.load_state_dict(state["optimizer"])
-            for done in range(state["passes"] if state["number"] == number else 0, count):
-                self._pass(images, residuals, optimizer, rate, number, done, count)
-                self._save(number, done + 1, optimizer)
-            self._save(number + 1, 0, None)
-            state = {"number": number + 1, "passes": 0, "optimizer": None}
+        optimizer = torch.optim.Adam(self.net.parameters(), lr=self.recipe.rate)
+        done = self.load(optimizer)
+        if done <= self.recipe.passes:
+            instances = self.instances()
+            for number in range(done, self.recipe.passes):
+                begun = time.monotonic()
+                images, residuals = self._data(instances, number)
+                rendered = time.monotonic() - begun
+                loss = self._pass(images, residuals, optimizer, number)
+                seconds = time.monotonic() - begun
+                self.curve.append([number + 1, loss])
+                self.seconds += seconds
+                self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(images)} images in "
+                         f"{rendered:.0f} + {seconds - rendered:.0f} s")
+                self._save(number + 1, optimizer)
+            self._calibrate()
+            self._save(self.recipe.passes + 1, optimizer)
         return self.net
 
-    def _pass(self, images: ByteArray, residuals: Float32Array, optimizer: torch.optim.Optimizer, rate: float, number: int,
-              done: int, count: int) -> None:
-        """One epoch: pass `done` + 1 of `count` in round `number`."""
-        begun = time.monotonic()
-        order = np.random.default_rng([self.recipe.seed, 2, number, done]).permutation(len(images))
-        batches = len(order) // self.recipe.batch
-        along = residuals @ self.directions.vectors.astype(np.float32)
+    def _data(self, instances: InstanceSet, number: int) -> Data:
+        """The images of pass `number`, from 0."""
+        recipe = self.recipe
+        random = np.random.default_rng([recipe.seed, 1, number])
+        visited = recipe.visited if number >= recipe.passes / 4 else 0.0
+        parts = []
+        for first in range(0, recipe.lenses, instances.count):
+            instances.reset(recipe.seed * 2**32 + number * 2**20 + first)
+            optima = self.optimum.optima(instances.offsets())
+            if first < visited * recipe.lenses:
+                parts.append(visited_data(instances, optima, self.net, recipe.moves))
+            else:
+                parts.append(drawn_data(instances, optima, recipe.pictures, recipe.near, self.directions, random))
+        return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+    def _pass(self, images: ByteArray, residuals: Float32Array, optimizer: torch.optim.Optimizer, number: int) -> float:
+        """Trains on the images once; returns the mean loss."""
+        recipe = self.recipe
+        order = np.random.default_rng([recipe.seed, 2, number]).permutation(len(images))
+        batches = max(1, len(order) // recipe.batch)
+        along = torch.from_numpy(residuals @ self.directions.vectors.astype(np.float32))
+        low = recipe.precision != "float32"
         total = 0.0
         for k in range(batches):
-            share = (done * batches + k) / (count * batches)
+            share = (number + k / batches) / recipe.passes
             for group in optimizer.param_groups:  # cosine decay from the first rate to the last
-                group["lr"] = self.recipe.last_rate + (rate - self.recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
-            chosen = order[k * self.recipe.batch:(k + 1) * self.recipe.batch]
-            loss = loss_of(self.net, torch.from_numpy(images[chosen][:, None]), torch.from_numpy(along[chosen]),
-                           self.directions.stiff)
+                group["lr"] = recipe.last_rate + (recipe.rate - recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
+            chosen = order[k * recipe.batch:(k + 1) * recipe.batch]
+            batch = torch.from_numpy(images[chosen][:, None]).contiguous(memory_format=torch.channels_last)
+            with torch.autocast("cpu", PRECISIONS[recipe.precision], enabled=low):
+                features = self.net.features(batch)
+            huber, likelihood = loss_of(self.net.head(features.float()), along[chosen], self.directions.stiff)
             optimizer.zero_grad()
-            loss.backward()
+            (huber + DOUBT_WEIGHT * likelihood).backward()
             optimizer.step()
-            total += loss.item()
-        seconds = time.monotonic() - begun
-        self.log(f"round {number}, pass {done + 1} of {count}: loss {total / max(1, batches):.4f}, "
-                 f"{len(order) / seconds:.0f} images/s")
-        self.curve.append([number, done + 1, total / max(1, batches)])
-        self.seconds += time.monotonic() - begun
+            total += huber.item()
+        return total / batches
 
-    def _save(self, number: int, passes: int, optimizer: torch.optim.Optimizer | None) -> None:
+    def _calibrate(self) -> None:
+        """Scales the doubt so that it is as large as the errors on tuning instances near their optima."""
+        recipe, instances = self.recipe, self.instances(family="tuning")
+        instances.reset(2**20)
+        optima = self.optimum.optima(instances.offsets())
+        errors, deviations = [], []
+        for step in range(1, recipe.moves + 1):
+            residuals, std = predictions(self.net, instances.frames())
+            if step > min(policy.FULL_GAIN_STEPS, recipe.moves // 2):
+                errors.append((residuals - (optima - instances.true_poses())) @ self.directions.vectors)
+                deviations.append(std)
+            instances.move_by(policy.moves(residuals, step))
+        scale = self.doubt.calibrate(np.array(errors), np.array(deviations))
+        with torch.no_grad():
+            self.net.head.bias[self.net.axes:] += torch.from_numpy(np.log(scale)).float()
+        self.log("doubt: scaled by " + ", ".join(f"{value:.2f}" for value in scale))
+
+    def tuning_rmse(self, per_level: int = 100, steps: int = 12) -> Float64Array:
+        """Noise-free RMSE on tuning instances without imaging errors, after each step.
+
+        Returns:
+            Shape (levels, per_level, steps + 1).
+        """
+        recipe = self.recipe
+        instances = InstanceSet(recipe.scene, recipe.levels, per_level, recipe.size, "tuning", self.threads)
+        follow = belief_policy(lambda frames: predictions(self.net, frames), self.doubt, instances)
+        found = rmse_after_steps(follow, instances, 1, range(steps + 1))
+        return np.stack(list(found.values()), axis=-1).reshape(len(recipe.levels), per_level, steps + 1)
+
+    def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
         # The curve is kept with the weights, so that a resumed run does not write a line twice.
-        state = {"net": self.net.state_dict(), "number": number, "passes": passes, "curve": self.curve,
-                 "seconds": self.seconds, "optimizer": optimizer.state_dict() if optimizer else None}
+        state = {"net": self.net.state_dict(), "done": done, "curve": self.curve, "seconds": self.seconds,
+                 "floor": self.doubt.floor.tolist(), "optimizer": optimizer.state_dict()}
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
-        lines = "".join(f"{row[0]},{row[1]},{row[2]:.6f}\n" for row in self.curve)
-        self.folder.keep_text("curve.csv", "round,pass,loss\n" + lines)
+        self.folder.keep_text("curve.csv", "pass,loss\n" + "".join(f"{row[0]},{row[1]:.6f}\n" for row in self.curve))
 
-    def load(self) -> dict[str, Any]:
+    def load(self, optimizer: torch.optim.Optimizer | None = None) -> int:
         """Loads the checkpoint, if there is one.
 
         Returns:
-            Where to resume: number (round), passes (that are done in it) and optimizer (its state, or None).
+            Number of passes that are done; one more if the doubt is calibrated, too.
         """
         path = self.folder / "checkpoint.pt"
         if not path.is_file():
-            return {"number": 0, "passes": 0, "optimizer": None}
+            return 0
         state: dict[str, Any] = torch.load(path, weights_only=True)
         self.net.load_state_dict(state["net"])
         self.curve, self.seconds = state["curve"], state["seconds"]
-        self.log(f"resuming in round {state['number']}, after pass {state['passes']}")
-        return state
+        self.doubt.floor = np.array(state["floor"])
+        if optimizer:
+            optimizer.load_state_dict(state["optimizer"])
+        done: int = state["done"]
+        self.log(f"resuming after pass {min(done, self.recipe.passes)}")
+        return done

@@ -13,7 +13,7 @@ from ..conventions import to_bytes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._typing import AnyArray, ByteArray, Float64Array
+    from .._typing import AnyArray, ByteArray, Float64Array, Parameters
 
 OFFSETS = 5  # per element: shift x, y, z (mm), tilt x, y (deg)
 FIRST_TILT = 3  # index of the first tilt among them
@@ -31,6 +31,7 @@ class InstanceSet:
         size: Columns of the images.
         family: "training", "tuning" or "benchmark".
         threads: Threads that render; None uses all cores.
+        scene_parameters: Further parameters of the scene, or None.
 
     Attributes:
         count: Number of slots over all levels; arrays below have this many rows, level by level.
@@ -41,9 +42,9 @@ class InstanceSet:
     """
 
     def __init__(self, scene: str, levels: Sequence[float], slots: int, size: int, family: str = "training",
-                 threads: int | None = None) -> None:
+                 threads: int | None = None, scene_parameters: Parameters | None = None) -> None:
         self.family, self.slots = family, slots
-        parameters = binned_parameters(scene, size)
+        parameters = {**binned_parameters(scene, size), **(scene_parameters or {})}
         self.batches = [Batch(slots, scene, "rho", noise_level_parameters={"level": float(level)},
                               scene_parameters=parameters, threads=threads) for level in levels]
         self.levels = list(levels)
@@ -91,6 +92,10 @@ class InstanceSet:
     def true_poses(self) -> Float64Array:
         """True poses, shape (count, axes)."""
         return self._gather("true_poses")
+
+    def commanded_poses(self) -> Float64Array:
+        """Poses by the stages' encoders, shape (count, axes)."""
+        return self._gather("commanded_poses")
 
     def noise_free_mse(self) -> Float64Array:
         """Ground truth: noise-free MSE at the true poses, shape (count,)."""

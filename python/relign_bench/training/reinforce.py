@@ -183,7 +183,7 @@ class Reinforcement:
                                                     "spread": self.env.spread, "log_std_init": recipe.first_log_std})
         if self._warm:
             imitation = torch.load(self._warm, weights_only=True)
-            self.model.policy.net.load_state_dict(imitation["net"])
+            self.model.policy.net.load_residual(imitation["net"])
             self.warm_seconds = imitation.get("seconds", 0.0)
 
     def _make_learner(self, policy: Any, policy_arguments: dict[str, Any]) -> None:

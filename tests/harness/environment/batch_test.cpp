@@ -57,7 +57,8 @@ TEST_F(BatchOf, MatchesFramesPosesAndGroundTruthOfATrial) {
   const trials::Instance instance = trials::draw_instance(level, facts, 1, SeedDomain::benchmark, 5);
   plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
   const plugin_host::Choice random = catalog_.resolve_or_throw(Kind::optimizer, "random");
-  trials::TrialSetup trial{.stage = trials::SimulatedLens{assembly, scene, level},
+  trials::ModelScene model(scene, same.scene, services);
+  trials::TrialSetup trial{.stage = trials::SimulatedLens{assembly, model, level},
                            .reference = scene.reference(),
                            .scene = facts,
                            .instance = instance,

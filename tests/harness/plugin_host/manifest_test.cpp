@@ -95,6 +95,16 @@ TEST_F(ManifestTest, RejectsInvalidValues) {
               HasSubstr("none.json"));
   EXPECT_THAT(refusal_with(R"("reproducible": "maybe")"), HasSubstr("this_cpu"));
   EXPECT_THAT(refusal_with(R"("oracle": true)"), HasSubstr("add \"start\" to \"observes\""));
+  const auto scene_with = [this](const std::string& model_parameters) {
+    return refusal(R"({"id": "a", "kind": "scene", "summary": "One.", "model_parameters": )" + model_parameters + R"(,
+      "parameters": {"light": {"type": "text", "allowed": ["ghost", "plain"]}, "n": {"type": "integer"}}})");
+  };
+  EXPECT_THAT(scene_with(R"({"lihgt": "plain"})"), HasSubstr("unknown parameter 'lihgt'; did you mean 'light'?"));
+  EXPECT_THAT(scene_with(R"({"light": "plane"})"), HasSubstr("expected one of ghost, plain, found \"plane\""));
+  EXPECT_THAT(scene_with(R"({"light": {"goast": "plain"}})"), HasSubstr("expected one of ghost, plain"));
+  EXPECT_THAT(scene_with(R"({"n": {"1": 2}})"), HasSubstr("/model_parameters/n: expected an integer"));
+  EXPECT_THAT(scene_with("[]"), HasSubstr("expected an object"));
+  EXPECT_THAT(refusal_with(R"("model_parameters": {})"), HasSubstr("only scenes have a design model"));
   EXPECT_THAT(refusal_with(R"("document": "scene")"), HasSubstr("parameter of type file"));
   EXPECT_THAT(refusal_with(R"("library": "")"), HasSubstr("/library"));
   for (const char* outside : {"../other/other.so", "/usr/lib/other.so", "deep/../../other.so", ".."})

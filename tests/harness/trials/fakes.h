@@ -27,8 +27,8 @@ struct TrialFixture {
   explicit TrialFixture(const std::string& script_json, const std::string& algorithm_folder = "fake_optimizer",
                         const Json& scene_parameters = Json::object()) {
     services.log = [this](int, const std::string& message) { scene_log.push_back(message); };
-    scene =
-        std::make_unique<plugin_host::Scene>(fake(plugin_host::Kind::scene, "fake_scene", scene_parameters), services);
+    scene_choice = fake(plugin_host::Kind::scene, "fake_scene", scene_parameters);
+    scene = std::make_unique<plugin_host::Scene>(scene_choice, services);
     level = std::make_unique<plugin_host::NoiseLevel>(fake(plugin_host::Kind::noise_level, "fake_level"), services);
     facts = read_scene_facts(scene->describe(), "fake-scene");
     instance.number = 3;
@@ -45,7 +45,8 @@ struct TrialFixture {
 
   TrialResult run() {
     plugin_host::MountedAssembly assembly = scene->mount(instance.perturbations.elements_json);
-    return run_trial({.stage = SimulatedLens{assembly, *scene, *level},
+    ModelScene model(*scene, scene_choice, services);
+    return run_trial({.stage = SimulatedLens{assembly, model, *level},
                       .reference = scene->reference(),
                       .scene = facts,
                       .instance = instance,
@@ -77,6 +78,7 @@ struct TrialFixture {
 
   plugin_host::HostServices services;
   std::vector<std::string> scene_log, algorithm_log;
+  plugin_host::Choice scene_choice;
   std::unique_ptr<plugin_host::Scene> scene;
   std::unique_ptr<plugin_host::NoiseLevel> level;
   SceneFacts facts;

@@ -248,6 +248,31 @@ TEST(Services, EndsInnerRunThatKeepsAsking) {
 
 // ---- model ------------------------------------------------------------------------------------------------
 
+TEST(Services, ModelHasTheParametersOfTheManifest) {
+  const std::string script = R"([["model", {}, [0.5, 0.5, 0.5], 1], ["model", {}, [0.5, 0.5, 0.6], 1]])";
+  ServiceTrial plain(script), tinted(script, "service_user", {{"look", "tinted"}});
+  EXPECT_EQ(plain.run().steps.at(0).true_pose, tinted.run().steps.at(0).true_pose);
+  EXPECT_EQ(plain.logged("model"), tinted.logged("model")) << "\"model_parameters\" maps tinted to plain";
+  EXPECT_EQ(tinted.answer("model")[1], 0.5);
+}
+
+TEST(Services, RefusesModelWithOtherElements) {
+  ServiceTrial trial(R"([["model", {}, [0.5, 0.5, 0.5], 1]])", "service_user", {{"look", "broken"}});
+  trial.run();
+  EXPECT_THAT(trial.answer("refused").get<std::string>(),
+              HasSubstr("with \"model_parameters\" has another 'elements' in its description"));
+}
+
+TEST(Services, ModelIsTheTrialsSceneIfNothingIsReplaced) {
+  const plugin_host::Choice plain = fake(plugin_host::Kind::scene, "fake_scene"),
+                            noisy = fake(plugin_host::Kind::scene, "fake_scene", {{"look", "tinted"}, {"noise", 0.1}});
+  EXPECT_EQ(model_choice(plain).identity, plain.identity);
+  EXPECT_EQ(model_choice(noisy).identity,
+            fake(plugin_host::Kind::scene, "fake_scene", {{"look", "plain"}, {"noise", 0.1}}).identity);
+  plugin_host::Scene scene(plain, {});
+  EXPECT_EQ(&ModelScene(scene, plain, {}).get(read_scene_facts(scene.describe(), "plain")), &scene);
+}
+
 TEST(Services, ModelIsIndependentOfTheInstance) {
   const std::string script = R"([["model", {}, [0.5, 0.5, 0.5], 1], ["model", {}, [0.5, 0.5, 0.5], 2],
                                  ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.5, 0.5, 0.5], 1]])";

@@ -2,8 +2,8 @@
  * relign/services/model.h: "relign.model/1", a simulator of the scene's design with the algorithm's own offsets and
  * seeds. Needs RELIGN_OBSERVES_DESIGN. The rules of all services are in relign/plugin.h.
  *
- * It is independent of the instance: the same offsets, pose and seed give the same pixels in every trial. A station
- * does not offer it.
+ * It is independent of the instance: the same offsets, pose and seed give the same pixels in every trial. The scene's
+ * manifest may give it other parameters than the trial's scene ("model_parameters"). A station does not offer it.
  */
 #ifndef RELIGN_SERVICES_MODEL_H
 #define RELIGN_SERVICES_MODEL_H

@@ -13,6 +13,7 @@ double unit(std::uint64_t seed) { return relign::Random(seed).uniform(); }
 
 struct Settings {
   double noise;
+  double tint;
   std::int64_t fail_at;
   std::int64_t bad_pixel_at;
 };
@@ -27,7 +28,7 @@ class FakeAssembly final : public relign::Assembly {
     log("buffer", reinterpret_cast<std::uintptr_t>(pixels));
     const std::int64_t number = captures_++;
     if (number == settings_.fail_at) throw std::runtime_error("the lamp is out");
-    const double value = 0.5 + distance(true_pose) + settings_.noise * unit(frame_seed);
+    const double value = 0.5 + settings_.tint + distance(true_pose) + settings_.noise * unit(frame_seed);
     for (int i = 0; i < 6; ++i) pixels[i] = static_cast<float>(value);
     if (number == settings_.bad_pixel_at) pixels[3] = std::nanf("");
   }
@@ -58,17 +59,21 @@ class FakeScene final : public relign::Scene {
  public:
   explicit FakeScene(const relign::Parameters& given)
       : host_(given),
-        settings_{given.number("noise"), given.integer("fail_at"), given.integer("bad_pixel_at")},
+        settings_{given.number("noise"), given.text("look") == "tinted" ? 0.25 : 0, given.integer("fail_at"),
+                  given.integer("bad_pixel_at")},
+        renamed_(given.text("look") == "renamed"),
         reference_{0.5F, 0.5F, 0.5F, 1e9F, 0.5F, 0.5F, 0.5F, 1e9F} {}
 
   std::string describe() override {
+    const std::string elements = renamed_ ? R"(["M1"]})" : R"(["L1", "L2"]})";
     return R"({"name": "fake", "summary": "by hand",
       "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1},
                {"name": "y", "unit": "mm", "lower": -1, "upper": 1},
                {"name": "Rx", "unit": "deg", "lower": -7, "upper": 7}],
       "nominal_pose": [0.5, 0.5, 0.5],
       "image": {"width": 3, "height": 2, "white": 0.5},
-      "elements": ["L1", "L2"]})";
+      "elements": )" +
+           elements;
   }
 
   relign_image reference() override {
@@ -95,6 +100,7 @@ class FakeScene final : public relign::Scene {
  private:
   relign::Parameters host_;
   Settings settings_;
+  bool renamed_;
   float reference_[8];
 };
 
