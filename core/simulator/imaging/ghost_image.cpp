@@ -13,7 +13,7 @@ using optics::kPi;
 // Streams of one frame seed. PathRandom's are apart from those of the block kernels, of which others use those
 // below 32.
 enum Use : std::uint32_t { kPaths = 2 };
-constexpr std::uint32_t kCounts = 32, kStarts = 33, kEvents = 34, kFirstGroup = 64, kStreamsPerGroup = 2;
+constexpr std::uint32_t kCountStream = 32, kStartStream = 33, kEventStream = 34, kFirstGroup = 64, kStreamsPerGroup = 2;
 
 int whole_lanes(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
 
@@ -100,7 +100,7 @@ void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, W
   const std::uint32_t zero[kGhostRays] = {};
   double area = 0;
   GhostBlocks::Box blocks = box_of(box, seed, area);
-  blocks.stream = kEvents;
+  blocks.stream = kEventStream;
   const int count = box.columns * box.rows;
   work.thresholds.resize(static_cast<std::size_t>(samples));
   const int levels = blocks.hemisphere ? 0 : binomial_thresholds(samples, area / kPi, work.thresholds.data());
@@ -110,14 +110,14 @@ void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, W
   std::uint32_t owners[kGhostRays] = {}, numbers[kGhostRays] = {}, sample[kGhostRays] = {};
   int waiting = 0;
   const auto launch = [&] {
-    kernels.philox(block, numbers, sample, kStarts, low_word(seed), high_word(seed), whole_lanes(waiting));
+    kernels.philox(block, numbers, sample, kStartStream, low_word(seed), high_word(seed), whole_lanes(waiting));
     work.blocks.launch(owners, waiting);
     waiting = 0;
   };
   for (int first = 0; first < count; first += kGhostRays) {
     const Places here = places(box, blocks, first);
     std::uint32_t drawn[kGhostRays];
-    kernels.philox(work.words, here.number, zero, kCounts, low_word(seed), high_word(seed), here.whole);
+    kernels.philox(work.words, here.number, zero, kCountStream, low_word(seed), high_word(seed), here.whole);
     kernels.count_reached(work.words.u0, work.thresholds.data(), levels, drawn, here.whole);
     for (int i = 0; i < here.count; ++i)
       for (std::uint32_t k = 0; k < (blocks.hemisphere ? static_cast<std::uint32_t>(samples) : drawn[i]); ++k) {

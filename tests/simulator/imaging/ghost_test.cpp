@@ -75,7 +75,7 @@ TEST(Ghosts, MatchClosedFormOfAPlate) {
   EXPECT_NEAR(played, all, 4 * 0.5 / std::sqrt(rays));
 
   GhostImage image(scene, 0);
-  image.place(optics::Assembly(scene.lens), {});
+  image.place(optics::Assembly(scene.lens), {}, {});
   GhostImage::Workspace work;
   float captured = 0;
   const float straight = 0;
