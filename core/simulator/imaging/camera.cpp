@@ -85,7 +85,6 @@ struct Camera::Workspace {
   optics::RayBlock words;  // for the read-out
   float sums[kTilePixels * kTilePixels];
   double light[kMseGroups][kTilePixels * kTilePixels];  // of all views
-  float ghosts[kMseGroups][kTilePixels * kTilePixels];
   GhostImage::Workspace paths;
 };
 
@@ -108,7 +107,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   if (settings.transport != Transport::ghost) return;
   refuse_ghosts(scene.lens);
   ghosts_.emplace(scene, settings.sensor_albedo);
-  for (std::vector<float>& image : straight_) image.resize(scene.sensor.pixels());
+  for (std::vector<float>& image : with_ghosts_) image.resize(scene.sensor.pixels());
 }
 
 Camera::~Camera() = default;
@@ -201,27 +200,21 @@ void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shar
 }
 
 void Camera::capture_ghosts(std::uint64_t seed, float* pixels) {
-  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
-    const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
-    GhostImage::Workspace& work = workspaces_[thread]->paths;
+  parallel_->for_each(static_cast<int>(ghosts_->boxes().size()), [&](int index, unsigned thread) {
+    const PixelBox& box = ghosts_->boxes()[static_cast<std::size_t>(index)];
     if (settings_.sampler == Sampler::hemisphere)
-      ghosts_->capture_everywhere(box, seed, settings_.samples, work, pixels);
+      ghosts_->capture_everywhere(box, seed, settings_.samples, pixels);
     else
-      ghosts_->capture(box, seed, settings_.samples, work, pixels);
+      ghosts_->capture(box, seed, settings_.samples, workspaces_[thread]->paths, pixels);
   });
 }
 
 void Camera::add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   if (!ghosts_) return;
-  straight_[0].assign(pixels, pixels + scene_->sensor.pixels());
-  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
-    const PixelBox& box = tiles()[static_cast<std::size_t>(index)].box;
-    Workspace& work = *workspaces_[thread];
-    ghosts_->ghost_part(box, seed, group, samples, straight_[0].data(), work.paths, work.ghosts[0]);
-    const float* value = work.ghosts[0];
-    for (int row = box.row; row < box.row + box.rows; ++row)
-      for (int column = box.column; column < box.column + box.columns; ++column)
-        pixels[row * scene_->sensor.width + column] += *value++;
+  straight_.assign(pixels, pixels + scene_->sensor.pixels());
+  parallel_->for_each(static_cast<int>(ghosts_->boxes().size()), [&](int index, unsigned thread) {
+    ghosts_->add_ghosts(ghosts_->boxes()[static_cast<std::size_t>(index)], seed, group, samples, straight_.data(),
+                        workspaces_[thread]->paths, pixels);
   });
 }
 
@@ -369,7 +362,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
   constexpr int groups = kMseGroups;
   if (ghosts_)
     for (int group = 0; group < groups; ++group)
-      render_straight(seed, static_cast<std::uint32_t>(group), kMseSamples, straight_[group].data());
+      render_rays(seed, static_cast<std::uint32_t>(group), kMseSamples, kMseGhosts, with_ghosts_[group].data());
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const auto at_tile = static_cast<std::size_t>(index);
     const PixelBox& box = tiles()[at_tile].box;
@@ -389,10 +382,6 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
                 scale * static_cast<double>(*value++);
       }
     }
-    if (ghosts_)
-      for (int group = 0; group < groups; ++group)
-        ghosts_->ghost_part(box, seed, static_cast<std::uint32_t>(group), kMseGhosts, straight_[group].data(),
-                            work.paths, work.ghosts[group]);
     TileSum sum;
     int in_tile = 0;
     for (int row = box.row; row < box.row + box.rows; ++row)
@@ -401,8 +390,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
         double values[kMseGroups];
         for (int group = 0; group < groups; ++group)
-          values[group] = ghosts_ ? static_cast<double>(straight_[group][at] + work.ghosts[group][in_tile])
-                                  : work.light[group][in_tile];
+          values[group] = ghosts_ ? static_cast<double>(with_ghosts_[group][at]) : work.light[group][in_tile];
         ++in_tile;
         add_to_mse(values, o1, o2, sum);
       }

@@ -159,7 +159,8 @@ class Camera {
   std::vector<int> capture_shares_, mse_shares_;
   // transport ghost
   std::optional<GhostImage> ghosts_;
-  std::vector<float> straight_[kMseGroups];  // images without reflected light
+  std::vector<float> straight_;                 // an image without reflected light
+  std::vector<float> with_ghosts_[kMseGroups];  // images of the noise-free MSE
   // of scenes with diffraction
   std::optional<Diffraction> diffraction_;
   Diffraction::Workspace blurring_;

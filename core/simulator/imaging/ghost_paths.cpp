@@ -1,6 +1,7 @@
 #include "imaging/ghost_paths.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace relign::imaging {
@@ -16,19 +17,6 @@ using optics::WalkingRay;
 constexpr int kRouletteFrom = 5;
 constexpr double kRouletteMost = 0.95;
 
-// Extremes of a / sqrt(a^2 + b^2 + c^2): it grows with a, and falls with |b| and |c| where a is positive.
-double cosine_of(double a, double least_b, double most_b, double least_c, double most_c, bool highest) {
-  const bool far = highest ? a < 0 : a > 0;
-  const double b = far ? most_b : least_b, c = far ? most_c : least_c;
-  return a / std::sqrt(a * a + b * b + c * c);
-}
-
-struct Span {
-  double low, high;
-  double least() const { return low > 0 ? low : high < 0 ? -high : 0; }
-  double most() const { return std::max(std::fabs(low), std::fabs(high)); }
-};
-
 }  // namespace
 
 void GhostPaths::place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
@@ -37,31 +25,61 @@ void GhostPaths::place(const optics::Assembly& assembly, const optics::Motion& l
   walk_.set(assembly);
   lens_to_world_ = lens_to_world;
   world_to_lens_ = optics::inverse(lens_to_world);
+  // Polygons around the circles at both ends of each piece of glass.
+  constexpr int kSides = 16;
+  constexpr double kAround = 1.0195911582083184;  // 1 / cos(pi / kSides)
+  rims_.clear();
+  for (const optics::GlassBody& body : walk_.bodies())
+    for (const double z : {body.low_z, body.high_z})
+      for (int side = 0; side < kSides; ++side) {
+        const optics::SineCosine angle = optics::sine_cosine_of_degrees(360.0 / kSides * side);
+        const Vec3 rim = (kAround * body.radius) * Vec3{angle.cosine, angle.sine, 0} + Vec3{0, 0, z};
+        rims_.push_back(lens_to_world.point(body.placement.point(rim)));
+      }
 }
 
-DirectionBox GhostPaths::towards_lens(double low_x, double high_x, double low_y, double high_y) const {
-  DirectionBox all{1, -1, 1, -1};
-  for (const optics::GlassBody& body : walk_.bodies()) {
-    // The body's box in world coordinates: circles at its two ends.
-    const optics::Motion to_world = optics::after(lens_to_world_, body.placement);
-    const Vec3 axis = to_world.direction({0, 0, 1});
-    const Vec3 low = to_world.point({0, 0, body.low_z}), high = to_world.point({0, 0, body.high_z});
-    const auto span = [&](double a, double b, double along) {
-      const double reach = body.radius * std::sqrt(std::max(0.0, 1 - along * along));
-      return Span{std::min(a, b) - reach, std::max(a, b) + reach};
-    };
-    const Span x = span(low.x, high.x, axis.x), y = span(low.y, high.y, axis.y), z = span(low.z, high.z, axis.z);
-    const double sensor_z = scene_->sensor.z_mm;
-    if (!(z.high < sensor_z)) return {};
-    const Span dx{x.low - high_x, x.high - low_x}, dy{y.low - high_y, y.high - low_y};
-    const Span dz{sensor_z - z.high, sensor_z - z.low};
-    all.low_p = std::min(all.low_p, cosine_of(dx.low, dy.least(), dy.most(), dz.low, dz.high, false));
-    all.high_p = std::max(all.high_p, cosine_of(dx.high, dy.least(), dy.most(), dz.low, dz.high, true));
-    all.low_q = std::min(all.low_q, cosine_of(dy.low, dx.least(), dx.most(), dz.low, dz.high, false));
-    all.high_q = std::max(all.high_q, cosine_of(dy.high, dx.least(), dx.most(), dz.low, dz.high, true));
+DirectionEllipse GhostPaths::towards_lens(const Vec3& middle, double half_width, double half_height) const {
+  // Great circles between the corners of the polygons curve outwards; and places between those tested here.
+  constexpr double kMargin = 1.02;
+  for (const Vec3& rim : rims_)
+    if (!(rim.z < middle.z)) return {};
+  const auto for_directions = [&](double x, double y, const auto& use) {
+    for (const Vec3& rim : rims_) {
+      const Vec3 to = unit(rim - Vec3{middle.x + x * half_width, middle.y + y * half_height, middle.z});
+      use(to.x, to.y);
+    }
+  };
+  const auto box_at = [&](double x, double y) {
+    double low_p = 1, high_p = -1, low_q = 1, high_q = -1;
+    for_directions(x, y, [&](double p, double q) {
+      low_p = std::min(low_p, p);
+      high_p = std::max(high_p, p);
+      low_q = std::min(low_q, q);
+      high_q = std::max(high_q, q);
+    });
+    return std::array{0.5 * (low_p + high_p), 0.5 * (low_q + high_q), 0.5 * (high_p - low_p), 0.5 * (high_q - low_q)};
+  };
+  const auto here = box_at(0, 0), left = box_at(-1, 0), right = box_at(1, 0), below = box_at(0, -1),
+             above = box_at(0, 1);
+  DirectionEllipse found{here[0], here[1], {}, here[2], here[3]};
+  for (const std::size_t k : {0U, 1U}) {
+    found.slope[2 * k] = (right[k] - left[k]) / (2 * half_width);
+    found.slope[2 * k + 1] = (above[k] - below[k]) / (2 * half_height);
   }
-  constexpr double kRounding = 1e-9;
-  return {all.low_p - kRounding, all.high_p + kRounding, all.low_q - kRounding, all.high_q + kRounding};
+  double farthest = 0;
+  for (const double x : {-1, 0, 1})
+    for (const double y : {-1, 0, 1}) {
+      const double dx = x * half_width, dy = y * half_height;
+      const double p0 = here[0] + found.slope[0] * dx + found.slope[1] * dy;
+      const double q0 = here[1] + found.slope[2] * dx + found.slope[3] * dy;
+      for_directions(x, y, [&](double p, double q) {
+        farthest = std::max(farthest, optics::square((p - p0) / here[2]) + optics::square((q - q0) / here[3]));
+      });
+    }
+  const double scale = kMargin * std::sqrt(farthest);
+  found.half_p *= scale;
+  found.half_q *= scale;
+  return found;
 }
 
 bool GhostPaths::start_walk(const PathStart& start, WalkingRay& ray) const {
@@ -135,63 +153,6 @@ double GhostPaths::trace(const PathStart& start, PathRandom& random) const {
     }
   }
   return 0;
-}
-
-double GhostPaths::ghost_part(const PathStart& start, PathRandom& random, const float* straight,
-                              std::vector<Branch>& waiting) const {
-  Branch branch;
-  if (!start_walk(start, branch.ray)) return 0;
-  const auto survives = [&](double& weight) {
-    if (weight >= kMinWeight) return true;
-    if (!(random.unit() * kMinWeight < weight)) return false;
-    weight = kMinWeight;
-    return true;
-  };
-  double seen = 0;
-  waiting.clear();
-  for (bool more = true; more;) {
-    bool alive = ++branch.events <= kMaxEvents;
-    AtFace met;
-    switch (alive ? walk_.advance(branch.ray, met) : GhostWalk::Next::lost) {
-      case GhostWalk::Next::lost:
-        alive = false;
-        break;
-      case GhostWalk::Next::object_side:
-        if (branch.reflected) seen += branch.weight * radiance(branch.ray);
-        alive = false;
-        break;
-      case GhostWalk::Next::image_side:
-        branch.weight *= albedo_;
-        alive = false;
-        if (const auto hit = branch.weight > 0 ? intersect_sensor(branch.ray) : std::nullopt) {
-          // Lambertian: the mean incident radiance is the irradiance over pi.
-          seen += branch.weight * static_cast<double>(straight[hit->pixel]) / kPi;
-          branch.reflected = false;
-          alive = survives(branch.weight) && scatter(*hit, branch.ray, random);
-        }
-        break;
-      case GhostWalk::Next::face: {
-        branch.reflected |= met.is_edge;
-        Branch other = branch;
-        other.weight *= met.reflectance;
-        if (survives(other.weight)) {
-          other.reflected = true;
-          walk_.reflect(met, other.ray);
-          waiting.push_back(other);
-        }
-        branch.weight *= 1 - met.reflectance;
-        alive = met.reflectance < 1 && survives(branch.weight);
-        if (alive) walk_.refract(met, branch.ray);
-        break;
-      }
-    }
-    if (alive) continue;
-    more = !waiting.empty();
-    if (!more) break;
-    branch = waiting.back();
-    waiting.pop_back();
-  }
-  return seen;
 }
 
 }  // namespace relign::imaging

@@ -19,10 +19,11 @@ struct PathStart {
   bool is_direction() const { return p * p + q * q < 1; }
 };
 
-// Direction cosines along x and y; area in units of direction cosines squared.
-struct DirectionBox {
-  double low_p = -1, high_p = 1, low_q = -1, high_q = 1;
-  double area() const { return (high_p - low_p) * (high_q - low_q); }
+// Of direction cosines along x and y; the centre moves with the place on the sensor: centre + slope (x, y), relative to
+// the middle of a box of pixels.
+struct DirectionEllipse {
+  double centre_p = 0, centre_q = 0, slope[4] = {}, half_p = 1, half_q = 1;
+  double area() const { return optics::kPi * half_p * half_q; }
 };
 
 class GhostPaths {
@@ -33,28 +34,15 @@ class GhostPaths {
   void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
              const std::optional<optics::Motion>& into_print = std::nullopt);
 
-  // A box of all directions in which the lens can be hit from a rectangle of the sensor.
-  DirectionBox towards_lens(double low_x, double high_x, double low_y, double high_y) const;
+  // All directions in which the lens can be hit from a box of pixels, given by its middle and half its width and height
+  // (mm); the whole disc if they are not known.
+  DirectionEllipse towards_lens(const optics::Vec3& middle, double half_width, double half_height) const;
 
   // As the paper's renderer does it: refracts or reflects at random at each face, with Russian roulette from the fifth
   // event on. Returns the radiance at the end of the path, weighted for roulette and sensor.
   double trace(const PathStart& start, PathRandom& random) const;
-  // The expected value of trace() without the unreflected path: follows both branches at each face, weighted. Little
-  // noise: Russian roulette applies only to weights below kMinWeight. Where the sensor scatters a path, the light
-  // that arrives there directly through the lens is taken from `straight`, the irradiances of all pixels at this pose,
-  // row by row (unbiased if `straight` is), since a path would have to hit the lens's small pupil to find it. Light
-  // that is reflected or scattered again is traced further. `waiting` is workspace.
-  struct Branch {
-    optics::WalkingRay ray;
-    double weight = 1;
-    int events = 0;
-    bool reflected = false;
-  };
-  double ghost_part(const PathStart& start, PathRandom& random, const float* straight,
-                    std::vector<Branch>& waiting) const;
+  const optics::GhostWalk& walk() const { return walk_; }
 
-  // Minimises variance times time, measured in relign_od-package from 0.0002 to 0.05.
-  static constexpr double kMinWeight = 0.005;
   // Paths end after this many events, with on average at most 0.95^60 of their initial weight.
   static constexpr int kMaxEvents = 64;
 
@@ -76,6 +64,7 @@ class GhostPaths {
   double albedo_;
   optics::GhostWalk walk_;
   optics::Motion lens_to_world_, world_to_lens_;
+  std::vector<optics::Vec3> rims_;  // world points around which all glass is
   std::optional<optics::Motion> into_print_;
 };
 

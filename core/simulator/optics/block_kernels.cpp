@@ -473,7 +473,8 @@ const BlockKernels& kernels() {
                                          equal_runs,
                                          take_pixels,
                                          lattice,
-                                         sum_runs};
+                                         sum_runs,
+                                         &ghost_kernels};
   return table;
 }
 

@@ -66,6 +66,7 @@ class GhostWalk {
   const std::vector<GlassBody>& bodies() const { return bodies_; }
 
  private:
+  friend class GhostTables;
   static constexpr double kNearest = 1e-9;  // mm: closer hits are the point that the ray has just left
 
   struct Surface {

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "optics/face_rings.h"
+#include "optics/ghost_block.h"
 
 namespace relign::optics {
 
@@ -129,6 +130,7 @@ struct BlockKernels {
   // sums[i] = sum of radiance over the rays i * length to (i + 1) * length, in an order that is the same on
   // every instruction set. length: 8 to kBlockRays, a power of two.
   void (*sum_runs)(const RayBlock& block, int length, float* sums, int count);
+  const GhostKernels* ghosts;
 };
 
 namespace generic {

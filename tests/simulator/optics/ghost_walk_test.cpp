@@ -4,8 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <memory>
+#include <relign/random.hpp>
+#include <utility>
+#include <vector>
 
 #include "lens_under_test.h"
+#include "optics/ghost_tables.h"
+#include "optics/ray_block.h"
 #include "optics/trace.h"
 
 namespace relign::optics {
@@ -120,6 +127,184 @@ TEST(GhostWalk, EdgesRefract) {
   EXPECT_GT(ray.glass, 0);
   ASSERT_EQ(walk.advance(ray, met), Next::face);
   EXPECT_NEAR(dot(ray.direction, ray.direction), 1, 1e-12);
+}
+
+// A block of rays in one queue; those that only passed a stop or must be searched are advanced further, so that each
+// has met a face or an edge, left the lens or is lost, as after GhostWalk::advance.
+struct Advanced {
+  GhostRay refracted, reflected;
+  int refracted_to = kGhostGone, reflected_to = kGhostGone;
+};
+
+std::vector<Advanced> advance_in_blocks(const GhostTables& tables, const BlockKernels& kernels,
+                                        const std::vector<GhostRay>& rays, const std::vector<int>& queues) {
+  std::vector<Advanced> results(rays.size());
+  std::vector<std::pair<GhostRay, int>> waiting;
+  for (std::size_t i = 0; i < rays.size(); ++i) waiting.push_back({rays[i], queues[i]});
+  const std::vector<std::uint32_t> zero(kGhostRays);
+  const GhostChoice choice{true, 0, 0, zero.data(), zero.data()};
+  const auto children = std::make_unique<GhostChildren>();
+  while (!waiting.empty()) {
+    const int queue = waiting.back().second;
+    std::vector<GhostRay> block;
+    for (std::size_t i = waiting.size(); i-- > 0 && block.size() < kGhostRays;)
+      if (waiting[i].second == queue) {
+        block.push_back(waiting[i].first);
+        waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+    const std::size_t count = block.size();
+    block.resize((count + kGhostLanes - 1) / kGhostLanes * kGhostLanes, block.front());
+    tables.advance(*kernels.ghosts, queue, block.data(), choice, *children, static_cast<int>(block.size()));
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t path = block[i].tag % kGhostPaths;
+      const bool met = (children->first[i].tag & kGhostEventMask) != (block[i].tag & kGhostEventMask);
+      const int to = children->first_to[i];
+      if (!met && to >= 0 && to != tables.object_side() && to != tables.image_side())
+        waiting.push_back({children->first[i], to});
+      else
+        results[path] = {children->first[i], children->second[i], to, children->second_to[i]};
+    }
+  }
+  return results;
+}
+
+struct Sample {
+  WalkingRay ray;
+  GhostRay same{};
+  int queue = 0;
+};
+
+int queue_of(const GhostTables& tables, const WalkingRay& ray) {
+  return ray.gap < 0 ? tables.search_queue(0) : GhostTables::queue_of(ray.gap, ray.to_image);
+}
+
+// Rays on their way through a lens, from many random walks in double.
+std::vector<Sample> rays_on_their_way(const GhostWalk& walk, const GhostTables& tables, int paths) {
+  std::vector<Sample> samples;
+  Random random(11);
+  for (int path = 0; path < paths; ++path) {
+    WalkingRay ray;
+    const Vec3 from{random.uniform(-2.6, 2.6), random.uniform(-2.6, 2.6), 20.587};
+    const Vec3 towards{random.uniform(-3.6, 3.6), random.uniform(-3.6, 3.6), 16};
+    bool goes_on = walk.enter_from_image(from, unit(towards - from), ray);
+    for (int event = 0; event < 12 && goes_on; ++event) {
+      Sample sample{ray, {}, queue_of(tables, ray)};
+      const auto single = [](double value) { return static_cast<float>(value); };
+      sample.same = {single(ray.at.x),
+                     single(ray.at.y),
+                     single(ray.at.z),
+                     single(ray.direction.x),
+                     single(ray.direction.y),
+                     single(ray.direction.z),
+                     1,
+                     static_cast<std::uint32_t>(samples.size()) | (ray.left >= 0 ? kGhostLeftFace : 0U)};
+      samples.push_back(sample);
+      AtFace met;
+      goes_on = walk.advance(ray, met) == Next::face;
+      if (!goes_on) break;
+      if (random.uniform() < std::max(0.3, met.reflectance))
+        walk.reflect(met, ray);
+      else if (met.reflectance < 1)
+        walk.refract(met, ray);
+    }
+  }
+  return samples;
+}
+
+TEST(GhostBlocks, AdvanceRaysAsTheWalkInDouble) {
+  const Prescription& lens = relign_od();
+  GhostWalk walk;
+  walk.set(Assembly(lens, {{"L2", {{0.01, -0.02, 0.005}, {0.3, -0.2}}}, {"L4", {{0, 0.01, 0}, {-0.4, 0.1}}}}));
+  GhostTables tables;
+  tables.set(walk);
+  const std::vector<Sample> samples = rays_on_their_way(walk, tables, 20000);
+  std::vector<GhostRay> rays;
+  std::vector<int> queues;
+  for (const Sample& sample : samples) {
+    rays.push_back(sample.same);
+    queues.push_back(sample.queue);
+  }
+  const std::vector<Advanced> found = advance_in_blocks(tables, block_kernels(), rays, queues);
+  int faces = 0, edges = 0, lost = 0, away = 0, total = 0, differ = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    WalkingRay ray = samples[i].ray;
+    AtFace met;
+    const Next next = walk.advance(ray, met);
+    const Advanced& one = found[i];
+    const auto close = [](const Vec3& a, float x, float y, float z, double tolerance) {
+      return distance(a, {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)}) < tolerance;
+    };
+    bool same = false;
+    switch (next) {
+      case Next::object_side:
+        ++away;
+        same = one.refracted_to == tables.object_side();
+        break;
+      case Next::image_side:
+        ++away;
+        same = one.refracted_to == tables.image_side();
+        break;
+      case Next::lost:
+        ++lost;
+        same = one.refracted_to == kGhostGone && one.reflected_to == kGhostGone;
+        break;
+      case Next::face: {
+        ++(met.is_edge ? edges : faces);
+        total += met.reflectance == 1;
+        WalkingRay turned = ray, through = ray;
+        walk.reflect(met, turned);
+        same = one.reflected_to == queue_of(tables, turned) &&
+               close(turned.at, one.reflected.x, one.reflected.y, one.reflected.z, 1e-3) &&
+               close(turned.direction, one.reflected.l, one.reflected.m, one.reflected.n, 1e-3) &&
+               std::fabs(static_cast<double>(one.reflected.weight) - met.reflectance) < 1e-3;
+        if (met.reflectance == 1) {
+          same = same && one.refracted_to == kGhostGone;
+          break;
+        }
+        walk.refract(met, through);
+        same = same && one.refracted_to == queue_of(tables, through) &&
+               close(through.direction, one.refracted.l, one.refracted.m, one.refracted.n, 5e-3);
+        break;
+      }
+    }
+    differ += !same;
+  }
+  // Of each kind there are enough; only rays within rounding of a rim or of grazing incidence may differ.
+  EXPECT_GT(faces, 20000);
+  EXPECT_GT(edges, 2000);
+  EXPECT_GT(lost, 5000);
+  EXPECT_GT(away, 1000);
+  EXPECT_GT(total, 1000);
+  EXPECT_LT(differ, static_cast<int>(samples.size()) / 2000) << "of " << samples.size();
+}
+
+TEST(GhostBlocks, AllInstructionSetsGiveTheSameBits) {
+  GhostWalk walk;
+  walk.set(Assembly(relign_od()));
+  GhostTables tables;
+  tables.set(walk);
+  std::vector<GhostRay> rays;
+  std::vector<int> queues;
+  for (const Sample& sample : rays_on_their_way(walk, tables, 2000)) {
+    rays.push_back(sample.same);
+    queues.push_back(sample.queue);
+  }
+  const auto reference = advance_in_blocks(tables, *block_kernels("generic"), rays, queues);
+  for (const char* name : {"avx2", "avx512"}) {
+    const BlockKernels* kernels = block_kernels(name);
+    if (!kernels) continue;
+    const auto found = advance_in_blocks(tables, *kernels, rays, queues);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      ASSERT_EQ(found[i].refracted_to, reference[i].refracted_to) << name;
+      ASSERT_EQ(found[i].reflected_to, reference[i].reflected_to) << name;
+      ASSERT_TRUE(found[i].refracted_to < 0 ||
+                  std::memcmp(&found[i].refracted, &reference[i].refracted, sizeof(GhostRay)) == 0)
+          << name;
+      ASSERT_TRUE(found[i].reflected_to < 0 ||
+                  std::memcmp(&found[i].reflected, &reference[i].reflected, sizeof(GhostRay)) == 0)
+          << name;
+    }
+  }
 }
 
 }  // namespace
