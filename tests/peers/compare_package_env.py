@@ -4,7 +4,7 @@
 
 Twenty instances with ten steps are 260 captures of the package, 3 s each on two idle cores. An interrupted comparison resumes
 in the same folder. Two scenes of relign-bench are compared: relign_od-package has the reflections of the package's lens;
-relign_od, on which the agents were trained, has none. The printed values are also in curve-AGENT.csv in the folder.
+relign_od, on which the agents were trained, has none. The printed values are also in curve-AGENT-LEVEL.csv in the folder.
 """
 
 import argparse
@@ -17,8 +17,6 @@ from pathlib import Path
 import numpy as np
 import package_images
 import program
-
-LEVEL = 0.25
 
 
 def run(folder, scene, level, given, instances, seed=1):
@@ -35,13 +33,13 @@ def run(folder, scene, level, given, instances, seed=1):
 
 def package_log(given, instance):
     """Poses and elements at every step of the agent's trial; from the folder if they are already there."""
-    log = given.folder / f"package-{given.agent}-{instance}.jsonl"
+    log = given.folder / f"package-{given.agent}-{given.level:g}-{instance}.jsonl"
     if not log.is_file():
         results, writing = given.folder / "running", log.with_suffix(".part")
         shutil.rmtree(results, ignore_errors=True)
         writing.unlink(missing_ok=True)
         scene = {"use": str(Path(__file__).parent.resolve() / "package_station.py"), "name": "package",
-                 "parameters": {"level": LEVEL, "log": str(writing.resolve())}}
+                 "parameters": {"level": given.level, "log": str(writing.resolve())}}
         run(results, scene, "none", given, 1, seed=instance + 1)
         writing.rename(log)
     trials = {}
@@ -72,7 +70,8 @@ def rows(where, rmse):
 
 
 def in_our_scene(given, scene, instances):
-    results = run(given.folder / f"{scene}-{given.agent}-{instances}", scene, f"rho{LEVEL}-package", given, instances)
+    folder = given.folder / f"{scene}-{given.agent}-{given.level:g}-{instances}"
+    results = run(folder, scene, f"rho{given.level:g}-package", given, instances)
     with open(results / "curves.csv") as table:
         return [[scene, int(row["step"]), int(row["n"]), *(float(row[f"commanded_{q}"]) for q in ("q25", "median", "q75"))]
                 for row in csv.DictReader(table) if row["algorithm"] == "agent"]
@@ -82,6 +81,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--agent", default="imitation")
+    parser.add_argument("--level", type=float, choices=[0, 0.25, 0.5], default=0.25, help="N of the element offsets")
     parser.add_argument("--instances", type=int, default=20, help="instances of the package")
     parser.add_argument("--with-reflections", type=int, default=20, help="instances of relign_od-package")
     parser.add_argument("--steps", type=int, default=10)
@@ -90,11 +90,11 @@ def main():
     os.environ.setdefault("RELIGN_CALL_SECONDS", "600")  # the package is slow on a busy machine
     found = (in_our_scene(given, "relign_od", 100) + in_our_scene(given, "relign_od-package", given.with_reflections) +
              in_the_package(given))
-    with open(given.folder / f"curve-{given.agent}.csv", "w", newline="") as out:
+    with open(given.folder / f"curve-{given.agent}-{given.level:g}.csv", "w", newline="") as out:
         table = csv.writer(out, lineterminator="\n")
         table.writerow(["where", "step", "lenses", "q25", "median", "q75"])
         table.writerows([*row[:3], *(f"{value:.5f}" for value in row[3:])] for row in found)
-    print(f"{given.agent}, N = {LEVEL}: median noise-free RMSE (quartiles)")
+    print(f"{given.agent}, N = {given.level:g}: median noise-free RMSE (quartiles)")
     for where, step, count, q25, median, q75 in found:
         print(f"{where}, {count} instances, step {step}: {median:.4f} ({q25:.4f} - {q75:.4f})")
 

@@ -67,7 +67,11 @@ const std::vector<Check>& all_checks() {
        algorithm,
        check_prepared},
 
-      {"description", "has a complete description, and a design model that fits it", {"creates"}, scene, check_description},
+      {"description",
+       "has a complete description, and a design model that fits it",
+       {"creates"},
+       scene,
+       check_description},
       {"reference", "has a complete, finite and reproducible reference image", {"description"}, scene, check_reference},
       {"same-pixels",
        "gives the same finite pixels for the same assembly, pose and seed",

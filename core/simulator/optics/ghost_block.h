@@ -74,7 +74,7 @@ struct GhostLens {
   std::int32_t air, object_side, image_side;  // queues
 };
 
-// How rays go on at faces and edges.
+// How rays continue at faces and edges.
 struct GhostChoice {
   // false: refracted or reflected at random, with Russian roulette from the fifth event on (the paper's renderer).
   // true: both, weighted; roulette applies to weights below least_weight, of faint light below least_faint.
@@ -87,7 +87,7 @@ constexpr std::int32_t kGhostGone = -1;  // in place of a queue
 
 struct GhostChildren {
   GhostRay first[kGhostRays], second[kGhostRays];
-  std::int32_t first_to[kGhostRays], second_to[kGhostRays];  // queues; second only if rays go on as both
+  std::int32_t first_to[kGhostRays], second_to[kGhostRays];  // queues; second only if rays continue as both
 };
 
 struct GhostKernels {
