@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """What captures without labels buy: relign-train adapt with 10, 100 and 1,000 captures of three stations.
 
-    PATH=build/release/bin:$PATH PYTHONPATH=build/release/python python3 benchmarks/adaptation.py training/randomised -o results/adaptation
+    export PATH=build/release/bin:$PATH PYTHONPATH=build/release/python
+    python3 benchmarks/adaptation.py training/randomised -o results/adaptation
 
 The stations: reflections (`relign_od-package`), another sensor and a target printed 1 % too large. Captures are of up to 50
 training instances at uniform true poses, N = 0.25. Every adapted network and the one that it started from then align
-`--instances` benchmark instances of the station. Prints median excess RMSE after 6 and 12 images with the 95 % interval, and writes
-them to adaptation.csv. Adapted networks that are already in the folder are kept.
+`--instances` benchmark instances of the station. Prints median excess RMSE after 6 and 12 images with the 95 % interval, and
+writes them to adaptation.csv. Adapted networks that are already in the folder are kept.
 """
 
 import argparse
@@ -41,29 +42,32 @@ def adapted(given, station, count):
         images = given.out / f"captures-{station}-{count}"
         images.mkdir(parents=True, exist_ok=True)
         np.save(images / "captures.npy", captures(STATIONS[station], count).astype(np.float32))
-        subprocess.run([sys.executable, "-m", "relign_bench.training", "adapt", given.run, "--images", images, "-o", out], check=True)
+        subprocess.run([sys.executable, "-m", "relign_bench.training", "adapt", given.run, "--images", images, "-o", out],
+                       check=True)
     return out / "adapted.onnx"
 
 
 def evaluated(given, station):
     """(name, steps) -> excess errors of all instances."""
-    models = {"0": given.run / "imitation.onnx"} | {str(count): adapted(given, station, count) for count in given.captures}
+    models = {"0": given.run / "imitation.onnx", **{str(count): adapted(given, station, count) for count in given.captures}}
     suite = given.out / f"{station}.json"
     suite.write_text(json.dumps({
-        "name": f"adaptation_{station}", "scenes": [STATIONS[station]], "noise_levels": ["rho0.25"], "instances": given.instances,
-        "protocol": "blind", "steps": 12,
-        "algorithms": [{"use": "imitation", "name": f"after-{name}", "parameters": {"model": str(model.resolve()), "other_scenes": True}}
+        "name": f"adaptation_{station}", "scenes": [STATIONS[station]], "noise_levels": ["rho0.25"],
+        "instances": given.instances, "protocol": "blind", "steps": 12,
+        "algorithms": [{"use": "imitation", "name": f"after-{name}",
+                        "parameters": {"model": str(model.resolve()), "other_scenes": True}}
                        for name, model in models.items()]}))
     names = [f"--only=algorithm=after-{name}" for name in models]
     results = given.out / f"trials-{station}"
-    subprocess.run(["relign-bench", "run", suite, "-o", results, *names, "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["relign-bench", "run", suite, "-o", results, *names, "--progress", "none"], check=True,
+                   stdout=subprocess.DEVNULL)
     rows = [row for row in csv.DictReader((results / "matrix.csv").open()) if row["rule"] == "own"]
     for row in rows:
         if not row["algorithm"].startswith("after-"):
             continue
         yield {"station": station, "captures": row["algorithm"].removeprefix("after-"), "images": row["images"],
-               "instances": row["n"], "excess_median": row["excess_median"], "lo95": row["excess_lo95"], "hi95": row["excess_hi95"],
-               "excess_q75": row["excess_q75"]}
+               "instances": row["n"], "excess_median": row["excess_median"], "lo95": row["excess_lo95"],
+               "hi95": row["excess_hi95"], "excess_q75": row["excess_q75"]}
 
 
 def main():
@@ -81,8 +85,8 @@ def main():
         writer.writeheader()
         writer.writerows(found)
     for row in found:
-        print(f"{row['station']:12} {row['captures']:>5} captures, {row['images']:>2} images: {float(row['excess_median']):.4f} "
-              f"({float(row['lo95']):.4f} to {float(row['hi95']):.4f})")
+        print(f"{row['station']:12} {row['captures']:>5} captures, {row['images']:>2} images: "
+              f"{float(row['excess_median']):.4f} ({float(row['lo95']):.4f} to {float(row['hi95']):.4f})")
 
 
 if __name__ == "__main__":
