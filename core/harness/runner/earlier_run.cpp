@@ -4,6 +4,8 @@
 #include <set>
 #include <system_error>
 
+#include "base/json_members.h"
+
 namespace relign::runner {
 namespace fs = std::filesystem;
 
@@ -117,6 +119,11 @@ void EarlierRun::mark_changed_analysis(Json& manifest) const {
   manifest["analysis_began_with"] = first;
   reporter_.message(
       "the suite's analysis plan has changed since the first of these results; the report marks it as changed");
+}
+
+void EarlierRun::keep_secret(Json& manifest) const {
+  if (suite_.commitment.empty() || text_of(manifest_, "commitment") != suite_.commitment) return;
+  if (const std::string secret = text_of(manifest_, "secret"); !secret.empty()) manifest["secret"] = secret;
 }
 
 EarlierRun::Remaining EarlierRun::remaining() const {
