@@ -1,4 +1,4 @@
-// relign-bench seal and unseal: secrets of sealed suites, whose instances nobody can know before the run.
+// relign-bench seal and unseal: secrets of sealed suites, whose instances are unknown before the run.
 #include <fcntl.h>
 #include <unistd.h>
 
