@@ -1,8 +1,8 @@
 """Adaptation of a trained policy to a station, from captures at unknown poses.
 
 The network continues to learn from labelled simulated images, and at the same time to give its features the same mean and
-standard deviation on the station's captures as on simulated ones at poses over the whole travel (moment matching, the diagonal
-form of CORAL: Sun and Saenko, "Deep CORAL", 2016). The station's captures need no labels, but poses spread over the travel.
+standard deviation on the station's captures as on ideal simulated ones at poses over the whole travel (moment matching, the
+diagonal form of CORAL: Sun and Saenko, "Deep CORAL", 2016). The station's captures need no labels, but poses spread over the travel.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Recipe:
     images: str = ""  # SHA-256 of the captures
     captures: int = 0  # their number
     steps: int = 400  # of the optimiser
-    rate: float = 1e-4
+    rate: float = 1e-4  # at first; it falls linearly to 0
     weight: float = 0.3  # of the features' moments in the loss
     batch: int = 128
     seed: int = 0
@@ -119,7 +119,7 @@ class Adaptation:
         begun = time.monotonic()
         random = np.random.default_rng([settings.seed, 3])
         torch.manual_seed(settings.seed)
-        instances = training.instances()
+        instances, ideal = training.instances(), training.instances(errors=False)
         optimizer = torch.optim.Adam(training.net.parameters(), lr=settings.rate)
         vectors = training.directions.vectors.astype(np.float32)
         captured = torch.from_numpy(self.captures[:, None])
@@ -127,11 +127,14 @@ class Adaptation:
         per_step = settings.batch // 2  # images near the optima, and as many anywhere
         rendered = 10 * instances.count
         for step in range(settings.steps):
+            optimizer.param_groups[0]["lr"] = settings.rate * (1 - step / settings.steps)
             if step % max(1, rendered // per_step) == 0:
-                instances.reset(recipe.seed * 2**32 + 2**31 + step * instances.count)
+                first = recipe.seed * 2**32 + 2**31 + step * instances.count
+                instances.reset(first)
+                ideal.reset(first)
                 optima = training.optimum.optima(instances.offsets())
                 near = drawn_data(instances, optima, 10, 1.0, training.directions, random)
-                anywhere = drawn_data(instances, optima, 10, 0.0, training.directions, random)
+                anywhere = drawn_data(ideal, optima, 10, 0.0, training.directions, random)
             chosen = random.choice(len(near[0]), per_step, replace=False)
             images = torch.from_numpy(np.concatenate([near[0][chosen], anywhere[0][chosen]])[:, None])
             along = torch.from_numpy(np.concatenate([near[1][chosen], anywhere[1][chosen]]) @ vectors)

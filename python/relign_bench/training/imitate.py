@@ -222,10 +222,10 @@ class Training:
                      f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
 
-    def instances(self, slots: int = SLOTS, family: str = "training") -> InstanceSet:
-        """Instances of the recipe's levels, imaged with its errors."""
+    def instances(self, slots: int = SLOTS, family: str = "training", errors: bool = True) -> InstanceSet:
+        """Instances of the recipe's levels, imaged with its errors or ideally."""
         return InstanceSet(self.recipe.scene, self.recipe.levels, slots, self.recipe.size, family, self.threads,
-                           {"imaging_errors": self.imaging_errors} if self.imaging_errors else None)
+                           {"imaging_errors": self.imaging_errors} if errors and self.imaging_errors else None)
 
     def run(self) -> StridedNet:
         """Trains to the end; returns the network."""
