@@ -13,7 +13,7 @@
 //   3. Distortion: s = start + D p, then the limits.
 //   4. Repeatability: one normal deviate per axis and move; an axis whose carriage does not move keeps its error.
 //   5. Drift: drift (1 - exp(-t / tau)) at machine time t. The sum is clamped to the travel.
-// Limits act before 4 and 5, so that noise neither blocks a stage that stands at a limit nor sets a limit's flag.
+// Limits act before 4 and 5, so that noise neither blocks a stage at a limit nor sets a limit's flag.
 // Errors are pure functions of instance, move number and machine time, so that trials can be replayed.
 #pragma once
 
