@@ -127,9 +127,11 @@ std::string FakeServices::draw(std::uint64_t number) const {
     rows.push_back(std::move(values));
   }
   const double shift_mm = 0.01 * random.normal();
-  return canonical_json({{"start", start},
-                         {"distortion", rows},
-                         {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}});
+  Json drawn = {{"start", start},
+                {"distortion", rows},
+                {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}};
+  if (number % 2 == 1) drawn["stage"] = {{"backlash", std::vector<double>(trial_.setup.axes, 0.001)}};
+  return canonical_json(drawn);
 }
 
 const void* FakeServices::prior() {

@@ -260,6 +260,11 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       record.glued_mse.push_back(truth.mse);
       record.glued_mse_error.push_back(truth.standard_error);
     }
+    for (const trials::Truth& truth : result.best_truths) {
+      record.best_mse.push_back(truth.mse);
+      record.best_mse_error.push_back(truth.standard_error);
+    }
+    record.best_uncured_mse = result.best_uncured_mse;
     record.mtf = mtf_record(result.mtf.glued);
     record.uncured_mtf = mtf_record(result.mtf.uncured);
     record.best_mtf = mtf_record(result.best_mtf.glued);

@@ -84,6 +84,12 @@ std::string perturbations_json(const Perturbations& perturbations) {
   Json json = {
       {"start", perturbations.start}, {"distortion", rows}, {"elements", Json::parse(perturbations.elements_json)}};
   if (!perturbations.cure_shift.empty()) json["cure_shift"] = perturbations.cure_shift;
+  if (const std::optional<StageErrors>& stage = perturbations.stage)
+    json["stage"] = {{"backlash", stage->backlash},
+                     {"repeatability", stage->repeatability},
+                     {"encoder_step", stage->encoder_step},
+                     {"drift", stage->drift},
+                     {"drift_seconds", stage->drift_seconds}};
   return canonical_json(json);
 }
 

@@ -90,8 +90,8 @@ class Prior {
  public:
   explicit Prior(const relign_prior_service* service) : service_(service) {}
 
-  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...] where
-  // the level draws one.
+  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...]
+  // and "stage": {...} where the level draws them.
   std::string draw(std::uint64_t number) const {
     border::Collector drawn;
     border::check_service(service_, service_->draw(service_->context, number, drawn.sink()), "prior");

@@ -186,7 +186,7 @@ class Trial:
             number: Number of the draw.
 
         Returns:
-            {"start", "distortion", "elements"}, and "cure_shift" where the level draws one.
+            {"start", "distortion", "elements"}, and "cure_shift" and "stage" where the level draws them.
         """
         return self._service("relign.prior/1", "draw", number=number)["drawn"]
 

@@ -119,6 +119,8 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   EXPECT_EQ(drawn["elements"], Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 0], "tilt_deg": [0, 0]}})"));
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
   EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
+  EXPECT_EQ(drawn["stage"], Json::parse(R"({"backlash": [0.01, 0, 0], "repeatability": [0, 0, 0],
+      "encoder_step": [0, 0, 0], "drift": [0, -0.5, 0], "drift_seconds": 60})"));
   const auto start_of = [&](std::uint64_t seed) {
     return Json::parse(trial.level->draw(seed, trial.facts.text)).at("start");
   };
@@ -165,6 +167,21 @@ TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
   EXPECT_EQ(trial.answer("task", 1)["budget"], 2);
   EXPECT_NE(trial.answer("task")["seed"], trial.answer("task", 1)["seed"]);
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"stop", "stop", "stop"}));
+}
+
+TEST(Services, InnerRunMovesTheSameStageWithItsErrors) {
+  const auto run = [](const std::string& script) {
+    ServiceTrial trial(script);
+    trial.instance.perturbations.stage = StageErrors{{0.02, 0, 0}, {0.01, 0.01, 0}, {0, 0, 0}, {0, 0.01, 0}, 1};
+    return trial.run().steps;
+  };
+  const std::vector<Step> nested = run(R"([["step", [0.4, 0.58, 0.5]],
+      ["run", "then", 2, {"script": [["step", 0.45, 0.57, 0.5], ["step", 0.42, 0.58, 0.5]]}], ["step", [0.4, 0.6, 0.5]]])");
+  const std::vector<Step> direct = run(R"([["step", [0.4, 0.58, 0.5]], ["step", [0.45, 0.57, 0.5]],
+      ["step", [0.42, 0.58, 0.5]], ["step", [0.4, 0.6, 0.5]]])");
+  ASSERT_THAT(nested, SizeIs(5));
+  ASSERT_THAT(direct, SizeIs(5));
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(nested[k].true_pose, direct[k].true_pose) << k;
 }
 
 TEST(Services, InnerRunThatReturnsEarlyLeavesTheRestOfTheBudget) {
