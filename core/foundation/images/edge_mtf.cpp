@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <relign/portable_math.hpp>
 #include <utility>
 #include <vector>
 
@@ -105,7 +105,15 @@ std::vector<Bin> profile_of(const Patch& patch, const Line& line, double half_le
   return profile;
 }
 
-double sinc(double x) { return x == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
+// sin(pi x) / (pi x) for |x| <= 1 by its power series, remainder below 1e-11.
+double sinc(double x) {
+  constexpr double kInverse[] = {1.0 / 6,   1.0 / 20,  1.0 / 42,  1.0 / 72,  1.0 / 110, 1.0 / 156,
+                                 1.0 / 210, 1.0 / 272, 1.0 / 342, 1.0 / 420, 1.0 / 506};  // 1 / (2 k (2 k + 1))
+  const double square = 9.8696044010893586 * x * x;
+  double sum = 1;
+  for (int k = 10; k >= 0; --k) sum = 1 - square * kInverse[k] * sum;
+  return sum;
+}
 
 }  // namespace
 
@@ -136,13 +144,15 @@ double edge_mtf(const View& image, const Region& region, double cycles_per_pixel
   for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
     const double place = (profile[k].place_px + profile[k + 1].place_px) / 2;
     const double share = std::fabs(place) / half_length;
-    const double taper = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * std::numbers::pi * (std::min(share, 1.0) - 0.5));
+    const double taper =
+        share <= 0.5 ? 1.0 : 0.5 + 0.5 * portable_sine_cosine(360 * (std::min(share, 1.0) - 0.5)).cosine;
     const double rise = taper * (profile[k + 1].value - profile[k].value);
-    const double phase = 2 * std::numbers::pi * cycles_per_pixel * place;
+    const double turns = cycles_per_pixel * place;
+    const SineCosine wave = portable_sine_cosine(360 * (turns - std::floor(turns)));
     // A difference averages the derivative over the distance between its ends.
     const double blur = sinc(cycles_per_pixel * (profile[k + 1].place_px - profile[k].place_px));
-    real += rise * std::cos(phase) / blur;
-    imaginary += rise * std::sin(phase) / blur;
+    real += rise * wave.cosine / blur;
+    imaginary += rise * wave.sine / blur;
     level += rise;
   }
   const auto less = [](const Bin& a, const Bin& b) { return a.value < b.value; };
