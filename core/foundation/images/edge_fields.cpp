@@ -210,9 +210,11 @@ double FieldEdges::edge_energy() const {
       for (std::size_t y = region->y + 1; y + 1 < region->y + region->height; ++y) {
         double row_energy = 0, row_level = 0;
         for (std::size_t x = region->x + 1; x + 1 < region->x + region->width; ++x) {
-          const double across = (image_.at(x + 1, y) - image_.at(x - 1, y)) / 2;
-          const double down = (image_.at(x, y + 1) - image_.at(x, y - 1)) / 2;
-          row_energy += across * across + down * down;
+          const auto across = [&](std::size_t row) { return (image_.at(x + 1, row) - image_.at(x - 1, row)) / 2; };
+          const auto down = [&](std::size_t column) {
+            return (image_.at(column, y + 1) - image_.at(column, y - 1)) / 2;
+          };
+          row_energy += across(y) * across(y + 1) + down(x) * down(x + 1);
           row_level += image_.at(x, y);
         }
         energy += row_energy;
@@ -221,7 +223,7 @@ double FieldEdges::edge_energy() const {
       pixels += (region->width - 2) * (region->height - 2);
     }
   const double mean_level = level / static_cast<double>(std::max<std::size_t>(pixels, 1));
-  return mean_level > 0 ? energy / static_cast<double>(pixels) / (mean_level * mean_level) : 0;
+  return mean_level > 0 ? std::max(0.0, energy / static_cast<double>(pixels) / (mean_level * mean_level)) : 0;
 }
 
 }  // namespace relign::images

@@ -57,7 +57,8 @@ class FieldEdges {
   double mtf(std::size_t field, Direction direction, double cycles_per_pixel) const;
 
   // Mean squared gradient over the regions of all fields / squared mean level there (central differences, 1 / px^2).
-  // 0 without light.
+  // A square is the product with the neighbour beside the difference, so that noise of single pixels averages out. At
+  // least 0; 0 without light.
   double edge_energy() const;
 
  private:

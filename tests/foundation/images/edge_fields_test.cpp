@@ -53,6 +53,8 @@ TEST(EdgeEnergy, DecreasesWithBlurAndIgnoresTheLightLevel) {
     const double energy = FieldEdges(image, nine_fields()).edge_energy();
     EXPECT_LT(energy, before) << sigma;
     EXPECT_NEAR(FieldEdges(brighter, nine_fields()).edge_energy() / energy, 1, 1e-6);
+    const Image noisy = chart(243, 178, sigma, 0.9, 0.09);
+    EXPECT_NEAR(FieldEdges(noisy, nine_fields()).edge_energy(), energy, 0.1 * energy + 1e-4) << "noise adds nothing";
     before = energy;
   }
 }
