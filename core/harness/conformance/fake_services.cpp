@@ -108,7 +108,7 @@ const void* FakeServices::measures() {
       services.reference();  // also makes sure that there is a capture
       const relign_image &seen = services.trial_.last_image(), &wanted = services.reference_image_;
       *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                               text_of(name), text_of(arguments_json));
+                               services.scene_, text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };

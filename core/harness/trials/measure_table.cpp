@@ -1,5 +1,6 @@
 #include "trials/measure_table.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "images/edge_fields.h"
 #include "images/registration.h"
 
 namespace relign::trials {
@@ -16,6 +18,7 @@ constexpr double kUnbounded = std::numeric_limits<double>::max();
 
 struct Images {
   images::View capture, reference;
+  const SceneFacts& scene;
 };
 
 struct Measure {
@@ -57,6 +60,69 @@ double mtf(const Images& images, ObjectReader& arguments) {
     arguments.complain(
         "", "the region exceeds the image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels");
   return images::edge_mtf(image, region, cycles_per_pixel);
+}
+
+constexpr std::size_t kEveryField = images::kMaxFields;
+
+// The field that the arguments name, by name or number; kEveryField without one. Complains where there is none.
+std::size_t field_of(const Images& images, ObjectReader& arguments) {
+  const images::EdgeFields& fields = images.scene.fields;
+  const Json* given = arguments.get("field");
+  if (fields.empty()) {
+    arguments.complain("", "the scene '" + images.scene.name + "' describes no 'fields'");
+    return kEveryField;
+  }
+  if (!given) return kEveryField;
+  std::vector<std::string> names;
+  for (const images::EdgeField& field : fields) names.push_back(field.name);
+  if (given->is_string()) {
+    const auto named = std::find(names.begin(), names.end(), given->get<std::string>());
+    if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+    arguments.complain("field", "unknown field '" + given->get<std::string>() + "'; fields: " + join(names, ", "));
+    return kEveryField;
+  }
+  return static_cast<std::size_t>(arguments.integer("field", 0, 0, static_cast<std::int64_t>(fields.size()) - 1));
+}
+
+// Of one field or, by default, the lowest of all; of one direction or the lower of both. NaN if any of them is.
+double field_mtf(const Images& images, ObjectReader& arguments) {
+  using images::Direction;
+  const std::size_t field = field_of(images, arguments);
+  double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 0, 1);
+  const double lp_per_mm = arguments.number("lp_per_mm", 0, 0, kUnbounded);
+  if (arguments.has("cycles_per_pixel") == arguments.has("lp_per_mm"))
+    arguments.complain("", "expected either 'cycles_per_pixel' or 'lp_per_mm'");
+  if (arguments.has("lp_per_mm")) {
+    cycles_per_pixel = lp_per_mm * images.scene.pitch_um / 1000;
+    if (!(images.scene.pitch_um > 0) || cycles_per_pixel > 1)
+      arguments.complain("lp_per_mm",
+                         images.scene.pitch_um > 0
+                             ? "more than one cycle per pixel of " + shortest(images.scene.pitch_um) + " um"
+                             : "the scene describes no 'pitch_um'; use 'cycles_per_pixel'");
+  }
+  const std::string direction = arguments.string("direction", "");
+  if (direction != "" && direction != "tangential" && direction != "sagittal")
+    arguments.complain("direction", "found '" + direction + "'; allowed: tangential, sagittal");
+  const images::FieldEdges edges(images.capture, images.scene.fields);
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < images.scene.fields.size(); ++i)
+    for (const Direction measured : {Direction::tangential, Direction::sagittal}) {
+      const bool asked = direction.empty() || (direction == "tangential") == (measured == Direction::tangential);
+      const bool shown = images.scene.fields[i].region(measured).has_value();
+      if (!asked || !shown || (field != kEveryField && field != i)) continue;
+      const double mtf = edges.mtf(i, measured, cycles_per_pixel);
+      if (!(mtf >= lowest)) lowest = mtf;
+      if (std::isnan(mtf)) return images::kNotMeasurable;
+    }
+  return lowest <= kUnbounded ? lowest : images::kNotMeasurable;
+}
+
+template <double (images::FieldEdges::*place)(std::size_t) const>
+double mark_of_field(const Images& images, ObjectReader& arguments) {
+  const std::size_t field = field_of(images, arguments);
+  if (!arguments.has("field")) arguments.complain_missing("field", "name or number of a field");
+  if (field == kEveryField) return images::kNotMeasurable;
+  return (images::FieldEdges(images.capture, images.scene.fields).*place)(field);
 }
 
 images::Registration registration(const Images& images) {
@@ -102,6 +168,21 @@ const std::vector<Measure>& measures() {
         {"width", "columns; default: all to the right"},
         {"height", "rows; default: all below"}},
        mtf},
+      {"field_mtf",
+       "Modulation transfer across the slanted edges of a field of the scene (ISO 12233)",
+       {{"field", "name or number of the field; default: the lowest of all"},
+        {"direction", "tangential or sagittal; default: the lower of both"},
+        {"cycles_per_pixel", "spatial frequency, 0 to 1"},
+        {"lp_per_mm", "the frequency in line pairs per mm on the sensor, instead of cycles_per_pixel"}},
+       field_mtf},
+      {"mark_x_px",
+       "Centre of a field's mark, from the middle of the first column",
+       {{"field", "name or number of the field"}},
+       mark_of_field<&images::FieldEdges::mark_x_px>},
+      {"mark_y_px",
+       "Centre of a field's mark, from the middle of the top row",
+       {{"field", "name or number of the field"}},
+       mark_of_field<&images::FieldEdges::mark_y_px>},
       {"shift_x_px",
        "Shift to the right, relative to the reference image",
        {},
@@ -129,8 +210,8 @@ Json list_measures() {
   return list;
 }
 
-double measure(const images::View& image, const images::View& reference, const std::string& name,
-               const std::string& arguments_json) {
+double measure(const images::View& image, const images::View& reference, const SceneFacts& scene,
+               const std::string& name, const std::string& arguments_json) {
   std::vector<std::string> names;
   for (const Measure& known : measures()) {
     names.emplace_back(known.name);
@@ -139,7 +220,7 @@ double measure(const images::View& image, const images::View& reference, const s
     std::vector<Problem> problems;
     ObjectReader arguments(source, "", problems);
     throw_if_any(problems);
-    const double value = known.of({image, reference}, arguments);
+    const double value = known.of({image, reference, scene}, arguments);
     arguments.reject_unknown();
     throw_if_any(problems);
     return value;

@@ -63,7 +63,8 @@ const void* Services::measures() {
       if (!value) return shared.refuse("'value' is null");
       const relign_image &capture = shared.host.last_capture(), &reference = shared.host.reference_image();
       *value = measure({capture.pixels, capture.width, capture.height},
-                       {reference.pixels, reference.width, reference.height}, text_of(name), text_of(arguments_json));
+                       {reference.pixels, reference.width, reference.height}, shared.host.setup().scene, text_of(name),
+                       text_of(arguments_json));
       return RELIGN_OK;
     });
   };
