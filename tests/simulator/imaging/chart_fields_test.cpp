@@ -37,7 +37,7 @@ images::Image capture_of(const SceneFile& scene, const std::vector<double>& pose
 double pixel_sinc(double x) { return x == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
 
 // What the image of an edge should show: rays, the square pixel, and the drawing's texels (grey by area and looked up
-// bilinearly, as if three of them stood behind each other).
+// bilinearly: the blur of three of them).
 double mtf_by_rays(const SceneFile& scene, const std::vector<double>& pose, const ChartEdge& edge,
                    double cycles_per_pixel) {
   const optics::Assembly lens(scene.lens);
