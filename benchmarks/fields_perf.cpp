@@ -15,7 +15,7 @@ images::Image capture_of(const images::EdgeFields& fields) {
   images::Image image(1920, 1280);
   for (std::size_t y = 0; y < image.height; ++y)
     for (std::size_t x = 0; x < image.width; ++x) {
-      const auto noise = static_cast<double>((x * 7919 + y * 104729) % 1000) * 1e-5;
+      const auto noise = static_cast<double>((x * 7919 + y * 104729) % 1000) * 1e-6;
       double value = 0.1 + noise;
       for (const images::EdgeField& field : fields) {
         const double dx = static_cast<double>(x) - field.mark->x_px, dy = static_cast<double>(y) - field.mark->y_px;
