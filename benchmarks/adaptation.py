@@ -42,8 +42,8 @@ def adapted(given, station, count):
         images = given.out / f"captures-{station}-{count}"
         images.mkdir(parents=True, exist_ok=True)
         np.save(images / "captures.npy", captures(STATIONS[station], count).astype(np.float32))
-        subprocess.run([sys.executable, "-m", "relign_bench.training", "adapt", given.run, "--images", images, "-o", out],
-                       check=True)
+        subprocess.run([sys.executable, "-m", "relign_bench.training", "adapt", given.run, "--images", images, "-o", out,
+                        *(["--threads", str(given.threads)] if given.threads else [])], check=True)
     return out / "adapted.onnx"
 
 
@@ -76,6 +76,7 @@ def main():
     parser.add_argument("-o", "--out", type=pathlib.Path, required=True)
     parser.add_argument("--captures", type=int, nargs="+", default=[10, 100, 1000])
     parser.add_argument("--stations", nargs="+", choices=list(STATIONS), default=list(STATIONS))
+    parser.add_argument("--threads", type=int, help="of the adaptations")
     parser.add_argument("--instances", type=int, default=20)
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,7 @@
 #include "cli/chosen_lens.h"
 
 #include "base/error.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/assembly_file.h"
 
@@ -66,7 +67,7 @@ void refuse_station(const LoadedScene& scene, const std::string& scene_id) {
   throw Error(ErrorKind::bad_input, "--scene: '" + scene_id +
                                         "' is a hardware station, which cannot render a given pose; "
                                         "capture its images in a trial: relign-bench try ALGORITHM --scene " +
-                                        scene_id + " --frames DIR");
+                                        shell_quoted(scene_id) + " --frames DIR");
 }
 
 }  // namespace relign::cli

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/optimum_table.h"
@@ -93,8 +94,8 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
   for (const Parameter& parameter : plugin.parameters) {
     const Json value = another_value(parameter, shown_value(parameter, preset));
     if (value.is_null()) continue;
-    return "relign-bench try " + (preset == nullptr ? plugin.id : preset->id) + " --parameters '" +
-           Json{{parameter.name, value}}.dump() + "'";
+    return "relign-bench try " + (preset == nullptr ? plugin.id : preset->id) + " --parameters " +
+           shell_quoted(Json{{parameter.name, value}}.dump());
   }
   return "";
 }

@@ -52,6 +52,17 @@ Finding program(const char* name, const char* otherwise) {
   return found.empty() ? Finding{name, "note", otherwise} : Finding{name, "ok", found.string()};
 }
 
+// The interpreter of Python plugins.
+Finding python() {
+  const char* chosen = std::getenv("RELIGN_PYTHON");
+  if (chosen == nullptr || *chosen == '\0') return program("python3", "not on PATH: Python plugins cannot run");
+  const fs::path found = program_on_path(chosen);
+  if (found.empty())
+    return {"python3", "wrong",
+            "RELIGN_PYTHON is '" + std::string(chosen) + "', which is no program: Python plugins cannot run"};
+  return {"python3", "ok", found.string() + " (RELIGN_PYTHON)"};
+}
+
 void check_plugins(Context& context, std::vector<Finding>& findings) {
   plugin_host::Catalog catalog;
   for (const fs::path& root : plugin_host::Catalog::default_roots()) {
@@ -92,7 +103,7 @@ int check_machine(Context& context) {
                             "results are written to results/ here; choose another folder with --out"));
   findings.push_back(folder("temporary folder", fs::temp_directory_path(), "set TMPDIR to a writable folder"));
   check_plugins(context, findings);
-  findings.push_back(program("python3", "not on PATH: Python plugins cannot run"));
+  findings.push_back(python());
   findings.push_back(program("sbatch", "not on PATH: Slurm jobs cannot be submitted from here"));
 
   bool all_well = true;

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
 #include "cli/shared_files.h"
@@ -57,9 +58,10 @@ int make_plan(Context& context, const PlanArguments& arguments) {
                " trials\n");
   std::fprintf(stderr,
                "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
-               "  relign-bench run --plan %s --shard 0/%u%s\n  relign-bench merge results/%s -o results/%s-merged\n",
-               arguments.out.c_str(), arguments.shards, arguments.shards > 1 ? ("   ... " + last).c_str() : "",
-               name.c_str(), name.c_str());
+               "  relign-bench run --plan %s --shard 0/%u%s\n  relign-bench merge %s -o %s\n",
+               shell_quoted(arguments.out).c_str(), arguments.shards,
+               arguments.shards > 1 ? ("   ... " + last).c_str() : "", shell_quoted("results/" + name).c_str(),
+               shell_quoted("results/" + name + "-merged").c_str());
   return kDone;
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/scaffold.h"
@@ -27,7 +28,7 @@ void refuse_taken_name(Context& context, plugin_host::Kind kind, const std::stri
 
 // The next commands, in order.
 std::string next_steps(const NewPlugin& made) {
-  const std::string folder = made.folder.string();
+  const std::string folder = shell_quoted(made.folder.string());
   const bool python = made.language == "python";
   const std::string plugin = python ? "./" + made.name + ".py" : "./build/" + made.name;
   std::string use = "relign-bench try " + plugin;
@@ -35,7 +36,7 @@ std::string next_steps(const NewPlugin& made) {
   if (made.kind == "noise-level") use = "relign-bench try nlopt-sbplx --noise-level " + plugin;
   if (python) return "  cd " + folder + "\n  python3 test_" + made.name + ".py\n  " + use + "\n";
   const fs::path prefix = template_folder().parent_path().parent_path().parent_path();
-  return "  cd " + folder + "\n  cmake -S . -B build -DCMAKE_PREFIX_PATH=" + prefix.string() +
+  return "  cd " + folder + "\n  cmake -S . -B build -DCMAKE_PREFIX_PATH=" + shell_quoted(prefix.string()) +
          "\n  cmake --build build\n  ctest --test-dir build\n  " + use + "\n";
 }
 

@@ -168,7 +168,8 @@ int print_shard(Context& context, const fs::path& results, const runner::RunSumm
   } else {
     print_result("results  " + results.string() + "\n");
     std::fprintf(stderr, "%zu trials in %s.\nNext, when all shards are complete: relign-bench merge %s -o DIR\n",
-                 summary.trials, duration_text(summary.seconds).c_str(), results.parent_path().string().c_str());
+                 summary.trials, duration_text(summary.seconds).c_str(),
+                 shell_quoted(results.parent_path().string()).c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }

@@ -5,6 +5,7 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/design_file.h"
@@ -119,10 +120,11 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
   text += remarks.empty() ? "The whole file was used.\n" : "Remarks:\n";
   for (const std::string& remark : remarks) text += "  " + remark + "\n";
   print_text(text);
+  const std::string scene = shell_quoted((folder / "scene.json").string());
   std::fprintf(stderr,
                "Next:\n  relign-bench lens info --scene %s\n  relign-bench render --scene %s -o reference.png\n"
                "  relign-bench run %s\n",
-               (folder / "scene.json").c_str(), (folder / "scene.json").c_str(), (folder / "suite.json").c_str());
+               scene.c_str(), scene.c_str(), shell_quoted((folder / "suite.json").string()).c_str());
 }
 
 int new_scene(Context& context, const NewSceneArguments& arguments) {

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/slurm_script.h"
 #include "runner/frozen_plan.h"
@@ -98,7 +99,8 @@ int print_script(Context& context, const ScriptArguments& arguments) {
     std::fprintf(stderr,
                  "Next: sbatch FILE (with -p and -A as your cluster requires), and later\n"
                  "  relign-bench slurm status --plan %s%s\n",
-                 arguments.plan.c_str(), arguments.out.empty() ? "" : (" -o " + arguments.out).c_str());
+                 shell_quoted(arguments.plan).c_str(),
+                 arguments.out.empty() ? "" : (" -o " + shell_quoted(arguments.out)).c_str());
   return kDone;
 }
 

@@ -86,7 +86,9 @@ std::string verdict(const runner::VerifySummary& summary) {
             "; 'relign-bench report' shows them\n";
   const bool nothing = summary.replayed == 0 && summary.unknown == 0;
   text += std::string("verdict    ") +
-          (nothing               ? "nothing could be replayed"
+          (nothing ? "nothing could be replayed"
+           : summary.all_equal() && summary.replayed < summary.recorded
+               ? "the replayed trials are reproduced; the others were not replayed"
            : summary.all_equal() ? "the results are reproduced"
            : summary.changes.empty()
                ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"

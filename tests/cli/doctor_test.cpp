@@ -27,6 +27,16 @@ TEST(CliDoctor, PassesOnThisMachine) {
   EXPECT_THAT(finding(findings, "plugin folder")["found"].get<std::string>(), HasSubstr(" plugins"));
 }
 
+TEST(CliDoctor, ChecksTheChosenPython) {
+  const auto found = [](const char* python) {
+    Options options;
+    options.environment = {{"RELIGN_PYTHON", python}};
+    return finding(json::parse(relign_bench(Workplace(), {"--json", "doctor"}, options).out), "python3");
+  };
+  EXPECT_EQ(found("/bin/sh")["found"], "/bin/sh (RELIGN_PYTHON)");
+  EXPECT_EQ(found("/none/python3")["state"], "wrong");
+}
+
 TEST(CliDoctor, ReportsProblems) {
   const Workplace place;
   place.write("bad/relign-plugin.json", R"({"id": "bad", "kind": "optimiser", "summary": "x"})");

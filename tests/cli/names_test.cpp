@@ -56,6 +56,20 @@ TEST(CliNames, OfSuitesAreRejectedOrPrintedAsText) {
   }
 }
 
+TEST(CliNames, CommandsOfferedForCopyingAreQuoted) {
+  const Workplace place;
+  place.write("suite.json",
+              Json{{"scenes", {"gaussian_spot"}}, {"noise_levels", {"none"}}, {"algorithms", {"random"}}}.dump());
+  const std::string name = "$(touch pwned) x";
+  const Outcome plan = relign_bench(place, {"plan", "suite.json", "-o", name});
+  ASSERT_EQ(plan.exit_code, 0) << plan.err;
+  EXPECT_THAT(plan.err, HasSubstr("run --plan '$(touch pwned) x' --shard"));
+  const Outcome made = relign_bench(place, {"plugin", "new", "mine", "--kind", "optimizer", "--out", name + "2"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.err, HasSubstr("cd '$(touch pwned) x2'"));
+  expect_harmless(place, made, name);
+}
+
 TEST(CliNames, OfPluginsAreRejectedOrPrintedAsText) {
   const Workplace place;
   for (const std::string& name : kNames) {

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/shell_words.h"
 #include "report/verdict_cases.h"
 
 namespace relign::report {
@@ -191,8 +192,8 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
     throw Error(ErrorKind::bad_input, results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
                                           " trials of an earlier version have no scores for the rule '" +
                                           statistics::rule_name(options.rule) +
-                                          "'; replay them with 'relign-bench verify " + results.folder.string() +
-                                          " --add-rules' to add the scores");
+                                          "'; replay them with 'relign-bench verify " +
+                                          shell_quoted(results.folder.string()) + " --add-rules' to add the scores");
   const Methods methods(results);
   for (const Method& method : methods.list())
     options.classes[{method.name, method.protocol}] = class_name(method.of_class);

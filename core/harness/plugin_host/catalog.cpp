@@ -8,6 +8,7 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/parameters.h"
@@ -103,7 +104,7 @@ void refuse_near_misses(Kind kind, const fs::path& path) {
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".zmx" || ending == ".seq" || ending == ".len")
     throw Error(ErrorKind::bad_input, path.string() + " is a lens file; create a scene with 'relign-bench scene new " +
-                                          path.filename().string() + "' and use its scene.json");
+                                          shell_quoted(path.filename().string()) + "' and use its scene.json");
   if (!fs::is_directory(path, error) || fs::exists(path / kManifestName, error)) return;
   const fs::path document = path / (kind == Kind::scene ? "scene.json" : "tolerances.json");
   if (!is_algorithm(kind) && fs::exists(document, error))

@@ -18,7 +18,7 @@ import torch
 
 from ..conventions import to_bytes
 from .folder import RunFolder
-from .imitate import DOUBT_WEIGHT, Training, drawn_data, loss_of
+from .imitate import DOUBT_WEIGHT, PRECISIONS, Training, drawn_data, loss_of
 
 if TYPE_CHECKING:
     import os
@@ -136,7 +136,10 @@ class Adaptation:
             images = torch.from_numpy(np.concatenate([near[0][chosen], anywhere[0][chosen]])[:, None])
             along = torch.from_numpy(np.concatenate([near[1][chosen], anywhere[1][chosen]]) @ vectors)
             station = captured[torch.from_numpy(random.choice(len(captured), min(len(captured), per_step), replace=False))]
-            features = training.net.features(torch.cat([images, station]))
+            batch = torch.cat([images, station]).contiguous(memory_format=torch.channels_last)
+            with torch.autocast("cpu", PRECISIONS[recipe.precision], enabled=recipe.precision != "float32"):
+                features = training.net.features(batch)
+            features = features.float()
             huber, likelihood = loss_of(training.net.head(features[:len(images)]), along, training.directions.stiff)
             moments = moments_loss(features[per_step:len(images)], features[len(images):])
             optimizer.zero_grad()
