@@ -113,6 +113,16 @@ const void* FakeServices::measures() {
     });
   };
   measures_.why = tell_why;
+  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    FakeServices& services = self(context);
+    return services.answer([&] {
+      services.reference();
+      const relign_image& seen = services.trial_.last_image();
+      services.fields_ = {{seen.pixels, seen.width, seen.height}, services.scene_, text_of(arguments_json)};
+      services.fields_.write(fields);
+      return RELIGN_OK;
+    });
+  };
   return &measures_;
 }
 

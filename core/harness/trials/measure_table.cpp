@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -13,6 +14,8 @@
 
 namespace relign::trials {
 namespace {
+
+using images::Direction;
 
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
@@ -64,15 +67,16 @@ double mtf(const Images& images, ObjectReader& arguments) {
 
 constexpr std::size_t kEveryField = images::kMaxFields;
 
+bool has_fields(const SceneFacts& scene, ObjectReader& arguments) {
+  if (scene.fields.empty()) arguments.complain("", "the scene '" + scene.name + "' describes no 'fields'");
+  return !scene.fields.empty();
+}
+
 // The field that the arguments name, by name or number; kEveryField without one. Complains where there is none.
 std::size_t field_of(const Images& images, ObjectReader& arguments) {
   const images::EdgeFields& fields = images.scene.fields;
   const Json* given = arguments.get("field");
-  if (fields.empty()) {
-    arguments.complain("", "the scene '" + images.scene.name + "' describes no 'fields'");
-    return kEveryField;
-  }
-  if (!given) return kEveryField;
+  if (!has_fields(images.scene, arguments) || !given) return kEveryField;
   std::vector<std::string> names;
   for (const images::EdgeField& field : fields) names.push_back(field.name);
   if (given->is_string()) {
@@ -84,22 +88,25 @@ std::size_t field_of(const Images& images, ObjectReader& arguments) {
   return static_cast<std::size_t>(arguments.integer("field", 0, 0, static_cast<std::int64_t>(fields.size()) - 1));
 }
 
-// Of one field or, by default, the lowest of all; of one direction or the lower of both. NaN if any of them is.
-double field_mtf(const Images& images, ObjectReader& arguments) {
-  using images::Direction;
-  const std::size_t field = field_of(images, arguments);
-  double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 0, 1);
+// In cycles per pixel.
+double frequency_of(const SceneFacts& scene, ObjectReader& arguments) {
+  const double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 0, 1);
   const double lp_per_mm = arguments.number("lp_per_mm", 0, 0, kUnbounded);
   if (arguments.has("cycles_per_pixel") == arguments.has("lp_per_mm"))
     arguments.complain("", "expected either 'cycles_per_pixel' or 'lp_per_mm'");
-  if (arguments.has("lp_per_mm")) {
-    cycles_per_pixel = lp_per_mm * images.scene.pitch_um / 1000;
-    if (!(images.scene.pitch_um > 0) || cycles_per_pixel > 1)
-      arguments.complain("lp_per_mm",
-                         images.scene.pitch_um > 0
-                             ? "more than one cycle per pixel of " + shortest(images.scene.pitch_um) + " um"
-                             : "the scene describes no 'pitch_um'; use 'cycles_per_pixel'");
-  }
+  if (!arguments.has("lp_per_mm")) return cycles_per_pixel;
+  const double converted = lp_per_mm * scene.pitch_um / 1000;
+  if (!(scene.pitch_um > 0) || converted > 1)
+    arguments.complain("lp_per_mm", scene.pitch_um > 0
+                                        ? "more than one cycle per pixel of " + shortest(scene.pitch_um) + " um"
+                                        : "the scene describes no 'pitch_um'; use 'cycles_per_pixel'");
+  return converted;
+}
+
+// Of one field or, by default, the lowest of all; of one direction or the lower of both. NaN if any of them is.
+double field_mtf(const Images& images, ObjectReader& arguments) {
+  const std::size_t field = field_of(images, arguments);
+  const double cycles_per_pixel = frequency_of(images.scene, arguments);
   const std::string direction = arguments.string("direction", "");
   if (direction != "" && direction != "tangential" && direction != "sagittal")
     arguments.complain("direction", "found '" + direction + "'; allowed: tangential, sagittal");
@@ -226,6 +233,39 @@ double measure(const images::View& image, const images::View& reference, const S
     return value;
   }
   throw Error(ErrorKind::bad_input, "unknown measure '" + name + "'" + suggestion(name, names));
+}
+
+FieldMeasures::FieldMeasures(const images::View& image, const SceneFacts& scene, const std::string& arguments_json) {
+  const JsonSource source = JsonSource::from_text(arguments_json.empty() ? "{}" : arguments_json, "fields");
+  std::vector<Problem> problems;
+  ObjectReader arguments(source, "", problems);
+  throw_if_any(problems);
+  has_fields(scene, arguments);
+  const double cycles_per_pixel = frequency_of(scene, arguments);
+  arguments.reject_unknown();
+  throw_if_any(problems);
+  const images::FieldEdges edges(image, scene.fields);
+  for (std::size_t i = 0; i < scene.fields.size(); ++i) {
+    names_.push_back({scene.fields[i].name.data(), scene.fields[i].name.size()});
+    mark_x_px_.push_back(edges.mark_x_px(i));
+    mark_y_px_.push_back(edges.mark_y_px(i));
+    tangential_.push_back(edges.mtf(i, Direction::tangential, cycles_per_pixel));
+    sagittal_.push_back(edges.mtf(i, Direction::sagittal, cycles_per_pixel));
+  }
+}
+
+void FieldMeasures::write(relign_field_measures* fields) const {
+  relign_field_measures written{};
+  if (!fields || fields->struct_size < sizeof written)
+    throw Error(ErrorKind::bad_input, "'fields' is null or its struct_size too small");
+  written = {.struct_size = sizeof written,
+             .count = static_cast<std::uint32_t>(names_.size()),
+             .names = names_.data(),
+             .mark_x_px = mark_x_px_.data(),
+             .mark_y_px = mark_y_px_.data(),
+             .tangential = tangential_.data(),
+             .sagittal = sagittal_.data()};
+  std::memcpy(fields, &written, sizeof written);
 }
 
 }  // namespace relign::trials

@@ -69,6 +69,16 @@ const void* Services::measures() {
     });
   };
   measures_.why = tell_why;
+  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer([&]() -> relign_status {
+      const relign_image& capture = shared.host.last_capture();
+      shared.fields = {
+          {capture.pixels, capture.width, capture.height}, shared.host.setup().scene, text_of(arguments_json)};
+      shared.fields.write(fields);
+      return RELIGN_OK;
+    });
+  };
   return &measures_;
 }
 

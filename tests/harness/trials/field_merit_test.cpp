@@ -119,6 +119,25 @@ TEST(FieldMeasures, AreThoseOfTheNamedField) {
   EXPECT_TRUE(std::isnan(measured(images::Image(480, 360), "field_mtf", {{"cycles_per_pixel", 0.1}})));
 }
 
+TEST(FieldMeasures, OfAllFieldsEqualThoseOfEach) {
+  const SceneFacts scene = scene_with_fields();
+  const images::Image image = with_a_blurred_side();
+  const FieldMeasures all(image, scene, R"({"lp_per_mm": 25})");
+  relign_field_measures fields{};
+  EXPECT_THROW(all.write(&fields), Error) << "no struct_size";
+  fields.struct_size = sizeof fields;
+  all.write(&fields);
+  ASSERT_EQ(fields.count, 9U);
+  for (std::uint32_t i = 0; i < fields.count; ++i) {
+    EXPECT_EQ(std::string(fields.names[i].data, fields.names[i].size), scene.fields[i].name);
+    EXPECT_THAT(fields.mark_x_px[i], testing::NanSensitiveDoubleEq(measured(image, "mark_x_px", {{"field", i}})));
+    EXPECT_THAT(fields.mark_y_px[i], testing::NanSensitiveDoubleEq(measured(image, "mark_y_px", {{"field", i}})));
+    for (const auto& [direction, value] :
+         {std::pair("tangential", fields.tangential[i]), {"sagittal", fields.sagittal[i]}})
+      EXPECT_EQ(value, measured(image, "field_mtf", {{"field", i}, {"lp_per_mm", 25}, {"direction", direction}}));
+  }
+}
+
 TEST(FieldMeasures, RejectWrongArguments) {
   const auto failure = [](const std::string& name, const Json& arguments, const SceneFacts& scene) -> std::string {
     try {

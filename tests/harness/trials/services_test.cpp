@@ -46,6 +46,12 @@ TEST(Services, MeasuresUseTheLastCapture) {
   EXPECT_EQ(trial.answer("measure", 4), nullptr);
 }
 
+TEST(Services, FieldsOfASceneWithout) {
+  ServiceTrial trial(R"([["fields", {"cycles_per_pixel": 0.1}]])");
+  trial.run();
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("'fake' describes no 'fields'"));
+}
+
 TEST(Services, MeasuresAreListed) {
   ServiceTrial trial(R"([["list"]])");
   trial.run();
