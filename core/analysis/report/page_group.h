@@ -42,6 +42,14 @@ struct TimeToSpec {
   statistics::Interval interval;  // of the steps
 };
 
+// One criterion of the specification, or all of them.
+struct CriterionScore {
+  std::string name;  // "rmse", "field_mtf_deficit", "centre_px", ..., "all"
+  Share share;       // at the end
+  TimeToSpec time;
+  statistics::Interval seconds;  // of time.seconds
+};
+
 struct MtfScores {
   Score centre, corner;
 };
@@ -78,6 +86,7 @@ struct Row {
   double machine_seconds = kMissing, algorithm_ms_per_step = kMissing;
   std::optional<Yield> yield;
   std::optional<TimeToSpec> to_spec;
+  std::vector<CriterionScore> to_specification;  // empty unless criteria are judged after every step
   std::optional<MtfScores> mtf;
   std::vector<ResidualAxis> residual;
   std::optional<statistics::ByRule<RuleScore>> rules;

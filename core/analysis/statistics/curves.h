@@ -19,6 +19,9 @@ struct CurvePoint {
   std::array<Quantiles, kTracks.size()> tracks;
   std::array<Interval, kTracks.size()> bands;  // of the medians; NaN where not computed
   double machine_seconds = kMissing;           // simulated, median
+  // Of the specification: medians over the trials, and the share of those that meet everything; NaN without.
+  records::ByCriterion<double> criteria = records::Specification::none();
+  double in_spec = kMissing;
 };
 
 struct Curve {

@@ -11,6 +11,7 @@
 #include "statistics/bootstrap.h"
 #include "statistics/passes.h"
 #include "statistics/proportion.h"
+#include "statistics/spec_arrivals.h"
 #include "statistics/study_aggregate.h"
 #include "statistics/study_groups.h"
 #include "statistics/survival.h"
@@ -81,7 +82,7 @@ class Arrivals {
       if (rule == rule_)
         for (const TargetTime& time : times_to_targets(rmse, targets_, censored_at))
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
-      if (std::isnan(spec_.rmse)) continue;
+      if (std::isnan(spec_.rmse) || spec_.limits_criteria()) continue;
       TargetTime time = times_to_targets(rmse, {spec_.rmse}, censored_at).front();
       const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued[rule];
       if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {censored_at, false};
@@ -175,8 +176,7 @@ void count_yield(const TrialTable& table, const Series& series, const records::S
                  RuleScore& score) {
   for (const std::uint32_t trial : series.trials) {
     const TrialRow& row = table.rows[trial];
-    const records::MtfRecord& mtf = table.mtf_of(row).glued[rule];
-    score.in_spec += spec.met_by(row.last_of(track_of(rule)), mtf.centre, mtf.corner) ? 1 : 0;
+    score.in_spec += table.meets(row, spec, rule) ? 1 : 0;
   }
   score.yield = success_rate(score.in_spec, series.trials.size() + series.failed);
 }
@@ -215,6 +215,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
   Arrivals arrivals(table, series, options, spec);
+  SpecArrivals spec_arrivals(table, series, spec);
   ExcessColumns excess(series);
   bool first = true;
   for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
@@ -223,6 +224,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
       columns.add(trial);
       if (!first) return;
       arrivals.add(trial);
+      if (options.rule == Rule::own) spec_arrivals.add(trial);
       excess.add(trial);
       errors.add(trial);
     });
@@ -240,6 +242,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
                 table.rows.size() > kManyTrials ? std::optional(track_of(options.rule)) : std::nullopt);
   }
   arrivals.finish(series.trials.size(), study);
+  spec_arrivals.finish(study);
   add_excess(study, table, series, excess, draws,
              table.rows.size() > kManyTrials ? std::optional(options.rule) : std::nullopt);
 
@@ -255,7 +258,8 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     }
     const Quantiles mtf_centre = quantiles(centre), mtf_corner = quantiles(corner);
     const bool has_mtf = !spec.limits_mtf() || mtf_centre.n > 0;
-    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf;
+    const bool by_own_rule = rule == Rule::own || !spec.limits_criteria();
+    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf && by_own_rule;
     if (has_yield) count_yield(table, series, spec, rule, score);
     columns.push_back(draws.by_instance(table, series, rmse));
     if (rule != options.rule) continue;
@@ -263,7 +267,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     study.mtf_corner = mtf_corner;
     study.in_spec = score.in_spec;
     study.yield = score.yield;
-    if (has_yield) count_uncured(table, series, spec, rule, study);
+    if (has_yield && !spec.limits_criteria()) count_uncured(table, series, spec, rule, study);
   }
   if (!draws.wanted) return study;
   columns.push_back(draws.by_instance(table, series, last_values(table, series, Track::commanded)));

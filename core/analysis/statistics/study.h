@@ -61,6 +61,15 @@ struct RuleScore {
   Band steps_to_spec;
 };
 
+// One criterion of a specification that is judged after every step, RMSE, or all of them together.
+struct ArrivalStudy {
+  std::string name;         // criterion_name, "rmse" or "all"
+  std::size_t in_spec = 0;  // at the last recommendation
+  Band share;               // of all trials; failed ones miss
+  ExpectedSteps expected;   // steps to the first recommendation that meets it
+  Band steps, seconds;      // Kaplan-Meier medians
+};
+
 struct SeriesStudy {
   Curve curve;
   ByRule<RuleScore> rules;
@@ -80,6 +89,9 @@ struct SeriesStudy {
   // specification does not limit RMSE.
   ExpectedSteps expected_to_spec;
   Band steps_to_spec, seconds_to_spec;  // Kaplan-Meier medians; infinite if fewer than half of the instances reach it
+  // The same for each criterion and, last, for all of them; empty unless the specification has criteria that are judged
+  // after every step and the rule is `own`. The members above are then those of "all".
+  std::vector<ArrivalStudy> to_specification;
   // Runtime ECDF: share of (instance, target) pairs reached by each step of the curve.
   std::vector<double> targets_reached;
   std::vector<Quantiles> residual;  // per axis: distance to the own optimum, share of the travel

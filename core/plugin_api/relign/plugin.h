@@ -56,6 +56,7 @@
 #include <stdint.h>
 
 #include "scene/average.h"
+#include "scene/fields.h"
 #include "scene/mtf.h"
 #include "scene/noise_free.h"
 #include "scene/optimum.h"

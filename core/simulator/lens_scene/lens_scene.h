@@ -53,6 +53,11 @@ class LensScene : public Scene {
     std::optional<imaging::CaptureErrors> errors;
     std::mutex mutex;
   };
+  // For specifications by field: fewer rays than for the MTF at the end, because it measures at every step.
+  struct FieldMeter {
+    std::vector<imaging::FieldPoint> points;
+    imaging::FieldMtfMeter meter;
+  };
   float white() const;
   Json machine_time() const;
 
@@ -62,6 +67,7 @@ class LensScene : public Scene {
   Parallel parallel_;
   imaging::Reference reference_;
   std::optional<imaging::FieldMtfMeter> mtf_;  // made on first use
+  std::optional<FieldMeter> field_meter_;      // the same
   SharedCamera shared_;
 };
 
