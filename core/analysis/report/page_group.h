@@ -35,10 +35,11 @@ struct Yield : Share {
   std::optional<Share> uncured;  // the same before curing
 };
 
-// Steps and machine seconds until the specification is met; infinite if fewer than half of the instances meet it.
+// Steps, machine seconds and seconds of a whole cycle (statistics/cycle.h; NaN: none is stated) until the specification
+// is met; infinite if fewer than half of the instances meet it.
 struct TimeToSpec {
   std::size_t successes = 0, n = 0;
-  double steps = kMissing, expected = kMissing, seconds = kMissing;
+  double steps = kMissing, expected = kMissing, seconds = kMissing, cycle = kMissing;
   statistics::Interval interval;  // of the steps
 };
 

@@ -51,6 +51,7 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
                  shown_arrival(study.steps_to_spec.estimate),
                  shown_arrival(expected.steps),
                  shown_arrival(study.seconds_to_spec.estimate),
+                 shown_arrival(study.cycle_to_spec.estimate),
                  {shown_arrival(steps.low), shown_arrival(steps.high)}};
 }
 
@@ -207,6 +208,7 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
     options.seed = std::stoull(seed);
   for (const Json& target : list_of(results.manifest, "targets"))
     if (target.is_number()) options.targets.push_back(target.get<double>());
+  options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
   const Json& of_suite = object_of(results.manifest, "spec");
   options.spec = records::specification_of(of_suite, Json());
   if (of_suite.empty())

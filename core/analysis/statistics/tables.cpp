@@ -1,4 +1,5 @@
 // curves.csv, curves.json and instances.csv as text.
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
@@ -37,6 +38,11 @@ std::string curves_csv(const std::vector<Curve>& curves) {
     for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
       csv += std::string(",") + track_name(kTracks[track]) + column;
   }
+  // Only with a cycle, so that other tables keep their bytes.
+  const bool cycle = std::any_of(curves.begin(), curves.end(), [](const Curve& curve) {
+    return !curve.points.empty() && !std::isnan(curve.points.front().cycle_seconds);
+  });
+  if (cycle) csv += ",cycle_seconds_median";
   csv += '\n';
   for (const Curve& curve : curves) {
     const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
@@ -49,6 +55,7 @@ std::string curves_csv(const std::vector<Curve>& curves) {
         csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
                field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
       }
+      if (cycle) csv += ',' + field(point.cycle_seconds);
       csv += '\n';
     }
   }
