@@ -71,7 +71,9 @@ TEST_F(AimOff, RaisesTheYieldOfEveryBatchButForItsFirstModules) {
     const Instance module = instance(number);
     const trials::Step home = last_step(module, "home");
     const trials::Step aimed = last_step(module, "aim-off", {{"algorithm", "home"}, {"doubt", 0.05}});
-    if (number % kSize == 0) EXPECT_EQ(aimed.recommended_true_pose, home.recommended_true_pose) << "no history";
+    if (number % kSize == 0) {
+      EXPECT_EQ(aimed.recommended_true_pose, home.recommended_true_pose) << "no history";
+    }
     before += in_specification(home) ? 1 : 0;
     after += in_specification(aimed) ? 1 : 0;
   }
