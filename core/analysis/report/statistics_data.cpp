@@ -51,8 +51,8 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
                  shown_arrival(study.steps_to_spec.estimate),
                  shown_arrival(expected.steps),
                  shown_arrival(study.seconds_to_spec.estimate),
-                 shown_arrival(study.cycle_to_spec.estimate),
-                 {shown_arrival(steps.low), shown_arrival(steps.high)}};
+                 {shown_arrival(steps.low), shown_arrival(steps.high)},
+                 shown_arrival(study.cycle_to_spec.estimate)};
 }
 
 CurveTrack track_of(const statistics::Curve& curve, std::size_t track) {
