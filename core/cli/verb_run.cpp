@@ -125,11 +125,11 @@ std::string typed_choice(const plugin_host::Choice& choice) {
 }
 
 // The method for the suggested trial: the best of the last table, otherwise the last of the suite. Excluded are
-// baselines that the program added, and methods with a merit of their own, which `try` does not support.
+// baselines that the program added.
 const suites::AlgorithmEntry& method_to_watch(const suites::Suite& suite, const std::string& best) {
   const suites::AlgorithmEntry* shown = &suite.algorithms.back();
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
-    if (entry.added || !entry.merit.empty()) continue;
+    if (entry.added) continue;
     shown = &entry;
     if (entry.name == best) break;
   }
@@ -146,6 +146,7 @@ std::string trial_to_watch(const suites::Suite& suite, const std::string& best) 
   if (typed_choice(scene) != "relign_od") command += " --scene " + typed_choice(scene);
   command += " --noise-level " + typed_choice(level);
   if (method.protocol != "paper") command += " --protocol " + method.protocol;
+  if (!method.merit.empty()) command += " --merit " + method.merit;
   constexpr unsigned kStepsOfTry = 50, kSeedOfTry = 1;
   if (method.steps != kStepsOfTry) command += " --steps " + std::to_string(method.steps);
   if (suite.first_instance != 0) command += " --instance " + std::to_string(suite.first_instance);

@@ -109,7 +109,7 @@ class Bench:
             instance: Number of the benchmark instance.
             steps: Budget, in steps after the capture at the start pose.
             protocol: "paper" or "blind".
-            merit: "combined" or "rmse"; None: the protocol's own.
+            merit: "combined", "rmse", "mtf" or "edge_energy"; None: the protocol's own.
             parameters: Parameters of the algorithm.
             keep_frames: Whether the trial keeps its captures.
 

@@ -1,7 +1,9 @@
 // Trials of installed algorithms, equal to those of `relign-bench run`.
 #include "base/error.h"
+#include "base/text.h"
 #include "bindings.h"
 #include "records/record.h"
+#include "runner/merits.h"
 #include "runner/trial_runner.h"
 #include "trials/stage.h"
 
@@ -42,9 +44,12 @@ class Trials {
                                                                                  : trials::Merit::rmse;
     if (!merit.empty()) {
       const auto wanted = trials::merit_from_name(merit);
-      if (!wanted) throw Error(ErrorKind::bad_input, "unknown merit '" + merit + "'; merits: combined, rmse");
+      if (!wanted)
+        throw Error(ErrorKind::bad_input,
+                    "unknown merit '" + merit + "'; merits: " + join(trials::merit_names(), ", "));
       job.merit = *wanted;
     }
+    job.mtf_limits = runner::limits_of(records::specification_of(Json(), job.facts.spec));
     job.limits = limits_of(limits);
 
     const std::size_t pixels = std::size_t{job.facts.image_width} * job.facts.image_height;

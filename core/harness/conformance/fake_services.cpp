@@ -109,11 +109,21 @@ const void* FakeServices::measures() {
       services.reference();  // also makes sure that there is a capture
       const relign_image &seen = services.trial_.last_image(), &wanted = services.reference_image_;
       *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                               text_of(name), text_of(arguments_json));
+                               services.scene_, text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
   measures_.why = tell_why;
+  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    FakeServices& services = self(context);
+    return services.answer([&] {
+      services.reference();
+      const relign_image& seen = services.trial_.last_image();
+      services.fields_ = {{seen.pixels, seen.width, seen.height}, services.scene_, text_of(arguments_json)};
+      services.fields_.write(fields);
+      return RELIGN_OK;
+    });
+  };
   return &measures_;
 }
 

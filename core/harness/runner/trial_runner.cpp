@@ -7,6 +7,7 @@
 
 #include "base/seeds.h"
 #include "records/specification.h"
+#include "runner/merits.h"
 
 namespace relign::runner {
 namespace {
@@ -41,6 +42,7 @@ SeedDomain domain_of(const TrialJob& job) { return job.pretraining ? SeedDomain:
 trials::Terms terms_of(const TrialJob& job) {
   return {.protocol = job.protocol,
           .merit = job.merit,
+          .mtf_limits = job.mtf_limits,
           .limits = job.limits,
           .budget = job.budget,
           .algorithm_seed = algorithm_seed(job.seeds.algorithms, job.algorithm_name, job.instance),
@@ -108,13 +110,16 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   job.algorithm = algorithm.choice;
   job.facts = prepared.scenes.at(trial.scene);
   job.protocol = *protocol;
-  const bool rmse = suites::effective_merit(algorithm) == "rmse" || job.facts.owns_stage;
-  job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
+  const auto merit = trials::merit_from_name(suites::effective_merit(algorithm));
+  if (!merit) throw Error(ErrorKind::internal, "unknown merit '" + algorithm.merit + "' in a plan");
+  const bool unknown_pose = job.facts.owns_stage && *merit == trials::Merit::combined;
+  job.merit = unknown_pose ? trials::Merit::rmse : *merit;
   job.limits = suite.limits == "hard" ? trials::Limits::hard : trials::Limits::soft;
   job.machine_time = trials::changed_by(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
   const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
+  job.mtf_limits = limits_of(spec);
   job.seeds = suite.draw_seeds();
   job.sealed = !suite.commitment.empty();
   job.instance = trial.instance;

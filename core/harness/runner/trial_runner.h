@@ -33,6 +33,7 @@ struct TrialJob {
   trials::MachineTime machine_time;  // the suite's values over the scene's
   unsigned budget = 50;              // steps after step 0
   double mtf_lp_per_mm = 0;          // of the specification; 0: no MTF
+  trials::MtfLimits mtf_limits;      // of the specification, for merit mtf
   suites::Seeds seeds;
   bool sealed = false;  // the record keeps no seed
   std::uint64_t instance = 0;

@@ -78,6 +78,9 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"merit", effective_merit(entry)},
                             {"budget", entry.steps}};
         if (!mtf.is_null()) ingredients["mtf_lp_per_mm"] = mtf;
+        // The limits are part of this merit. Those of a scene's own specification are part of the scene's data.
+        if (effective_merit(entry) == "mtf" && suite.spec.is_object() && !suite.spec.empty())
+          ingredients["merit_limits"] = suite.spec.value("mtf", Json());
         for (unsigned count = 0; count < suite.instances; ++count) {
           PlannedTrial trial;
           trial.scene = scene;

@@ -109,7 +109,7 @@ TrialResult run_trial(const TrialSetup& setup) {
   check(setup);
   Rules rules = make_rules(setup.terms.protocol, *setup.algorithm.plugin, setup.instance, setup.scene);
   if (setup.terms.merit && *setup.terms.merit != rules.merit) {
-    if (setup.scene.owns_stage)
+    if (setup.scene.owns_stage && *setup.terms.merit == Merit::combined)
       throw Error(ErrorKind::bad_input,
                   "merit 'combined' needs the true pose, which is unknown on a station; use 'rmse'");
     rules.merit = *setup.terms.merit;

@@ -78,7 +78,8 @@ using StageSetup = std::variant<SimulatedLens, Station>;
 // What the suite decides for a trial.
 struct Terms {
   Protocol protocol = Protocol::paper;
-  std::optional<Merit> merit = {};  // overrides the protocol's; a station allows only rmse
+  std::optional<Merit> merit = {};  // overrides the protocol's; a station does not allow combined
+  MtfLimits mtf_limits = {};        // of merit mtf
   Limits limits = Limits::soft;
   unsigned budget = 50;  // steps after step 0
   std::uint64_t algorithm_seed = 0;

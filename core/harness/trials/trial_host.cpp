@@ -32,6 +32,9 @@ std::vector<float> packed(const relign_image& image) {
   return values;
 }
 
+// Of an image without padding.
+images::View view_of(const relign_image& image) { return {image.pixels, image.width, image.height}; }
+
 }  // namespace
 
 // Stops the algorithm's clock for the time of one answer.
@@ -55,6 +58,8 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
       left_host_(Clock::now()),
       thread_(std::this_thread::get_id()) {
   describe_task();
+  if (needs_fields(rules_.merit))
+    field_merit_.emplace(rules_.merit, setup.terms.mtf_limits, setup.scene, view_of(reference_image_));
   Stage::Arrival start = stage_->start();
   pending_.commanded_pose = std::move(start.commanded_pose);
   pending_.true_pose = std::move(start.true_pose);
@@ -219,9 +224,11 @@ void TrialHost::capture() {
   if (!std::isfinite(pending_.measured_rmse))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
                                               std::to_string(pending_.number) + " has non-finite pixels");
-  pending_.merit = rules_.merit == Merit::combined
-                       ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose)
-                       : pending_.measured_rmse;
+  pending_.merit = pending_.measured_rmse;
+  if (rules_.merit == Merit::combined)
+    pending_.merit = combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose);
+  else if (field_merit_)
+    pending_.merit = field_merit_->of(view_of(image_));
   if (pending_.merit < best_merit_) {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;

@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "trials/field_merit.h"
 #include "trials/protocol.h"
 #include "trials/services.h"
 #include "trials/stage.h"
@@ -119,9 +120,10 @@ class TrialHost final : public TrialView {
   Services services_{*this, *this};
 
   std::vector<float> reference_;  // tightly packed
-  std::vector<float> pixels_;     // of the pending step
-  Step pending_;                  // the last step, whose record is not yet complete
-  std::vector<Step> steps_;       // complete
+  std::optional<FieldMerit> field_merit_;
+  std::vector<float> pixels_;  // of the pending step
+  Step pending_;               // the last step, whose record is not yet complete
+  std::vector<Step> steps_;    // complete
   std::optional<std::vector<double>> own_recommendation_;
   std::vector<double> best_measured_pose_;
   double best_merit_ = 0;

@@ -74,7 +74,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 4
+#define RELIGN_ABI_MINOR 5
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 

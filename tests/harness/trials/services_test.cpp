@@ -46,13 +46,20 @@ TEST(Services, MeasuresUseTheLastCapture) {
   EXPECT_EQ(trial.answer("measure", 4), nullptr);
 }
 
+TEST(Services, FieldsOfASceneWithout) {
+  ServiceTrial trial(R"([["fields", {"cycles_per_pixel": 0.1}]])");
+  trial.run();
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("'fake' describes no 'fields'"));
+}
+
 TEST(Services, MeasuresAreListed) {
   ServiceTrial trial(R"([["list"]])");
   trial.run();
   std::set<std::string> names;
   for (const Json& measure : trial.answer("list")) names.insert(measure.at("name"));
   EXPECT_EQ(names, (std::set<std::string>{"mean", "contrast", "sharpness", "centroid_x_px", "centroid_y_px", "width_px",
-                                          "star_contrast", "mtf", "shift_x_px", "shift_y_px", "rotation_deg"}));
+                                          "field_mtf", "mark_x_px", "mark_y_px", "star_contrast", "mtf", "shift_x_px",
+                                          "shift_y_px", "rotation_deg"}));
 }
 
 TEST(Services, ShiftAndRotationAreRelativeToTheReference) {
@@ -63,10 +70,10 @@ TEST(Services, ShiftAndRotationAreRelativeToTheReference) {
       reference.at(x, y) = 0.2F;
       seen.at(x + 2, y - 1) = 0.2F;
     }
-  EXPECT_NEAR(measure(seen, reference, "shift_x_px", ""), 2, 0.01);
-  EXPECT_NEAR(measure(seen, reference, "shift_y_px", ""), -1, 0.01);
-  EXPECT_NEAR(measure(seen, reference, "rotation_deg", "{}"), 0, 0.02);
-  EXPECT_TRUE(std::isnan(measure(images::Image(60, 50, 0.2F), reference, "shift_x_px", "")));
+  EXPECT_NEAR(measure(seen, reference, {}, "shift_x_px", ""), 2, 0.01);
+  EXPECT_NEAR(measure(seen, reference, {}, "shift_y_px", ""), -1, 0.01);
+  EXPECT_NEAR(measure(seen, reference, {}, "rotation_deg", "{}"), 0, 0.02);
+  EXPECT_TRUE(std::isnan(measure(images::Image(60, 50, 0.2F), reference, {}, "shift_x_px", "")));
 }
 
 TEST(Services, RejectsInvalidMeasuresWithMessage) {
