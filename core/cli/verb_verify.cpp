@@ -121,6 +121,8 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.add_rules = arguments.add_rules;
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
+  context.start_sandbox(arguments.results);
+  options.sandbox = context.sandbox();
   ProgressPrinter progress(context.progress_mode());
   options.on_message = [&progress](const std::string& text) { progress.message(text); };
   options.on_progress = [&progress](std::size_t done, std::size_t total) {
@@ -195,6 +197,7 @@ void add_verify(CLI::App& app, Context& context) {
           "--suite-folder", arguments->suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
+  add_sandbox_options(verb, context);
   verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));

@@ -85,6 +85,15 @@ void EarlierRun::remove_scene_files(std::size_t scene) const {
   fs::remove_all(options_.results / "pictures" / suite_.scenes[scene].name, code);
 }
 
+void EarlierRun::compare_sandbox() const {
+  const bool was = manifest_.is_object() && manifest_.contains("sandbox"), is = options_.sandbox != nullptr;
+  if (!manifest_.is_object() || was == is || writer_.finished_trials().empty()) return;
+  throw Error(ErrorKind::bad_input, "the trials in '" + options_.results.string() + "' ran " +
+                                        (was ? "in a sandbox, and this command has no --sandbox"
+                                             : "without a sandbox, and this command has --sandbox") +
+                                        "; choose another folder with --out");
+}
+
 void EarlierRun::compare_with(const Json& manifest) const {
   if (!manifest_.is_object()) return;
   const auto program = Json::json_pointer("/program/hash");

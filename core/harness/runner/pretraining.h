@@ -34,6 +34,7 @@ class Pretrainer {
     std::function<void()> on_source;                     // called after each source
     const std::atomic<bool>* stop = nullptr;
     bool again = false;  // ignores stored data
+    std::shared_ptr<const plugin_host::Sandbox> sandbox = nullptr;  // for algorithms; null: none
   };
   explicit Pretrainer(Options options);
   ~Pretrainer();
