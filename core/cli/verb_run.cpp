@@ -179,7 +179,10 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.stop = &watch_for_stop();
   options.workers = arguments.workers;
   options.retry_failed = arguments.retry_failed;
-  if (arguments.isolation == "process") options.worker_program = {"/proc/self/exe", "worker"};
+  if (arguments.isolation == "process") {
+    options.worker_program = {"/proc/self/exe", "worker"};
+    plugin_host::adopt_orphans();
+  }
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
   options.draw_lens = scene_lens_svg;

@@ -133,6 +133,7 @@ std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(const LoadedSce
 
 int run_try(Context& context, TryArguments arguments) {
   context.start_sandbox("");
+  plugin_host::adopt_orphans();
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
                                                      "ALGORITHM", read_parameters(arguments.parameters));

@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "plugin_host/catalog.h"
+#include "plugin_host/process_session.h"
 
 namespace relign::plugin_host {
 
@@ -63,6 +64,7 @@ class Algorithm {
 
  private:
   struct Implementation;
+  OrphanWatch orphans_;  // first: what the plugin left behind ends after the plugin
   std::unique_ptr<Implementation> implementation_;
 };
 

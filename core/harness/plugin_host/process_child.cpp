@@ -171,8 +171,13 @@ void ChildProcess::start() {
 
   std::vector<std::string> words = options_.command;
   std::vector<std::string> environment = child_environment(options_.environment, options_.inherits_environment);
-  const int code = ::posix_spawnp(&process_, words.front().c_str(), &settings.actions, &settings.attributes,
-                                  pointers(words).data(), pointers(environment).data());
+  int code = 0;
+  process_ = start_child([&] {
+    pid_t made = -1;
+    code = ::posix_spawnp(&made, words.front().c_str(), &settings.actions, &settings.attributes,
+                          pointers(words).data(), pointers(environment).data());
+    return code == 0 ? made : -1;
+  });
   if (code != 0) {
     process_ = -1;
     cannot_start(options_.command, code);
@@ -337,6 +342,7 @@ void ChildProcess::reap() {
   do {
     reaped = ::waitpid(process_, &status, 0);
   } while (reaped < 0 && errno == EINTR);
+  forget_child(process_);
   process_ = -1;
   if (reaped < 0)
     how_it_ended_ = "ended";

@@ -115,6 +115,7 @@ class Channel {
   // The coordinator is gone. Exits without running the plugins' destructors, because they may hang.
   [[noreturn]] static void leave() {
     if (::getsid(0) == ::getpid()) plugin_host::kill_session(::getpid(), ::getpid());
+    plugin_host::kill_descendants();
     ::_exit(0);
   }
 
@@ -261,6 +262,9 @@ class Worker {
 
 }  // namespace
 
-int run_worker() { return Worker().serve(); }
+int run_worker() {
+  plugin_host::adopt_orphans();
+  return Worker().serve();
+}
 
 }  // namespace relign::runner

@@ -87,6 +87,7 @@ ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToExit); }
 
 void ProcessWorker::stop_worker(double timeout_seconds) {
   if (child_) child_->end(timeout_seconds);
+  if (child_) plugin_host::kill_orphans();  // what left the session of the worker
   child_.reset();
   sent_.clear();
   trials_ = 0;

@@ -7,7 +7,6 @@
 
 #include <cerrno>
 #include <cstdlib>
-#include <new>
 
 #include "base/error.h"
 #include "plugin_host/process_child.h"
@@ -28,7 +27,14 @@ int descriptor(const char* name) {
 
 }  // namespace
 
-Connection::Connection() : in_(descriptor("RELIGN_FROM_HOST_FD")), out_(descriptor("RELIGN_TO_HOST_FD")) {}
+Connection::Connection() : in_(descriptor("RELIGN_FROM_HOST_FD")), out_(descriptor("RELIGN_TO_HOST_FD")) {
+  // More than there will ever be (1 GiB of pretrained data behind three images): the file grows below it.
+  constexpr std::size_t kAddresses = std::size_t{8} << 30;
+  void* const mapped =
+      ::mmap(nullptr, kAddresses, PROT_READ, MAP_SHARED | MAP_NORESERVE, ChildProcess::childs_pixel_file(), 0);
+  if (mapped == MAP_FAILED) throw Error(ErrorKind::internal, "cannot map the shared memory");
+  mapped_ = static_cast<const char*>(mapped);
+}
 
 void Connection::send_line(std::string_view line) {
   while (!line.empty()) {
@@ -55,18 +61,6 @@ Json Connection::receive() {
   line_ = received_.substr(0, end);
   received_.erase(0, end + 1);
   return Json::parse(line_);
-}
-
-const char* Connection::shared(std::size_t offset, std::size_t bytes) {
-  if (offset + bytes > mapped_bytes_) {
-    if (mapped_) ::munmap(mapped_, mapped_bytes_);
-    mapped_bytes_ = offset + bytes;
-    void* const mapped =
-        ::mmap(nullptr, mapped_bytes_, PROT_READ, MAP_SHARED, ChildProcess::childs_pixel_file(), 0);
-    if (mapped == MAP_FAILED) throw std::bad_alloc();
-    mapped_ = static_cast<char*>(mapped);
-  }
-  return mapped_ + offset;
 }
 
 bool Connection::write_shared(std::size_t offset, std::string_view bytes) const {

@@ -21,16 +21,15 @@ class Connection {
   Json receive();
   const std::string& last_line() const { return line_; }  // of receive, verbatim
 
-  // The shared memory from `offset` on, mapped as far as `offset + bytes`. Valid until a later call maps more.
-  const char* shared(std::size_t offset, std::size_t bytes);
+  // The shared memory from `offset` on. It never moves: the library keeps pointers to images in it.
+  const char* shared(std::size_t offset) const { return mapped_ + offset; }
   // Writes into it. False when it is too large for the sandbox.
   bool write_shared(std::size_t offset, std::string_view bytes) const;
 
  private:
   int in_, out_;
   std::string received_, line_;
-  char* mapped_ = nullptr;
-  std::size_t mapped_bytes_ = 0;
+  const char* mapped_;
 };
 
 }  // namespace relign::sandbox

@@ -85,8 +85,6 @@ RemoteServices::RemoteServices(Connection& connection, const Json& task) : conne
   if (const auto image = task.find("image"); image != task.end()) {
     width_ = image->at("width").get<std::uint32_t>();
     height_ = image->at("height").get<std::uint32_t>();
-    // Both images and, in one piece, what lies behind them when services are used.
-    connection_.shared(0, 2 * std::size_t{width_} * height_ * sizeof(float));
   }
   fill_tables();
 }
@@ -99,7 +97,7 @@ relign_image RemoteServices::image_at(std::size_t offset) {
   image.height = height_;
   image.channels = 1;
   image.row_stride_bytes = std::uint64_t{width_} * sizeof(float);
-  image.pixels = reinterpret_cast<const float*>(connection_.shared(offset, image.row_stride_bytes * height_));
+  image.pixels = reinterpret_cast<const float*>(connection_.shared(offset));
   return image;
 }
 
@@ -194,7 +192,7 @@ relign_status RemoteServices::model_pixels(const char* call, relign_model_lens* 
   if (seed) arguments["seed"] = *seed;
   const relign_status status = status_of(ask(RELIGN_SERVICE_MODEL, call, std::move(arguments)));
   const std::size_t bytes = std::size_t{model_.image_width} * model_.image_height * sizeof(float);
-  if (status == RELIGN_OK) std::memcpy(pixels, connection_.shared(model_offset_, bytes), bytes);
+  if (status == RELIGN_OK) std::memcpy(pixels, connection_.shared(model_offset_), bytes);
   return status;
 }
 
@@ -204,7 +202,7 @@ relign_status RemoteServices::load(const relign_text_sink* sink) {
   if (answer.at("bytes").is_null()) return RELIGN_UNSUPPORTED;
   const auto bytes = answer.at("bytes").get<std::size_t>();
   const auto offset = answer.at("offset").get<std::size_t>();
-  write(sink, bytes > 0 ? std::string(connection_.shared(offset, bytes), bytes) : std::string());
+  write(sink, bytes > 0 ? std::string(connection_.shared(offset), bytes) : std::string());
   return RELIGN_OK;
 }
 
