@@ -9,6 +9,7 @@
 #include "cli/app.h"
 #include "cli/frames.h"
 #include "cli/interrupt.h"
+#include "records/results_folder.h"
 #include "runner/verify.h"
 
 namespace relign::cli {
@@ -122,6 +123,8 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
+  if (!context.sandboxed && records::read_manifest(arguments.results).contains("sandbox"))
+    print_warning("the algorithms of these results ran in a sandbox; without --sandbox they replay with your rights");
   options.sandbox = context.sandbox();
   ProgressPrinter progress(context.progress_mode());
   options.on_message = [&progress](const std::string& text) { progress.message(text); };

@@ -35,13 +35,29 @@ def call(number, *arguments):
     return result
 
 
+def in_child(attempt):
+    """For calls that a process with several threads cannot make."""
+    child = os.fork()
+    if child == 0:
+        try:
+            attempt()
+            os._exit(0)
+        except OSError as problem:
+            os._exit(problem.errno)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if code:
+        raise OSError(code, os.strerror(code))
+    return "done"
+
+
 def host_processes():
     """Processes of relign-bench that this one can see."""
     found = []
     for folder in pathlib.Path("/proc").iterdir():
         if folder.name.isdigit() and int(folder.name) != os.getpid():
             with contextlib.suppress(OSError):
-                if b"relign-bench" in (folder / "cmdline").read_bytes():
+                own = folder.stat().st_uid == os.getuid()
+                if own and b"relign-bench" in (folder / "cmdline").read_bytes():
                     found.append(int(folder.name))
     if not found:
         raise OSError("no process of relign-bench in sight")
@@ -89,13 +105,15 @@ def reads_the_journal(trial, secrets):
 
 @cheat
 def reads_host_memory(trial, secrets):
-    return os.pread(os.open(f"/proc/{host_processes()[0]}/mem", os.O_RDONLY), 1, 0)
+    host = pathlib.Path("/proc", str(host_processes()[0]))
+    first = int((host / "maps").read_text().split("-")[0], 16)
+    return os.pread(os.open(host / "mem", os.O_RDONLY), 16, first)
 
 
 @cheat
 def traces_the_host(trial, secrets):
     PTRACE_SEIZE = 0x4206
-    return LIBC.ptrace and call(101, PTRACE_SEIZE, os.getppid(), 0, 0)
+    return call(101, PTRACE_SEIZE, os.getppid(), 0, 0)
 
 
 @cheat
@@ -262,19 +280,20 @@ def reads_the_machines_load(trial, secrets):
 @cheat
 def makes_name_spaces(trial, secrets):
     CLONE_NEWUSER = 0x10000000
-    return call(272, CLONE_NEWUSER)
+    return in_child(lambda: call(272, CLONE_NEWUSER))
 
 
 @cheat
 def mounts_a_file_system(trial, secrets):
     CLONE_NEWUSER, CLONE_NEWNS = 0x10000000, 0x20000
-    with contextlib.suppress(OSError):
-        call(272, CLONE_NEWUSER | CLONE_NEWNS)
-    with tempfile.TemporaryDirectory() as folder:
-        text = ctypes.c_char_p(b"tmpfs")
-        call(165, text, ctypes.c_char_p(folder.encode()), text, 0, 0)
-        call(166, ctypes.c_char_p(folder.encode()), 0)
-    return "mounted"
+    text = ctypes.c_char_p(b"tmpfs")
+
+    def mount():
+        with contextlib.suppress(OSError):
+            call(272, CLONE_NEWUSER | CLONE_NEWNS)
+        call(165, text, ctypes.c_char_p(b"/tmp"), text, 0, 0)
+
+    return in_child(mount)
 
 
 @cheat
