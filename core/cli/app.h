@@ -23,13 +23,13 @@ namespace relign::cli {
 
 class Context {
  public:
-  bool json = false;                      // --json
-  std::vector<std::string> plugin_paths;  // --plugin
-  std::string progress_name = "auto";     // --progress
-  std::vector<std::string> command_line;  // as typed; shown in messages on how to resume
-  std::function<int()> action;            // set by the chosen verb
-  bool sandboxed = false;                 // --sandbox
-  std::vector<std::string> sandbox_shown; // --sandbox-show
+  bool json = false;                       // --json
+  std::vector<std::string> plugin_paths;   // --plugin
+  std::string progress_name = "auto";      // --progress
+  std::vector<std::string> command_line;   // as typed; shown in messages on how to resume
+  std::function<int()> action;             // set by the chosen verb
+  bool sandboxed = false;                  // --sandbox
+  std::vector<std::string> sandbox_shown;  // --sandbox-show
 
   // Before the catalog is used. `results` is hidden from algorithms; it may be empty. Nothing without --sandbox. Throws
   // Error(bad_input) when this machine cannot seal a process.

@@ -174,8 +174,8 @@ void ChildProcess::start() {
   int code = 0;
   process_ = start_child([&] {
     pid_t made = -1;
-    code = ::posix_spawnp(&made, words.front().c_str(), &settings.actions, &settings.attributes,
-                          pointers(words).data(), pointers(environment).data());
+    code = ::posix_spawnp(&made, words.front().c_str(), &settings.actions, &settings.attributes, pointers(words).data(),
+                          pointers(environment).data());
     return code == 0 ? made : -1;
   });
   if (code != 0) {

@@ -93,7 +93,8 @@ std::set<pid_t> own_children() {
   if (DIR* const threads = ::opendir("/proc/self/task")) {
     complete = true;
     while (const dirent* entry = ::readdir(threads))
-      if (entry->d_name[0] != '.' && !add_children("/proc/self/task/" + std::string(entry->d_name) + "/children", found))
+      if (entry->d_name[0] != '.' &&
+          !add_children("/proc/self/task/" + std::string(entry->d_name) + "/children", found))
         complete = false;  // or this thread has just ended
     ::closedir(threads);
   }

@@ -23,7 +23,8 @@ std::size_t resident_bytes(pid_t process);
 // daemons of plugins can be found. For programs whose children are all started by start_child.
 void adopt_orphans();
 
-// Starts a child, by a function that returns its number or -1, which is not an orphan until it is given to forget_child.
+// Starts a child, by a function that returns its number or -1, which is not an orphan until it is given to
+// forget_child.
 pid_t start_child(const std::function<pid_t()>& start);
 void forget_child(pid_t process);
 

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 namespace {
 
 // Variables without paths that may change how a plugin computes.
-constexpr const char* kKeptVariables[] = {"LANG",           "LC_ALL",          "TZ",         "OMP_NUM_THREADS",
-                                          "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RELIGN_ISA"};
+constexpr const char* kKeptVariables[] = {
+    "LANG", "LC_ALL", "TZ", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RELIGN_ISA"};
 constexpr double kSecondsOfInterpreter = 30;
 
 bool contains(const fs::path& folder, const fs::path& file) {
@@ -103,8 +103,8 @@ class Order {
 };
 
 std::vector<std::string> sealed_environment(const std::vector<std::string>& additions) {
-  std::vector<std::string> all = {"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=/tmp", "TMPDIR=/tmp", "USER=plugin",
-                                  "PYTHONDONTWRITEBYTECODE=1", "PYTHONHASHSEED=0"};
+  std::vector<std::string> all = {"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=/tmp",       "TMPDIR=/tmp", "USER=plugin",
+                                  "PYTHONDONTWRITEBYTECODE=1",         "PYTHONHASHSEED=0"};
   for (const char* name : kKeptVariables)
     if (const char* value = std::getenv(name)) all.push_back(std::string(name) + "=" + value);
   if (const fs::path folder = python_folder(); !folder.empty()) all.push_back("PYTHONPATH=" + folder.string());
@@ -137,9 +137,7 @@ Json to_json(const Sandbox& sandbox) {
     for (const fs::path& path : paths) list.push_back(path.string());
     return list;
   };
-  return {{"shown", texts(sandbox.shown)},
-          {"hidden", texts(sandbox.hidden)},
-          {"memory_bytes", sandbox.memory_bytes}};
+  return {{"shown", texts(sandbox.shown)}, {"hidden", texts(sandbox.hidden)}, {"memory_bytes", sandbox.memory_bytes}};
 }
 
 Sandbox sandbox_from_json(const Json& json) {

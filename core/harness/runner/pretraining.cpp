@@ -91,12 +91,11 @@ PretrainingEntry Pretrainer::make(const plugin_host::Choice& algorithm, const Tr
          (wanted.sources == 1 ? " source" : " sources") + " of " + std::to_string(wanted.steps) +
          " steps, stored for later runs");
   if (!runner_)
-    runner_ = std::make_unique<TrialRunner>(
-        TrialRunner::Options{.threads = options_.threads,
-                             .cache_folder = options_.cache_folder,
-                             .on_message = options_.on_message,
-                             .stop = options_.stop,
-                             .sandbox = options_.sandbox});
+    runner_ = std::make_unique<TrialRunner>(TrialRunner::Options{.threads = options_.threads,
+                                                                 .cache_folder = options_.cache_folder,
+                                                                 .on_message = options_.on_message,
+                                                                 .stop = options_.stop,
+                                                                 .sandbox = options_.sandbox});
   const auto begin = std::chrono::steady_clock::now();
   trials::PretrainingState state;
   state.sources = wanted.sources;

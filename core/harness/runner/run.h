@@ -36,7 +36,7 @@ struct RunOptions {
   // must all match.
   std::vector<std::pair<std::string, std::string>> only;
   std::filesystem::path cache_folder;
-  std::string command;  // for manifest.json: the command to repeat this run
+  std::string command;                                  // for manifest.json: the command to repeat this run
   std::shared_ptr<const plugin_host::Sandbox> sandbox;  // for algorithms; null: none
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const Progress&)> on_progress;    // any thread, one at a time

@@ -220,9 +220,8 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   };
   for (const StoredSuite& stored : suites_of(manifest)) {
     if (rest.empty()) break;
-    const PreparedPlan prepared =
-        prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message, options.stop,
-                options.sandbox);
+    const PreparedPlan prepared = prepare(read_suite(stored, options, catalog), options.cache_folder,
+                                          options.on_message, options.stop, options.sandbox);
     compare_definitions(manifest, prepared, changes);
     std::unordered_map<std::string, std::size_t> place_of;
     for (std::size_t place = 0; place < prepared.plan.trials.size(); ++place)

@@ -148,9 +148,9 @@ void FileView::make_devices() {
     make_place(path, false);
     attach(tree, path);
   }
-  for (const auto& [target, link] : {std::pair{"/proc/self/fd", "/dev/fd"}, std::pair{"/proc/self/fd/0", "/dev/stdin"},
-                                     std::pair{"/proc/self/fd/1", "/dev/stdout"},
-                                     std::pair{"/proc/self/fd/2", "/dev/stderr"}})
+  for (const auto& [target, link] :
+       {std::pair{"/proc/self/fd", "/dev/fd"}, std::pair{"/proc/self/fd/0", "/dev/stdin"},
+        std::pair{"/proc/self/fd/1", "/dev/stdout"}, std::pair{"/proc/self/fd/2", "/dev/stderr"}})
     require(::symlink(target, link) == 0, "cannot fill /dev");
 }
 

@@ -27,8 +27,8 @@ class FileView {
 
   struct Source {
     Mount mount;
-    int tree = -1;           // a detached copy; -1 for a hidden path
-    std::string link;        // a symbolic link to create instead
+    int tree = -1;     // a detached copy; -1 for a hidden path
+    std::string link;  // a symbolic link to create instead
   };
   std::vector<Source> sources_;
   std::vector<std::pair<std::string, int>> devices_;

@@ -22,7 +22,9 @@ Json object_of(relign_text text) {
   return object.is_discarded() ? Json(given) : object;
 }
 
-void write(const relign_text_sink* sink, const std::string& text) { sink->write(sink->context, {text.data(), text.size()}); }
+void write(const relign_text_sink* sink, const std::string& text) {
+  sink->write(sink->context, {text.data(), text.size()});
+}
 
 std::vector<double> values_of(const double* values, std::uint32_t count) {
   return values ? std::vector<double>(values, values + count) : std::vector<double>();
@@ -258,9 +260,8 @@ void RemoteServices::fill_tables() {
     return status_of(answer);
   };
   model_.capture = [](void* context, relign_model_lens* lens, const double* pose, std::uint32_t axes,
-                      std::uint64_t seed, float* pixels) {
-    return self(context).model_pixels("capture", lens, pose, axes, &seed, pixels);
-  };
+                      std::uint64_t seed,
+                      float* pixels) { return self(context).model_pixels("capture", lens, pose, axes, &seed, pixels); };
   model_.noise_free = [](void* context, relign_model_lens* lens, const double* pose, std::uint32_t axes,
                          float* pixels) {
     return self(context).model_pixels("noise_free", lens, pose, axes, nullptr, pixels);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr long kTickNanoseconds = 50'000'000;  // between looks at processes and memory
 constexpr rlim_t kOpenFiles = 1024;
-constexpr rlim_t kTasks = 1024;  // processes and threads
+constexpr rlim_t kTasks = 1024;                           // processes and threads
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
 
 void drop_capabilities() {

@@ -36,22 +36,75 @@ constexpr unsigned kNewNamespaces =
 // Refused with EPERM.
 constexpr unsigned kRefused[] = {
     // other processes
-    SYS_ptrace, SYS_process_vm_readv, SYS_process_vm_writev, SYS_kcmp, SYS_perf_event_open, SYS_get_robust_list,
+    SYS_ptrace,
+    SYS_process_vm_readv,
+    SYS_process_vm_writev,
+    SYS_kcmp,
+    SYS_perf_event_open,
+    SYS_get_robust_list,
     // what outlives a process, or is shared with others: keys, System V memory, queues, locks and notices on files
-    SYS_add_key, SYS_request_key, SYS_keyctl, SYS_shmget, SYS_shmat, SYS_shmctl, SYS_semget, SYS_semctl, SYS_semop,
-    SYS_semtimedop, SYS_msgget, SYS_msgsnd, SYS_msgrcv, SYS_msgctl, SYS_mq_open, SYS_mq_unlink, SYS_flock,
-    SYS_inotify_init1, SYS_inotify_add_watch, SYS_fanotify_init, SYS_fanotify_mark,
+    SYS_add_key,
+    SYS_request_key,
+    SYS_keyctl,
+    SYS_shmget,
+    SYS_shmat,
+    SYS_shmctl,
+    SYS_semget,
+    SYS_semctl,
+    SYS_semop,
+    SYS_semtimedop,
+    SYS_msgget,
+    SYS_msgsnd,
+    SYS_msgrcv,
+    SYS_msgctl,
+    SYS_mq_open,
+    SYS_mq_unlink,
+    SYS_flock,
+    SYS_inotify_init1,
+    SYS_inotify_add_watch,
+    SYS_fanotify_init,
+    SYS_fanotify_mark,
     // memory files escape the limits of memory and disk
     SYS_memfd_create,
     // new views of the machine
-    SYS_mount, SYS_umount2, SYS_pivot_root, SYS_chroot, SYS_unshare, SYS_setns, SYS_name_to_handle_at,
+    SYS_mount,
+    SYS_umount2,
+    SYS_pivot_root,
+    SYS_chroot,
+    SYS_unshare,
+    SYS_setns,
+    SYS_name_to_handle_at,
     SYS_open_by_handle_at,
     // administration, and kernel code that no algorithm needs
-    SYS_bpf, SYS_userfaultfd, SYS_init_module, SYS_finit_module, SYS_delete_module, SYS_kexec_load, SYS_reboot,
-    SYS_swapon, SYS_swapoff, SYS_acct, SYS_quotactl, SYS_syslog, SYS_settimeofday, SYS_clock_settime, SYS_adjtimex,
-    SYS_clock_adjtime, SYS_sethostname, SYS_setdomainname, SYS_vhangup, SYS_personality, SYS_io_setup,
+    SYS_bpf,
+    SYS_userfaultfd,
+    SYS_init_module,
+    SYS_finit_module,
+    SYS_delete_module,
+    SYS_kexec_load,
+    SYS_reboot,
+    SYS_swapon,
+    SYS_swapoff,
+    SYS_acct,
+    SYS_quotactl,
+    SYS_syslog,
+    SYS_settimeofday,
+    SYS_clock_settime,
+    SYS_adjtimex,
+    SYS_clock_adjtime,
+    SYS_sethostname,
+    SYS_setdomainname,
+    SYS_vhangup,
+    SYS_personality,
+    SYS_io_setup,
 #if defined(__x86_64__)
-    SYS_inotify_init, SYS_kexec_file_load, SYS_iopl, SYS_ioperm, SYS_modify_ldt, SYS_uselib, SYS_ustat,
+    SYS_inotify_init,
+    SYS_kexec_file_load,
+    SYS_iopl,
+    SYS_ioperm,
+    SYS_modify_ldt,
+    SYS_uselib,
+    SYS_ustat,
 #endif
 };
 
@@ -114,8 +167,8 @@ void refuse_arguments(Filter& filter) {
   filter.answer(error(EPERM));
   filter.answer(SECCOMP_RET_ALLOW);
   // Locks and notices on files that other sandboxes see as well.
-  constexpr unsigned kCommands[] = {F_SETLK, F_SETLKW, F_GETLK, F_OFD_SETLK, F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE,
-                                    F_NOTIFY};
+  constexpr unsigned kCommands[] = {F_SETLK,      F_SETLKW,    F_GETLK,    F_OFD_SETLK,
+                                    F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY};
   filter.unless_equal(SYS_fcntl, 2 + 2 * std::size(kCommands));
   filter.load(argument(1));
   for (const unsigned command : kCommands) filter.if_equal_answer(command, error(ENOLCK));

@@ -193,8 +193,8 @@ std::vector<unsigned> ManifestJoin::missing_shards() const {
 }
 
 std::size_t ManifestJoin::sealed_sources() const {
-  return static_cast<std::size_t>(std::count_if(sources_.begin(), sources_.end(),
-                                                [](const Json& source) { return source.contains("sandbox"); }));
+  return static_cast<std::size_t>(
+      std::count_if(sources_.begin(), sources_.end(), [](const Json& source) { return source.contains("sandbox"); }));
 }
 
 std::vector<std::string> ManifestJoin::notes() const {
