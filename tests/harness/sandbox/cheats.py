@@ -270,7 +270,7 @@ def watches_a_shared_file(trial, secrets):
 
 @cheat
 def reads_the_machines_load(trial, secrets):
-    """Processor time is a signal between trials, and tells how long the truth's computation took."""
+    """Processor time is a signal between trials, and shows how long the computation of the truth took."""
     return pathlib.Path("/proc/stat").read_text()[:40]
 
 

@@ -89,7 +89,7 @@ def lines_of(results):
 
 
 class Server:
-    """Answers every connection with a word, on all the ways that a plugin may try."""
+    """Answers every connection, at all addresses that a plugin may try."""
 
     def __init__(self, folder):
         self.abstract, self.path = f"relign-{uuid.uuid4()}", str(folder / "socket")
