@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/text.h"
+#include "runner/merits.h"
 
 namespace relign::cli {
 
@@ -21,6 +22,7 @@ runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& le
   job.protocol = protocol;
   const bool rmse = protocol == trials::Protocol::blind || scene.facts.owns_stage;
   job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
+  job.mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec));
   job.machine_time = scene.facts.machine_time;
   return job;
 }

@@ -17,6 +17,7 @@
 #include "cli/pretraining_job.h"
 #include "cli/workbench.h"
 #include "plugin_host/pretraining.h"
+#include "runner/merits.h"
 #include "trials/trial.h"
 
 namespace relign::cli {
@@ -30,6 +31,7 @@ struct TryArguments {
   std::uint64_t instance = 0;
   std::uint64_t suite_seed = 1;
   std::string protocol = "paper";
+  std::string merit;  // empty: the protocol's
   unsigned steps = 50;
   std::string frames;
 };
@@ -120,15 +122,14 @@ int end_of_trial(Context& context, const TryArguments& arguments, const trials::
 }
 
 // The algorithm's pretraining, from the cache or made now; null if it has none.
-std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(const LoadedScene& scene,
-                                                                 const plugin_host::Choice& level,
-                                                                 const plugin_host::Choice& algorithm,
-                                                                 trials::Protocol protocol,
-                                                                 const plugin_host::HostServices& services) {
+std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(
+    const LoadedScene& scene, const plugin_host::Choice& level, const plugin_host::Choice& algorithm,
+    trials::Protocol protocol, std::optional<trials::Merit> merit, const plugin_host::HostServices& services) {
   if (!plugin_host::is_prepared(algorithm)) return nullptr;
   runner::Pretrainer pretrainer(pretrainer_options(services));
-  return runner::data_of(
-      pretrainer.prepare(job_for(scene, level, algorithm, protocol), runner::data_identity(scene.facts)));
+  runner::TrialJob job = job_for(scene, level, algorithm, protocol);
+  if (merit) job.merit = *merit;
+  return runner::data_of(pretrainer.prepare(job, runner::data_identity(scene.facts)));
 }
 
 int run_try(Context& context, TryArguments arguments) {
@@ -168,6 +169,8 @@ int run_try(Context& context, TryArguments arguments) {
       .instance = instance,
       .algorithm = algorithm,
       .terms = {.protocol = *trials::protocol_from_name(arguments.protocol),
+                .merit = trials::merit_from_name(arguments.merit),
+                .mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec)),
                 .budget = arguments.steps,
                 .algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance),
                 .machine_time = scene.facts.machine_time},
@@ -175,7 +178,7 @@ int run_try(Context& context, TryArguments arguments) {
   setup.services.log = [](int, const std::string& message) {
     std::fprintf(stderr, "%s\n", printable(message).c_str());
   };
-  if (const auto prepared = pretraining_of(scene, level, algorithm, setup.terms.protocol, services))
+  if (const auto prepared = pretraining_of(scene, level, algorithm, setup.terms.protocol, setup.terms.merit, services))
     setup.prepared = *prepared;
   setup.callbacks.on_step = [&](const trials::Step& step, const float* pixels) {
     if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
@@ -230,6 +233,10 @@ void add_try(CLI::App& app, Context& context) {
       ->type_name("NAME")
       ->check(CLI::IsMember({"paper", "blind"}))
       ->capture_default_str();
+  verb.add_option("--merit", arguments->merit,
+                  "merit: combined, rmse, or by field mtf or edge_energy [default: the protocol's]")
+      ->type_name("NAME")
+      ->check(CLI::IsMember(trials::merit_names()));
   verb.add_option("--steps", arguments->steps, "budget: number of steps (a move and a capture each) after step 0")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, kMaxSteps))

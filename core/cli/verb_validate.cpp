@@ -9,6 +9,7 @@
 #include "cli/workbench.h"
 #include "records/specification.h"
 #include "runner/levels.h"
+#include "runner/merits.h"
 #include "runner/mtf_check.h"
 #include "runner/stations.h"
 #include "suites/suite.h"
@@ -82,6 +83,7 @@ int validate(Context& context, const std::string& file) {
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
+  runner::check_merits(suite, facts);
   runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
   suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);

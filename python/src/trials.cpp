@@ -1,7 +1,9 @@
 // Trials of installed algorithms, equal to those of `relign-bench run`.
 #include "base/error.h"
+#include "base/text.h"
 #include "bindings.h"
 #include "records/record.h"
+#include "runner/merits.h"
 #include "runner/trial_runner.h"
 #include "trials/stage.h"
 
@@ -19,7 +21,7 @@ class Trials {
     job_.level = choose(catalog, plugin_host::Kind::noise_level, level, level_parameters);
     job_.scene_name = job_.scene.id;
     job_.level_name = job_.level.id;
-    job_.suite_seed = suite_seed;
+    job_.seeds = {suite_seed, suite_seed};
     const py::gil_scoped_release release;
     job_.facts = trials::facts_of(runner_.scene(job_), job_.scene.id);
     job_.machine_time = job_.facts.machine_time;
@@ -42,9 +44,12 @@ class Trials {
                                                                                  : trials::Merit::rmse;
     if (!merit.empty()) {
       const auto wanted = trials::merit_from_name(merit);
-      if (!wanted) throw Error(ErrorKind::bad_input, "unknown merit '" + merit + "'; merits: combined, rmse");
+      if (!wanted)
+        throw Error(ErrorKind::bad_input,
+                    "unknown merit '" + merit + "'; merits: " + join(trials::merit_names(), ", "));
       job.merit = *wanted;
     }
+    job.mtf_limits = runner::limits_of(records::specification_of(Json(), job.facts.spec));
     job.limits = limits_of(limits);
 
     const std::size_t pixels = std::size_t{job.facts.image_width} * job.facts.image_height;

@@ -31,7 +31,7 @@ struct TrialRow {
   // RMSE before the adhesive cures, at the last recommendation by each rule; NaN without a cure shift.
   ByRule<double> uncured = {{kMissing, kMissing, kMissing}};
   std::uint32_t mtf = 0;  // of TrialTable::mtf
-  // Some merit is negative, or below the measured RMSE, which every merit includes.
+  // Some merit is negative, or below the measured RMSE, which rmse and combined include.
   bool impossible_merit = false;
   // RMSE at step 0; NaN if missing.
   double start_measured = kMissing;

@@ -18,7 +18,8 @@ enum class FrameStream : std::uint32_t {
   capture = 0,            // what the algorithm observes
   truth_commanded = 1,    // noise-free MSE at the true pose
   truth_recommended = 2,  // noise-free MSE at the recommended pose
-  own_optimum = 3
+  own_optimum = 3,
+  stage_errors = 4  // repeatability of the move before the frame
 };
 
 // The seed of one frame of one instance.

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+#include <relign/portable_math.hpp>
 #include <utility>
 #include <vector>
 
@@ -43,17 +43,17 @@ struct Line {
   double at(double y) const { return offset + slope * y; }
 };
 
-// Fits a line through the centroids of the rows' derivatives, within half_window_px of `guess` if there is one. False
-// without an edge.
-bool fit_line(const Patch& patch, const Line* guess, double half_window_px, Line& line) {
+// Fits a line through the centroids of the rows' derivatives, within half_window_px of `guess` if there is one. The
+// derivative is taken over `span` pixels: a long one averages noise. False without an edge.
+bool fit_line(const Patch& patch, const Line* guess, double half_window_px, std::size_t span, Line& line) {
   double n = 0, sum_y = 0, sum_x = 0, sum_yy = 0, sum_yx = 0;
   for (std::size_t row = 0; row < patch.height(); ++row) {
     const auto y = static_cast<double>(row);
     double weight = 0, moment = 0, magnitude = 0;
-    for (std::size_t column = 0; column + 1 < patch.width(); ++column) {
-      const double x = static_cast<double>(column) + 0.5;
+    for (std::size_t column = 0; column + span < patch.width(); ++column) {
+      const double x = static_cast<double>(column) + static_cast<double>(span) / 2;
       if (guess && std::fabs(x - guess->at(y)) > half_window_px) continue;
-      const double rise = patch.at(column + 1, row) - patch.at(column, row);
+      const double rise = patch.at(column + span, row) - patch.at(column, row);
       weight += rise;
       moment += rise * x;
       magnitude += std::fabs(rise);
@@ -105,7 +105,39 @@ std::vector<Bin> profile_of(const Patch& patch, const Line& line, double half_le
   return profile;
 }
 
-double sinc(double x) { return x == 0 ? 1.0 : std::sin(std::numbers::pi * x) / (std::numbers::pi * x); }
+// From the place where the profile has risen by a quarter to that by three quarters, pixels; infinity for an edge that
+// does not rise by that between its ends.
+double width_of(const std::vector<Bin>& profile) {
+  const std::size_t ends = std::max<std::size_t>(1, profile.size() / 8);
+  double first = 0, last = 0;
+  for (std::size_t k = 0; k < ends; ++k) {
+    first += profile[k].value / static_cast<double>(ends);
+    last += profile[profile.size() - 1 - k].value / static_cast<double>(ends);
+  }
+  // Bins of two pixels: a single one is too noisy.
+  constexpr std::size_t kMean = 2 * kBinsPerPixel;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double sum = 0;
+  for (std::size_t k = 0; k < profile.size(); ++k) {
+    sum += profile[k].value;
+    if (k < kMean) continue;
+    sum -= profile[k - kMean].value;
+    const double risen = (sum / kMean - first) / (last - first), place = profile[k - kMean / 2].place_px;
+    if (risen >= 0.25) low = std::min(low, place);
+    if (risen <= 0.75) high = std::max(high, place);
+  }
+  return low < high ? high - low : 0;
+}
+
+// sin(pi x) / (pi x) for |x| <= 1 by its power series, remainder below 1e-11.
+double sinc(double x) {
+  constexpr double kInverse[] = {1.0 / 6,   1.0 / 20,  1.0 / 42,  1.0 / 72,  1.0 / 110, 1.0 / 156,
+                                 1.0 / 210, 1.0 / 272, 1.0 / 342, 1.0 / 420, 1.0 / 506};  // 1 / (2 k (2 k + 1))
+  const double square = 9.8696044010893586 * x * x;
+  double sum = 1;
+  for (int k = 10; k >= 0; --k) sum = 1 - square * kInverse[k] * sum;
+  return sum;
+}
 
 }  // namespace
 
@@ -117,32 +149,47 @@ double edge_mtf(const View& image, const Region& region, double cycles_per_pixel
   patch.transposed = is_horizontal(patch);
 
   Line line;
-  if (!fit_line(patch, nullptr, 0, line)) return kNotMeasurable;
-  // Fit again near the first line: far from the edge there is only noise.
+  const std::size_t span = std::clamp<std::size_t>(patch.width() / 16, 1, 8);
+  if (!fit_line(patch, nullptr, 0, span, line)) return kNotMeasurable;
+  // Fit again near the first line: far from the edge there is only noise. Nearer still, if the edge is that narrow.
+  const auto width = static_cast<double>(patch.width());
   const Line first = line;
-  if (!fit_line(patch, &first, std::max(4.0, static_cast<double>(patch.width()) / 4), line)) return kNotMeasurable;
+  if (!fit_line(patch, &first, std::max(4.0, width / 4), span, line)) return kNotMeasurable;
+  for (int pass = 0; pass < 2; ++pass) {
+    const Line guess = line;
+    if (!fit_line(patch, &guess, std::max(8.0, width / 12), 1, line)) line = guess;
+  }
 
   // Extent of the profile: as far as every row reaches on both sides of the edge.
   const double cosine = 1 / std::sqrt(1 + line.slope * line.slope);
   const double top = line.at(0), bottom = line.at(static_cast<double>(patch.height() - 1));
   const double margin = std::min(std::min(top, bottom), static_cast<double>(patch.width() - 1) - std::max(top, bottom));
   if (!(margin * cosine >= 3)) return kNotMeasurable;
-  const double half_length = margin * cosine;
-  const std::vector<Bin> profile = profile_of(patch, line, half_length);
+  double half_length = margin * cosine;
+  std::vector<Bin> profile = profile_of(patch, line, half_length);
   if (profile.size() < 8) return kNotMeasurable;
+  // Beyond the edge there is only noise: keep what is near.
+  constexpr double kShortest_px = 16, kWidths = 6;
+  const double enough = std::max(kShortest_px, kWidths * width_of(profile));
+  if (const auto surplus = static_cast<std::ptrdiff_t>((half_length - enough) * kBinsPerPixel); surplus > 0) {
+    profile = {profile.begin() + surplus, profile.end() - surplus};
+    half_length -= static_cast<double>(surplus) / kBinsPerPixel;
+  }
 
   // Fourier transform of the derivative, with the outer halves, where there is only noise, tapered.
   double real = 0, imaginary = 0, level = 0;
   for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
     const double place = (profile[k].place_px + profile[k + 1].place_px) / 2;
     const double share = std::fabs(place) / half_length;
-    const double taper = share <= 0.5 ? 1.0 : 0.5 + 0.5 * std::cos(2 * std::numbers::pi * (std::min(share, 1.0) - 0.5));
+    const double taper =
+        share <= 0.5 ? 1.0 : 0.5 + 0.5 * portable_sine_cosine(360 * (std::min(share, 1.0) - 0.5)).cosine;
     const double rise = taper * (profile[k + 1].value - profile[k].value);
-    const double phase = 2 * std::numbers::pi * cycles_per_pixel * place;
+    const double turns = cycles_per_pixel * place;
+    const SineCosine wave = portable_sine_cosine(360 * (turns - std::floor(turns)));
     // A difference averages the derivative over the distance between its ends.
     const double blur = sinc(cycles_per_pixel * (profile[k + 1].place_px - profile[k].place_px));
-    real += rise * std::cos(phase) / blur;
-    imaginary += rise * std::sin(phase) / blur;
+    real += rise * wave.cosine / blur;
+    imaginary += rise * wave.sine / blur;
     level += rise;
   }
   const auto less = [](const Bin& a, const Bin& b) { return a.value < b.value; };

@@ -2,8 +2,8 @@
 // For the distance to a reference image see score.h.
 //
 // Every measure is a pure function of the pixels, NaN where the image does not allow it (no light, no
-// edge in the region). All but edge_mtf use only + - * / and square roots in a fixed order, so that
-// they have the same bits on every machine; edge_mtf needs the C library's sine.
+// edge in the region), and has the same bits on every machine: + - * /, square roots and portable sines in
+// a fixed order.
 #pragma once
 
 #include <cstddef>

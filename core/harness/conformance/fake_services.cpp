@@ -108,11 +108,21 @@ const void* FakeServices::measures() {
       services.reference();  // also makes sure that there is a capture
       const relign_image &seen = services.trial_.last_image(), &wanted = services.reference_image_;
       *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                               text_of(name), text_of(arguments_json));
+                               services.scene_, text_of(name), text_of(arguments_json));
       return RELIGN_OK;
     });
   };
   measures_.why = tell_why;
+  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    FakeServices& services = self(context);
+    return services.answer([&] {
+      services.reference();
+      const relign_image& seen = services.trial_.last_image();
+      services.fields_ = {{seen.pixels, seen.width, seen.height}, services.scene_, text_of(arguments_json)};
+      services.fields_.write(fields);
+      return RELIGN_OK;
+    });
+  };
   return &measures_;
 }
 
@@ -127,9 +137,11 @@ std::string FakeServices::draw(std::uint64_t number) const {
     rows.push_back(std::move(values));
   }
   const double shift_mm = 0.01 * random.normal();
-  return canonical_json({{"start", start},
-                         {"distortion", rows},
-                         {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}});
+  Json drawn = {{"start", start},
+                {"distortion", rows},
+                {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}};
+  if (number % 2 == 1) drawn["stage"] = {{"backlash", std::vector<double>(trial_.setup.axes, 0.001)}};
+  return canonical_json(drawn);
 }
 
 const void* FakeServices::prior() {

@@ -10,6 +10,7 @@
 
 #include "conformance/fake_trial.h"
 #include "plugin_host/catalog.h"
+#include "trials/measure_table.h"
 #include "trials/scene_facts.h"
 
 namespace relign::conformance {
@@ -56,6 +57,7 @@ class FakeServices {
   relign_image reference_image_{};
   relign_reference_service reference_{};
   relign_measures_service measures_{};
+  trials::FieldMeasures fields_;
   relign_prior_service prior_{};
   relign_run_service run_{};
   relign_model_service model_{};

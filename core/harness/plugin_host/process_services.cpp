@@ -61,9 +61,23 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
     if (status != RELIGN_OK) return failure_answer(status, measures);
     return {{"message", "result"}, {"measures", Json::parse(list.text(), nullptr, false)}};
   }
+  const std::string arguments = object_text(request, "arguments");
+  if (call == "fields") {
+    relign_field_measures fields{};
+    fields.struct_size = sizeof fields;
+    const relign_status status = measures.fields(measures.context, view(arguments), &fields);
+    if (status != RELIGN_OK) return failure_answer(status, measures);
+    Json all = Json::array();
+    for (std::uint32_t i = 0; i < fields.count; ++i)
+      all.push_back({{"name", std::string(fields.names[i].data, fields.names[i].size)},
+                     {"mark_x_px", fields.mark_x_px[i]},
+                     {"mark_y_px", fields.mark_y_px[i]},
+                     {"tangential", fields.tangential[i]},
+                     {"sagittal", fields.sagittal[i]}});
+    return {{"message", "result"}, {"fields", all}};
+  }
   if (call != "measure") return unsupported("'" + call + "'");
   const std::string name = text_of(request, "name");
-  const std::string arguments = object_text(request, "arguments");
   double value = 0;
   const relign_status status = measures.measure(measures.context, view(name), view(arguments), &value);
   if (status != RELIGN_OK) return failure_answer(status, measures);

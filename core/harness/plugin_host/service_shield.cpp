@@ -25,6 +25,7 @@ const void* ShieldedServices::shielded(std::string_view id, const void* service)
     measures_.outer.list = pass<Table, &Table::list, const relign_text_sink*>;
     measures_.outer.measure = pass<Table, &Table::measure, relign_text, relign_text, double*>;
     measures_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
+    measures_.outer.fields = pass<Table, &Table::fields, relign_text, relign_field_measures*>;
     return &measures_.outer;
   }
   if (id == RELIGN_SERVICE_PRIOR) {

@@ -7,6 +7,7 @@
 #include "base/machine.h"
 #include "plugin_host/objects.h"
 #include "runner/levels.h"
+#include "runner/merits.h"
 #include "runner/mtf_check.h"
 #include "runner/run.h"
 #include "runner/stations.h"
@@ -53,6 +54,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   check_stations(suite, prepared.scenes);
+  check_merits(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
     if (on_message) on_message(note);
   check_levels(suite, prepared.scenes, [&](const std::string& name) {

@@ -104,7 +104,7 @@ PretrainingEntry Pretrainer::make(const plugin_host::Choice& algorithm, const Tr
   source.algorithm = algorithm;
   source.algorithm_name = algorithm.plugin->id;  // seeds do not depend on the name in a suite
   source.budget = wanted.steps;
-  source.suite_seed = kPretrainingSeed;
+  source.seeds = {kPretrainingSeed, kPretrainingSeed};
   source.pretraining = &state;
   source.prepared = data_of(inner);
   for (state.source = 0; state.source < wanted.sources; ++state.source) {
@@ -154,15 +154,18 @@ Json Pretrainer::key_of(const plugin_host::Choice& algorithm, const TrialJob& jo
     for (const auto& [parameter, inner] : choice.algorithms) entry["runs"][parameter] = identified(*inner);
     return entry;
   };
-  return {{"pretraining", kPretrainingVersion},
-          {"algorithm", identified(algorithm)},
-          {"scene", identified(job.scene)},
-          {"scene_data", identity_json(scene_data)},
-          {"noise_level", identified(job.level)},
-          {"protocol", trials::protocol_name(job.protocol)},
-          {"merit", trials::merit_name(job.merit)},
-          {"limits", job.limits == trials::Limits::hard ? "hard" : "soft"},
-          {"machine_time", machine_time_json(job.machine_time)}};
+  Json key = {{"pretraining", kPretrainingVersion},
+              {"algorithm", identified(algorithm)},
+              {"scene", identified(job.scene)},
+              {"scene_data", identity_json(scene_data)},
+              {"noise_level", identified(job.level)},
+              {"protocol", trials::protocol_name(job.protocol)},
+              {"merit", trials::merit_name(job.merit)},
+              {"limits", job.limits == trials::Limits::hard ? "hard" : "soft"},
+              {"machine_time", machine_time_json(job.machine_time)}};
+  if (job.merit == trials::Merit::mtf && job.mtf_limits.limits_anything())
+    key["merit_limits"] = {job.mtf_limits.lp_per_mm, job.mtf_limits.centre, job.mtf_limits.corner};
+  return key;
 }
 
 Json to_json(const Pretrainer::Entries& entries) {

@@ -190,6 +190,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
     manifest["analysis"] = suite.analysis;
     manifest["analysis_hash"] = sha256_hex(canonical_json(suite.analysis));
   }
+  if (!suite.commitment.empty()) manifest["commitment"] = suite.commitment;
   if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
   return manifest;
 }

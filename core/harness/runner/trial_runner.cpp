@@ -7,6 +7,7 @@
 
 #include "base/seeds.h"
 #include "records/specification.h"
+#include "runner/merits.h"
 
 namespace relign::runner {
 namespace {
@@ -41,9 +42,10 @@ SeedDomain domain_of(const TrialJob& job) { return job.pretraining ? SeedDomain:
 trials::Terms terms_of(const TrialJob& job) {
   return {.protocol = job.protocol,
           .merit = job.merit,
+          .mtf_limits = job.mtf_limits,
           .limits = job.limits,
           .budget = job.budget,
-          .algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance),
+          .algorithm_seed = algorithm_seed(job.seeds.algorithms, job.algorithm_name, job.instance),
           .machine_time = job.machine_time};
 }
 
@@ -86,7 +88,7 @@ records::TrialRecord begin_record(const TrialJob& job) {
   record.method = job.method;
   record.training = job.training;
   record.instance = job.instance;
-  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
+  if (!job.sealed) record.instance_seed = instance_seed(job.seeds.instances, domain_of(job), job.instance);
   record.budget = job.budget;
   return record;
 }
@@ -108,14 +110,18 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   job.algorithm = algorithm.choice;
   job.facts = prepared.scenes.at(trial.scene);
   job.protocol = *protocol;
-  const bool rmse = suites::effective_merit(algorithm) == "rmse" || job.facts.owns_stage;
-  job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
+  const auto merit = trials::merit_from_name(suites::effective_merit(algorithm));
+  if (!merit) throw Error(ErrorKind::internal, "unknown merit '" + algorithm.merit + "' in a plan");
+  const bool unknown_pose = job.facts.owns_stage && *merit == trials::Merit::combined;
+  job.merit = unknown_pose ? trials::Merit::rmse : *merit;
   job.limits = suite.limits == "hard" ? trials::Limits::hard : trials::Limits::soft;
   job.machine_time = trials::changed_by(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
   const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
-  job.suite_seed = suite.seed;
+  job.mtf_limits = limits_of(spec);
+  job.seeds = suite.draw_seeds();
+  job.sealed = !suite.commitment.empty();
   job.instance = trial.instance;
   return job;
 }
@@ -196,11 +202,11 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->level_key = level_key;
   }
   const SeedDomain domain = domain_of(job);
-  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " + std::to_string(job.suite_seed) +
-                                  " " + std::to_string(job.instance);
+  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " +
+                                  std::to_string(job.seeds.instances) + " " + std::to_string(job.instance);
   if (bench_->mounted_key != mounted_key) {
     bench_->unmount();
-    bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.suite_seed, domain, job.instance);
+    bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.seeds.instances, domain, job.instance);
     if (!job.facts.owns_stage) {
       bench_->assembly =
           std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.perturbations.elements_json));
@@ -261,6 +267,11 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       record.glued_mse.push_back(truth.mse);
       record.glued_mse_error.push_back(truth.standard_error);
     }
+    for (const trials::Truth& truth : result.best_truths) {
+      record.best_mse.push_back(truth.mse);
+      record.best_mse_error.push_back(truth.standard_error);
+    }
+    record.best_uncured_mse = result.best_uncured_mse;
     record.mtf = mtf_record(result.mtf.glued);
     record.uncured_mtf = mtf_record(result.mtf.uncured);
     record.best_mtf = mtf_record(result.best_mtf.glued);

@@ -33,7 +33,9 @@ struct TrialJob {
   trials::MachineTime machine_time;  // the suite's values over the scene's
   unsigned budget = 50;              // steps after step 0
   double mtf_lp_per_mm = 0;          // of the specification; 0: no MTF
-  std::uint64_t suite_seed = 1;
+  trials::MtfLimits mtf_limits;      // of the specification, for merit mtf
+  suites::Seeds seeds;
+  bool sealed = false;  // the record keeps no seed
   std::uint64_t instance = 0;
   std::shared_ptr<const trials::PreparedByIdentity> prepared = nullptr;  // pretrained data of its algorithms
   // Not null: pretraining on `instance`, a source instance (pretraining.h).

@@ -37,7 +37,7 @@ std::string instance_set_hash(const Suite& suite, const std::vector<std::string>
   return short_hash(canonical_json({{"instance_set", kTrialIdVersion},
                                     {"scenes", scenes},
                                     {"noise_levels", levels},
-                                    {"seed", suite.seed},
+                                    {"seed", suite.seed_json()},
                                     {"first_instance", suite.first_instance},
                                     {"instances", suite.instances}}));
 }
@@ -69,7 +69,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"scene", identity_json(suite.scenes[scene].choice.identity)},
                             {"scene_data", identity_json(scene_identity[scene])},
                             {"noise_level", identity_json(suite.levels[level].choice.identity)},
-                            {"suite_seed", suite.seed},
+                            {"suite_seed", suite.seed_json()},
                             {"limits", suite.limits},
                             {"machine_time", machine_time},
                             {"algorithm", identity_json(entry.choice.identity)},
@@ -78,6 +78,9 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"merit", effective_merit(entry)},
                             {"budget", entry.steps}};
         if (!mtf.is_null()) ingredients["mtf_lp_per_mm"] = mtf;
+        // The limits are part of this merit. Those of a scene's own specification are part of the scene's data.
+        if (effective_merit(entry) == "mtf" && suite.spec.is_object() && !suite.spec.empty())
+          ingredients["merit_limits"] = suite.spec.value("mtf", Json());
         for (unsigned count = 0; count < suite.instances; ++count) {
           PlannedTrial trial;
           trial.scene = scene;
@@ -85,7 +88,8 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
           trial.algorithm = algorithm;
           trial.instance = std::uint64_t{suite.first_instance} + count;
           ingredients["instance"] = trial.instance;
-          ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);
+          if (suite.commitment.empty())
+            ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);
           trial.id = short_hash(canonical_json(ingredients));
           plan.trials.push_back(std::move(trial));
         }

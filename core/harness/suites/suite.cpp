@@ -9,6 +9,7 @@
 #include "base/limits.h"
 #include "base/text.h"
 #include "plugin_host/training.h"
+#include "suites/secret.h"
 
 namespace relign::suites {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kMaxTrialSeconds = 1e7;   // seconds
 constexpr std::int64_t kMinMemoryMb = 64;  // MB
 constexpr std::size_t kMaxTrainings = 100;
 const std::vector<std::string> kProtocols = {"paper", "blind"};
-const std::vector<std::string> kMerits = {"combined", "rmse"};
+const std::vector<std::string> kMerits = {"combined", "rmse", "mtf", "edge_energy"};
 const std::vector<std::string> kLimits = {"soft", "hard"};
 const std::vector<std::string> kMeasures = {"rmse", "yield"};
 const std::vector<std::string> kRules = {"own", "best", "current"};
@@ -91,6 +92,9 @@ class SuiteReader {
     if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
       top_.complain("name", mistake);
     suite.seed = static_cast<std::uint64_t>(top_.integer("seed", 1, 0, std::numeric_limits<std::int64_t>::max()));
+    suite.commitment = top_.string("commitment", "");
+    if (top_.has("commitment") && !is_commitment(suite.commitment))
+      top_.complain("commitment", "expected \"sha256:\" and 64 hexadecimal digits, as relign-bench seal prints it");
     suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMaxInstances));
     suite.first_instance =
         static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));

@@ -71,6 +71,38 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
   return elements;
 }
 
+std::vector<double> read_stage_values(ObjectReader& stage, const char* key, std::size_t axes, double lowest) {
+  const std::vector<double> values = stage.numbers(key, axes, std::vector<double>(axes, 0.0));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!(values[i] >= lowest && values[i] <= 1))
+      stage.complain(key, "value " + std::to_string(i) + " is " + shortest(values[i]) + "; expected " +
+                              shortest(lowest) + " to 1 (fractions of the travel)");
+  return values;
+}
+
+// Empty if all errors are 0.
+std::optional<StageErrors> read_stage(const JsonSource& source, ObjectReader& top, std::size_t axes,
+                                      std::vector<Problem>& problems) {
+  if (!top.get("stage")) return std::nullopt;
+  ObjectReader reader(source, "/stage", problems);
+  StageErrors stage;
+  stage.backlash = read_stage_values(reader, "backlash", axes, 0);
+  stage.repeatability = read_stage_values(reader, "repeatability", axes, 0);
+  stage.encoder_step = read_stage_values(reader, "encoder_step", axes, 0);
+  stage.drift = read_stage_values(reader, "drift", axes, -1);
+  const auto all_zero = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return value == 0; });
+  };
+  if (!all_zero(stage.drift) && !reader.has("drift_seconds"))
+    reader.complain_missing("drift_seconds", "the time constant of 'drift'");
+  stage.drift_seconds = reader.number("drift_seconds", 1, 1e-3, 1e9);
+  reader.reject_unknown();
+  if (all_zero(stage.backlash) && all_zero(stage.repeatability) && all_zero(stage.encoder_step) &&
+      all_zero(stage.drift))
+    return std::nullopt;
+  return stage;
+}
+
 Perturbations read(const JsonSource& source, const SceneFacts& scene) {
   std::vector<Problem> problems;
   ObjectReader top(source, "", problems);
@@ -80,6 +112,7 @@ Perturbations read(const JsonSource& source, const SceneFacts& scene) {
   perturbations.distortion = read_distortion(top, scene.axes.size());
   perturbations.elements_json = canonical_json(read_elements(source, top, scene, problems));
   perturbations.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
+  perturbations.stage = read_stage(source, top, scene.axes.size(), problems);
   top.reject_unknown();
   throw_if_any(problems);
   return perturbations;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,22 @@
 
 namespace relign::trials {
 
+// Errors of a stage beyond the distortion, in fractions of the travel, n values each.
+struct StageErrors {
+  std::vector<double> backlash;       // full width of the play
+  std::vector<double> repeatability;  // standard deviation of the position after a move
+  std::vector<double> encoder_step;   // commanded moves from the start are rounded to multiples of it; 0: not rounded
+  std::vector<double> drift;          // signed; reached after infinite time
+  double drift_seconds = 1;           // time constant of the drift: drift * (1 - exp(-t / drift_seconds))
+};
+
 struct Perturbations {
   std::vector<double> start;       // true start pose, n values in [0, 1]
   std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
   std::string elements_json;       // offsets of the elements as canonical JSON, as mount takes them
   // Shift of the lens while the glue cures, n fractions of the travel; empty: none.
   std::vector<double> cure_shift = {};
+  std::optional<StageErrors> stage = {};  // empty: the stage is linear (as in the paper)
 };
 
 struct Instance {

@@ -1,21 +1,27 @@
 #include "trials/measure_table.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
 
 #include "base/text.h"
+#include "images/edge_fields.h"
 #include "images/registration.h"
 
 namespace relign::trials {
 namespace {
 
+using images::Direction;
+
 constexpr double kUnbounded = std::numeric_limits<double>::max();
 
 struct Images {
   images::View capture, reference;
+  const SceneFacts& scene;
 };
 
 struct Measure {
@@ -57,6 +63,73 @@ double mtf(const Images& images, ObjectReader& arguments) {
     arguments.complain(
         "", "the region exceeds the image of " + std::to_string(width) + " x " + std::to_string(height) + " pixels");
   return images::edge_mtf(image, region, cycles_per_pixel);
+}
+
+constexpr std::size_t kEveryField = images::kMaxFields;
+
+bool has_fields(const SceneFacts& scene, ObjectReader& arguments) {
+  if (scene.fields.empty()) arguments.complain("", "the scene '" + scene.name + "' describes no 'fields'");
+  return !scene.fields.empty();
+}
+
+// The field that the arguments name, by name or number; kEveryField without one. Complains where there is none.
+std::size_t field_of(const Images& images, ObjectReader& arguments) {
+  const images::EdgeFields& fields = images.scene.fields;
+  const Json* given = arguments.get("field");
+  if (!has_fields(images.scene, arguments) || !given) return kEveryField;
+  std::vector<std::string> names;
+  for (const images::EdgeField& field : fields) names.push_back(field.name);
+  if (given->is_string()) {
+    const auto named = std::find(names.begin(), names.end(), given->get<std::string>());
+    if (named != names.end()) return static_cast<std::size_t>(named - names.begin());
+    arguments.complain("field", "unknown field '" + given->get<std::string>() + "'; fields: " + join(names, ", "));
+    return kEveryField;
+  }
+  return static_cast<std::size_t>(arguments.integer("field", 0, 0, static_cast<std::int64_t>(fields.size()) - 1));
+}
+
+// In cycles per pixel.
+double frequency_of(const SceneFacts& scene, ObjectReader& arguments) {
+  const double cycles_per_pixel = arguments.number("cycles_per_pixel", 0, 0, 1);
+  const double lp_per_mm = arguments.number("lp_per_mm", 0, 0, kUnbounded);
+  if (arguments.has("cycles_per_pixel") == arguments.has("lp_per_mm"))
+    arguments.complain("", "expected either 'cycles_per_pixel' or 'lp_per_mm'");
+  if (!arguments.has("lp_per_mm")) return cycles_per_pixel;
+  const double converted = lp_per_mm * scene.pitch_um / 1000;
+  if (!(scene.pitch_um > 0) || converted > 1)
+    arguments.complain("lp_per_mm", scene.pitch_um > 0
+                                        ? "more than one cycle per pixel of " + shortest(scene.pitch_um) + " um"
+                                        : "the scene describes no 'pitch_um'; use 'cycles_per_pixel'");
+  return converted;
+}
+
+// Of one field or, by default, the lowest of all; of one direction or the lower of both. NaN if any of them is.
+double field_mtf(const Images& images, ObjectReader& arguments) {
+  const std::size_t field = field_of(images, arguments);
+  const double cycles_per_pixel = frequency_of(images.scene, arguments);
+  const std::string direction = arguments.string("direction", "");
+  if (direction != "" && direction != "tangential" && direction != "sagittal")
+    arguments.complain("direction", "found '" + direction + "'; allowed: tangential, sagittal");
+  const images::FieldEdges edges(images.capture, images.scene.fields);
+  double lowest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < images.scene.fields.size(); ++i)
+    for (const Direction measured : {Direction::tangential, Direction::sagittal}) {
+      const bool asked = direction.empty() || (direction == "tangential") == (measured == Direction::tangential);
+      const bool shown = images.scene.fields[i].region(measured).has_value();
+      if (!asked || !shown || (field != kEveryField && field != i)) continue;
+      const double mtf = edges.mtf(i, measured, cycles_per_pixel);
+      if (!(mtf >= lowest)) lowest = mtf;
+      if (std::isnan(mtf)) return images::kNotMeasurable;
+    }
+  return lowest <= kUnbounded ? lowest : images::kNotMeasurable;
+}
+
+template <double (images::FieldEdges::*place)(std::size_t) const>
+double mark_of_field(const Images& images, ObjectReader& arguments) {
+  const std::size_t field = field_of(images, arguments);
+  if (!arguments.has("field")) arguments.complain_missing("field", "name or number of a field");
+  if (field == kEveryField) return images::kNotMeasurable;
+  return (images::FieldEdges(images.capture, images.scene.fields).*place)(field);
 }
 
 images::Registration registration(const Images& images) {
@@ -102,6 +175,21 @@ const std::vector<Measure>& measures() {
         {"width", "columns; default: all to the right"},
         {"height", "rows; default: all below"}},
        mtf},
+      {"field_mtf",
+       "Modulation transfer across the slanted edges of a field of the scene (ISO 12233)",
+       {{"field", "name or number of the field; default: the lowest of all"},
+        {"direction", "tangential or sagittal; default: the lower of both"},
+        {"cycles_per_pixel", "spatial frequency, 0 to 1"},
+        {"lp_per_mm", "the frequency in line pairs per mm on the sensor, instead of cycles_per_pixel"}},
+       field_mtf},
+      {"mark_x_px",
+       "Centre of a field's mark, from the middle of the first column",
+       {{"field", "name or number of the field"}},
+       mark_of_field<&images::FieldEdges::mark_x_px>},
+      {"mark_y_px",
+       "Centre of a field's mark, from the middle of the top row",
+       {{"field", "name or number of the field"}},
+       mark_of_field<&images::FieldEdges::mark_y_px>},
       {"shift_x_px",
        "Shift to the right, relative to the reference image",
        {},
@@ -129,8 +217,8 @@ Json list_measures() {
   return list;
 }
 
-double measure(const images::View& image, const images::View& reference, const std::string& name,
-               const std::string& arguments_json) {
+double measure(const images::View& image, const images::View& reference, const SceneFacts& scene,
+               const std::string& name, const std::string& arguments_json) {
   std::vector<std::string> names;
   for (const Measure& known : measures()) {
     names.emplace_back(known.name);
@@ -139,12 +227,45 @@ double measure(const images::View& image, const images::View& reference, const s
     std::vector<Problem> problems;
     ObjectReader arguments(source, "", problems);
     throw_if_any(problems);
-    const double value = known.of({image, reference}, arguments);
+    const double value = known.of({image, reference, scene}, arguments);
     arguments.reject_unknown();
     throw_if_any(problems);
     return value;
   }
   throw Error(ErrorKind::bad_input, "unknown measure '" + name + "'" + suggestion(name, names));
+}
+
+FieldMeasures::FieldMeasures(const images::View& image, const SceneFacts& scene, const std::string& arguments_json) {
+  const JsonSource source = JsonSource::from_text(arguments_json.empty() ? "{}" : arguments_json, "fields");
+  std::vector<Problem> problems;
+  ObjectReader arguments(source, "", problems);
+  throw_if_any(problems);
+  has_fields(scene, arguments);
+  const double cycles_per_pixel = frequency_of(scene, arguments);
+  arguments.reject_unknown();
+  throw_if_any(problems);
+  const images::FieldEdges edges(image, scene.fields);
+  for (std::size_t i = 0; i < scene.fields.size(); ++i) {
+    names_.push_back({scene.fields[i].name.data(), scene.fields[i].name.size()});
+    mark_x_px_.push_back(edges.mark_x_px(i));
+    mark_y_px_.push_back(edges.mark_y_px(i));
+    tangential_.push_back(edges.mtf(i, Direction::tangential, cycles_per_pixel));
+    sagittal_.push_back(edges.mtf(i, Direction::sagittal, cycles_per_pixel));
+  }
+}
+
+void FieldMeasures::write(relign_field_measures* fields) const {
+  relign_field_measures written{};
+  if (!fields || fields->struct_size < sizeof written)
+    throw Error(ErrorKind::bad_input, "'fields' is null or its struct_size too small");
+  written = {.struct_size = sizeof written,
+             .count = static_cast<std::uint32_t>(names_.size()),
+             .names = names_.data(),
+             .mark_x_px = mark_x_px_.data(),
+             .mark_y_px = mark_y_px_.data(),
+             .tangential = tangential_.data(),
+             .sagittal = sagittal_.data()};
+  std::memcpy(fields, &written, sizeof written);
 }
 
 }  // namespace relign::trials

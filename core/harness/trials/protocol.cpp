@@ -2,6 +2,7 @@
 
 #include <relign/plugin.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -25,13 +26,21 @@ std::optional<Protocol> protocol_from_name(const std::string& name) {
   return std::nullopt;
 }
 
-const char* merit_name(Merit merit) { return merit == Merit::combined ? "combined" : "rmse"; }
+const std::vector<std::string>& merit_names() {
+  static const std::vector<std::string> names = {"combined", "rmse", "mtf", "edge_energy"};  // in the order of Merit
+  return names;
+}
+
+const char* merit_name(Merit merit) { return merit_names().at(static_cast<std::size_t>(merit)).c_str(); }
 
 std::optional<Merit> merit_from_name(const std::string& name) {
-  if (name == "combined") return Merit::combined;
-  if (name == "rmse") return Merit::rmse;
-  return std::nullopt;
+  const std::vector<std::string>& names = merit_names();
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<Merit>(found - names.begin());
 }
+
+bool needs_fields(Merit merit) { return merit == Merit::mtf || merit == Merit::edge_energy; }
 
 Rules make_rules(Protocol protocol, const plugin_host::Manifest& algorithm, const Instance& instance,
                  const SceneFacts& scene) {

@@ -5,11 +5,14 @@
 //        Agents get images and move by up to 0.2 per axis and step.
 // blind  coordinates are relative to the unknown start; box = start +- 0.5 per axis; merit = measured RMSE;
 //        each step reports which axes met a limit.
+// An entry of a suite may choose another merit: combined, rmse, or one by field (field_merit.h).
 // On a station start and true pose are unknown: under both protocols coordinates are relative to the
 // start, box = start +- 0.5, merit = measured RMSE; algorithms that require the start cannot run.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,12 +24,21 @@
 namespace relign::trials {
 
 enum class Protocol { paper, blind };
-enum class Merit { combined, rmse };
+enum class Merit { combined, rmse, mtf, edge_energy };
+
+// Limits of merit mtf, from the specification's "mtf". NaN: none.
+struct MtfLimits {
+  double lp_per_mm = std::numeric_limits<double>::quiet_NaN();
+  double centre = lp_per_mm, corner = lp_per_mm;
+  bool limits_anything() const { return lp_per_mm > 0 && !(std::isnan(centre) && std::isnan(corner)); }
+};
 
 const char* protocol_name(Protocol protocol);
 std::optional<Protocol> protocol_from_name(const std::string& name);
 const char* merit_name(Merit merit);
 std::optional<Merit> merit_from_name(const std::string& name);
+const std::vector<std::string>& merit_names();
+bool needs_fields(Merit merit);
 
 // The rules of one trial, derived from protocol, algorithm and instance.
 struct Rules {

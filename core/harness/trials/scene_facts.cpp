@@ -89,6 +89,10 @@ SceneFacts read(const JsonSource& source) {
     image.reject_unknown();
   }
 
+  facts.pitch_um = top.number("pitch_um", 0, 1e-6, 1e6);
+  if (top.get("fields"))
+    facts.fields = images::read_edge_fields(source, "/fields", facts.image_width, facts.image_height, problems);
+
   facts.elements = read_texts(top, "elements", !facts.owns_stage);
   for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
     if (std::find(facts.elements.begin(), name, *name) != name)

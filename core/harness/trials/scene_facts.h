@@ -6,6 +6,7 @@
 
 #include "base/json_source.h"
 #include "base/shared_keys.h"
+#include "images/edge_fields.h"
 
 namespace relign::trials {
 
@@ -37,7 +38,9 @@ struct SceneFacts {
   std::vector<double> nominal_pose;
   unsigned image_width = 0;
   unsigned image_height = 0;
-  double image_white = 1;  // display value of a lit pixel
+  double image_white = 1;     // display value of a lit pixel
+  double pitch_um = 0;        // of the pixels; 0: unknown
+  images::EdgeFields fields;  // places with slanted edges; may be empty
   std::vector<std::string> elements;
   MachineTime machine_time;
   Json spec;                       // as in the description, null when absent

@@ -63,11 +63,22 @@ const void* Services::measures() {
       if (!value) return shared.refuse("'value' is null");
       const relign_image &capture = shared.host.last_capture(), &reference = shared.host.reference_image();
       *value = measure({capture.pixels, capture.width, capture.height},
-                       {reference.pixels, reference.width, reference.height}, text_of(name), text_of(arguments_json));
+                       {reference.pixels, reference.width, reference.height}, shared.host.setup().scene, text_of(name),
+                       text_of(arguments_json));
       return RELIGN_OK;
     });
   };
   measures_.why = tell_why;
+  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer([&]() -> relign_status {
+      const relign_image& capture = shared.host.last_capture();
+      shared.fields = {
+          {capture.pixels, capture.width, capture.height}, shared.host.setup().scene, text_of(arguments_json)};
+      shared.fields.write(fields);
+      return RELIGN_OK;
+    });
+  };
   return &measures_;
 }
 
@@ -84,6 +95,12 @@ std::string perturbations_json(const Perturbations& perturbations) {
   Json json = {
       {"start", perturbations.start}, {"distortion", rows}, {"elements", Json::parse(perturbations.elements_json)}};
   if (!perturbations.cure_shift.empty()) json["cure_shift"] = perturbations.cure_shift;
+  if (const std::optional<StageErrors>& stage = perturbations.stage)
+    json["stage"] = {{"backlash", stage->backlash},
+                     {"repeatability", stage->repeatability},
+                     {"encoder_step", stage->encoder_step},
+                     {"drift", stage->drift},
+                     {"drift_seconds", stage->drift_seconds}};
   return canonical_json(json);
 }
 

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <thread>
 
+#include "trials/measure_table.h"
 #include "trials/trial_view.h"
 
 namespace relign::trials {
@@ -39,7 +40,8 @@ struct ServiceContext {
 
   TrialHost& host;
   TrialView& view;
-  std::string why;  // of the last refusal
+  std::string why;       // of the last refusal
+  FieldMeasures fields;  // the last
   std::thread::id thread = std::this_thread::get_id();
 };
 

@@ -32,6 +32,9 @@ std::vector<float> packed(const relign_image& image) {
   return values;
 }
 
+// Of an image without padding.
+images::View view_of(const relign_image& image) { return {image.pixels, image.width, image.height}; }
+
 }  // namespace
 
 // Stops the algorithm's clock for the time of one answer.
@@ -51,9 +54,12 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
       reference_(packed(setup.reference)),
       pixels_(reference_.size()),
       best_merit_(std::numeric_limits<double>::infinity()),
+      lowest_measured_(std::numeric_limits<double>::infinity()),
       left_host_(Clock::now()),
       thread_(std::this_thread::get_id()) {
   describe_task();
+  if (needs_fields(rules_.merit))
+    field_merit_.emplace(rules_.merit, setup.terms.mtf_limits, setup.scene, view_of(reference_image_));
   Stage::Arrival start = stage_->start();
   pending_.commanded_pose = std::move(start.commanded_pose);
   pending_.true_pose = std::move(start.true_pose);
@@ -218,12 +224,18 @@ void TrialHost::capture() {
   if (!std::isfinite(pending_.measured_rmse))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
                                               std::to_string(pending_.number) + " has non-finite pixels");
-  pending_.merit = rules_.merit == Merit::combined
-                       ? combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose)
-                       : pending_.measured_rmse;
+  pending_.merit = pending_.measured_rmse;
+  if (rules_.merit == Merit::combined)
+    pending_.merit = combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose);
+  else if (field_merit_)
+    pending_.merit = field_merit_->of(view_of(image_));
   if (pending_.merit < best_merit_) {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;
+  }
+  if (pending_.measured_rmse < lowest_measured_) {
+    lowest_measured_ = pending_.measured_rmse;
+    lowest_measured_pose_ = pending_.commanded_pose;
   }
 }
 
@@ -238,6 +250,7 @@ void TrialHost::close_step() {
   pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
   pending_.recommended_truth = truth_at(move.true_pose, pending_.number, FrameStream::truth_recommended);
   uncured_true_pose_ = move.uncured_true_pose;
+  if (setup_->instance.perturbations.stage) best_moves_.push_back(stage_->would_reach(lowest_measured_pose_));
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
   if (setup_->callbacks.on_step) setup_->callbacks.on_step(pending_, pixels_.data());
@@ -276,6 +289,20 @@ std::vector<Truth> TrialHost::glued_truths() {
   for (const Step& step : steps_)
     truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
   return truths;
+}
+
+std::vector<Truth> TrialHost::best_truths() {
+  std::vector<Truth> truths;
+  if (!setup_->scoring() || !stage_->has_ground_truth()) return truths;
+  for (std::size_t i = 0; i < best_moves_.size(); ++i)
+    truths.push_back(truth_at(best_moves_[i].true_pose, steps_[i].number, FrameStream::truth_recommended));
+  return truths;
+}
+
+Truth TrialHost::best_uncured_truth() {
+  if (best_moves_.empty() || best_moves_.back().uncured_true_pose.empty())
+    return {std::numeric_limits<double>::quiet_NaN(), 0};
+  return truth_at(best_moves_.back().uncured_true_pose, pending_.number, FrameStream::truth_recommended);
 }
 
 void TrialHost::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

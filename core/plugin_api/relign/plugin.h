@@ -73,7 +73,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 4
+#define RELIGN_ABI_MINOR 5
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 
@@ -207,8 +207,11 @@ typedef struct relign_noise_level_interface {
   /* Writes one draw of the perturbations W, a pure function of its arguments. scene_json: what the scene's describe
    * wrote. Writes, for n axes, {"start": [n values in 0..1], "distortion": [[n x n]],
    * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and if glue matters
-   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. RELIGN_FAILED: cannot draw
-   * for this scene. [object-thread] */
+   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Since 1.4, optionally errors
+   * of the stage beyond the distortion, "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n],
+   * "drift": [n], "drift_seconds": s}, each member optional, in fractions of the travel: full width of the play,
+   * standard deviation after a move, resolution of the encoder (0: not rounded), and drift in the end, signed, with the
+   * time constant s of machine time. RELIGN_FAILED: cannot draw for this scene. [object-thread] */
   relign_status (*draw)(relign_noise_level* self, uint64_t seed, relign_text scene_json, const relign_text_sink* drawn);
   /* [object-thread] */
   void (*destroy)(relign_noise_level* self);

@@ -62,6 +62,13 @@ void check_service(const Service* service, relign_status status, const char* wha
 
 }  // namespace border
 
+// A field of the last capture; NaN: not in it.
+struct FieldMeasure {
+  std::string name;
+  double mark_x_px = 0, mark_y_px = 0;
+  double tangential = 0, sagittal = 0;  // MTF, pixel included
+};
+
 // "relign.measures/1": what the last capture says of its own sharpness.
 class Measures {
  public:
@@ -80,6 +87,19 @@ class Measures {
         service_, service_->measure(service_->context, to_text(name), to_text(arguments_json), &value), "measure");
     return value;
   }
+  // All fields at once, in the time of one of them. arguments_json: R"({"lp_per_mm": 50})", or cycles_per_pixel.
+  std::vector<FieldMeasure> fields(std::string_view arguments_json) const {
+    if (service_->struct_size < offsetof(relign_measures_service, fields) + sizeof service_->fields)
+      throw std::runtime_error("fields: needs a host of at least 1.5");
+    relign_field_measures written{};
+    written.struct_size = sizeof written;
+    border::check_service(service_, service_->fields(service_->context, to_text(arguments_json), &written), "fields");
+    std::vector<FieldMeasure> fields;
+    for (std::uint32_t i = 0; i < written.count; ++i)
+      fields.push_back({std::string(to_view(written.names[i])), written.mark_x_px[i], written.mark_y_px[i],
+                        written.tangential[i], written.sagittal[i]});
+    return fields;
+  }
 
  private:
   const relign_measures_service* service_;
@@ -90,8 +110,8 @@ class Prior {
  public:
   explicit Prior(const relign_prior_service* service) : service_(service) {}
 
-  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...] where
-  // the level draws one.
+  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...]
+  // and "stage": {...} where the level draws them.
   std::string draw(std::uint64_t number) const {
     border::Collector drawn;
     border::check_service(service_, service_->draw(service_->context, number, drawn.sink()), "prior");

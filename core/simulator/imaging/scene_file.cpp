@@ -147,6 +147,12 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
       scene.diffraction_in_mtf = (*value)["mtf"].value("diffraction", false);
   }
   if (const Json* value = top.get("meshes")) scene.meshes = *value;
+  if (top.get("fields")) {
+    const bool as_in_file = choices.target.empty() && choices.pixels == 0;
+    const auto width = static_cast<std::size_t>(scene.sensor.width),
+               height = static_cast<std::size_t>(scene.sensor.height);
+    if (as_in_file) scene.fields = images::read_edge_fields(source, "/fields", width, height, problems);
+  }
 
   ObjectReader emitter(source, "/emitter", problems);
   if (problems.empty())

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "images/edge_fields.h"
 #include "images/image.h"
 #include "imaging/sensor.h"
 #include "optics/prescription.h"
@@ -66,6 +67,7 @@ struct SceneFile {
   double ambient_index = 1;  // as chosen; divides wavelengths
   Json machine_time;         // as written, null if absent
   Json spec;
+  images::EdgeFields fields;                 // as listed; empty where the chosen target or pixels are not the file's
   bool diffraction = false;                  // in images: diffraction.h
   bool diffraction_in_mtf = false;           // "diffraction" of the spec's "mtf": field_mtf.h
   Json meshes;                               // for scenes of meshes; as written, null if absent

@@ -189,6 +189,17 @@ std::optional<images::Image> draw_target(const std::string& text, int texels) {
                                         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
 }
 
+std::optional<SquareGrid> square_grid(const std::string& text) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  for (const TargetKind& kind : target_kinds()) {
+    if (normalised_name(kind.name) != normalised_name(text.substr(0, colon))) continue;
+    if (kind.name != "slanted_edges" && kind.name != "camera_chart") return std::nullopt;
+    const Values values = read_values(kind, text.substr(std::min(colon + 1, text.size())));
+    return SquareGrid{static_cast<int>(values.at("squares")), values.at("angle_deg")};
+  }
+  return std::nullopt;
+}
+
 images::Image siemens_star(int texels, int sectors) {
   // A point is white if it is between the two edges of a white sector: left of the first and right of the second, by
   // cross products (sectors are narrower than a half turn).

@@ -39,6 +39,15 @@ images::Image siemens_star(int texels, int sectors = 18);
 // unknown names and invalid parameters.
 std::optional<images::Image> draw_target(const std::string& text, int texels);
 
+// The grid of squares of the targets slanted_edges and camera_chart, each half as wide as the spacing.
+struct SquareGrid {
+  int per_side = 0;
+  double angle_deg = 0;  // from columns to rows
+};
+
+// Empty for other targets.
+std::optional<SquareGrid> square_grid(const std::string& text);
+
 // Reads an image file as a target; images that are not square get black borders. At most 8192 texels a side. Throws
 // Error like images::read_image.
 images::Image target_from_file(const std::filesystem::path& file);

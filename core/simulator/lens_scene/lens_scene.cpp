@@ -1,9 +1,11 @@
 #include "lens_scene/lens_scene.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/hash.h"
 #include "base/json_source.h"
+#include "imaging/chart_fields.h"
 #include "optics/assembly.h"
 
 namespace relign::lens_scene {
@@ -146,6 +148,10 @@ std::string LensScene::describe() {
                       {"files", files}};
   if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
   if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
+  if (const images::EdgeFields fields = imaging::fields_of(scene_); !fields.empty()) {
+    description["fields"] = images::to_json(fields);
+    description["pitch_um"] = std::round(1e9 * scene_.sensor.pitch_mm) / 1e6;
+  }
   return description.dump();
 }
 

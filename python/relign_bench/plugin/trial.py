@@ -179,6 +179,22 @@ class Trial:
         value = self._service("relign.measures/1", "measure", name=name, arguments=arguments)["value"]
         return math.nan if value is None else float(value)
 
+    def measure_fields(self, **frequency: float) -> list[dict[str, Any]]:
+        """The slanted edges of the latest capture, all fields in the time of one. Needs "images" and a scene with fields.
+
+        Args:
+            **frequency: `cycles_per_pixel` (0 to 1) or `lp_per_mm`.
+
+        Returns:
+            For each field {"name", "mark_x_px", "mark_y_px", "tangential", "sagittal"}: the centre of its mark, and its
+            MTF with the pixel's; NaN where the capture does not show it.
+
+        Raises:
+            ValueError: Another argument, or a scene without fields.
+        """
+        fields = self._service("relign.measures/1", "fields", arguments=frequency)["fields"]
+        return [{key: math.nan if value is None else value for key, value in field.items()} for field in fields]
+
     def draw_prior(self, number: int) -> dict[str, Any]:
         """A draw of the noise level's distribution, never this trial's. Needs "level".
 
@@ -186,7 +202,7 @@ class Trial:
             number: Number of the draw.
 
         Returns:
-            {"start", "distortion", "elements"}, and "cure_shift" where the level draws one.
+            {"start", "distortion", "elements"}, and "cure_shift" and "stage" where the level draws them.
         """
         return self._service("relign.prior/1", "draw", number=number)["drawn"]
 

@@ -101,6 +101,16 @@ TEST_F(Gates, MeritFailsForImpossibleMerits) {
   }
 }
 
+TEST_F(Gates, MeritsByFieldDoNotContainTheRmse) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  trials[0].steps[1].merit = 0.001;
+  write(trials);
+  for (const auto& [merit, alarms] : {std::pair("rmse", true), {"mtf", false}, {"edge_energy", false}}) {
+    add_to_manifest({{"algorithms", {{{"name", "a"}, {"merit", merit}}}}});
+    EXPECT_EQ(!gate("merit").is_null(), alarms) << merit;
+  }
+}
+
 TEST_F(Gates, FailuresAllowFivePercent) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 20; ++i) trials.push_back(trial("a", i, {0.1, 0.05}));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <relign/random.hpp>
 
@@ -146,6 +147,46 @@ TEST(EdgeMtf, MatchesGaussianBlurWithinTwoPercent) {
             << "sigma " << sigma << " px, " << degrees << " degrees, " << f << " cycles/px";
       }
     }
+}
+
+// The same edge seen by square pixels of full fill factor, in a region as of a field.
+Image edge_through_pixels(double degrees, double sigma, double noise) {
+  const double angle = degrees * kPi / 180, cosine = std::cos(angle), sine = std::sin(angle);
+  constexpr int kPoints = 6;  // a side of a pixel
+  Random random(7);
+  return painted(128, 94, [&](double x, double y) {
+    double light = 0;
+    for (int i = 0; i < kPoints; ++i)
+      for (int j = 0; j < kPoints; ++j) {
+        const double dx = x - 63.3 + (i + 0.5) / kPoints - 0.5, dy = y - 46.8 + (j + 0.5) / kPoints - 0.5;
+        light += std::erf((dx * cosine + dy * sine) / (sigma * std::sqrt(2.0)));
+      }
+    return 0.5 + 0.4 * light / (kPoints * kPoints) + noise * random.normal();
+  });
+}
+
+// Noise in parts of the edge's step.
+TEST(EdgeMtf, MatchesBlurTimesPixelAtEveryNoise) {
+  const auto sinc = [](double x) { return x == 0 ? 1 : std::sin(kPi * x) / (kPi * x); };
+  for (const auto& [noise, within] : {std::pair{0.0, 0.01}, std::pair{0.01, 0.025}, std::pair{0.1, 0.2}}) {
+    double largest = 0, squares = 0;
+    int count = 0;
+    for (const double sigma : {0.4, 0.8, 2.0})
+      for (const double degrees : {3.0, 5.0, 9.0, 15.0, -6.0}) {
+        const Image image = edge_through_pixels(degrees, sigma, 0.8 * noise);
+        for (const double f : {0.0625, 0.125, 0.25, 0.4}) {
+          const double cosine = std::cos(degrees * kPi / 180), sine = std::sin(degrees * kPi / 180);
+          const double exact = gaussian_mtf(sigma, f) * sinc(f * cosine) * sinc(f * sine);
+          const double off = edge_mtf(image, whole(image), f) - exact;
+          EXPECT_NEAR(off, 0, within) << sigma << " px, " << degrees << " degrees, " << f << " cycles/px, " << noise;
+          largest = std::max(largest, std::fabs(off));
+          squares += off * off;
+          ++count;
+        }
+      }
+    std::printf("noise %.2f of the step: largest deviation %.4f, rms %.4f\n", noise, largest,
+                std::sqrt(squares / count));
+  }
 }
 
 TEST(EdgeMtf, UsesOnlyItsRegion) {

@@ -109,6 +109,18 @@ TEST_F(StationTest, RejectsNoiseLevelAndCombinedMerit) {
   EXPECT_THAT(merit, HasSubstr("use 'rmse'"));
 }
 
+TEST_F(StationTest, RejectsMeritsByFieldOfScenesWithoutFields) {
+  for (const std::string merit : {"mtf", "edge_energy"}) {
+    const std::string mistake = error_text(ErrorKind::bad_input, [&] {
+      station_plan(R"({"scenes": ["toy-scene"], "noise_levels": ["none"],
+                       "algorithms": [{"use": "toy-walker", "merit": ")" +
+                   merit + "\"}]}");
+    });
+    EXPECT_THAT(mistake,
+                AllOf(HasSubstr("'toy-walker': merit '" + merit + "' needs slanted edges"), HasSubstr("camera_2mp")));
+  }
+}
+
 TEST_F(StationTest, SkipsHomeOnlyOnTheStation) {
   const PreparedPlan plan = station_plan(
       R"({"scenes": ["toy-station", "toy-scene"], "noise_levels": ["none"], "algorithms": ["random"], "instances": 2,

@@ -89,6 +89,19 @@ TEST(Plan, DefaultMeritEqualsNamingIt) {
   EXPECT_EQ(make_plan(suite, kData).trials[0].id, make_plan(small_suite(), kData).trials[0].id);
 }
 
+TEST(Plan, IdsDependOnLimitsOnlyWhereTheMeritIsMadeOfThem) {
+  const auto id = [](const char* merit, double corner) {
+    Suite suite = small_suite();
+    suite.algorithms[0].merit = merit;
+    suite.spec = {{"mtf", {{"lp_per_mm", 20}, {"corner", corner}}}};
+    return make_plan(suite, kData).trials[0].id;
+  };
+  EXPECT_NE(id("mtf", 0.3), id("mtf", 0.4));
+  EXPECT_EQ(id("rmse", 0.3), id("rmse", 0.4));
+  EXPECT_EQ(id("edge_energy", 0.3), id("edge_energy", 0.4));
+  EXPECT_NE(id("mtf", 0.3), id("edge_energy", 0.3));
+}
+
 TEST(Plan, IdsDependOnEverythingThatDeterminesTheResult) {
   const Plan base = make_plan(small_suite(), kData);
   const std::vector<std::pair<const char*, std::function<void(Suite&)>>> changes = {

@@ -43,6 +43,29 @@ TEST(Perturbations, ReadsDrawOfNoiseLevel) {
               ElementsAre(0.01, -0.02));
 }
 
+Perturbations with_stage(const std::string& stage) {
+  return read_perturbations(
+      R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": {}, "stage": )" + stage + "}", two_axes(),
+      "my-level");
+}
+
+TEST(Perturbations, ReadsErrorsOfTheStage) {
+  const Perturbations all = with_stage(R"({"backlash": [0.01, 0], "repeatability": [0, 0.002], "drift": [-0.1, 0],
+                                           "encoder_step": [0.001, 0.002], "drift_seconds": 900})");
+  ASSERT_TRUE(all.stage);
+  EXPECT_THAT(all.stage->backlash, ElementsAre(0.01, 0));
+  EXPECT_THAT(all.stage->repeatability, ElementsAre(0, 0.002));
+  EXPECT_THAT(all.stage->encoder_step, ElementsAre(0.001, 0.002));
+  EXPECT_THAT(all.stage->drift, ElementsAre(-0.1, 0));
+  EXPECT_EQ(all.stage->drift_seconds, 900);
+  const Perturbations one = with_stage(R"({"backlash": [0.01, 0]})");
+  ASSERT_TRUE(one.stage);
+  EXPECT_THAT(one.stage->drift, ElementsAre(0, 0));
+  // Without an effect there are no errors, and the stage is the linear one.
+  EXPECT_FALSE(with_stage("{}").stage);
+  EXPECT_FALSE(with_stage(R"({"backlash": [0, 0], "drift": [0, -0.0], "drift_seconds": 5})").stage);
+}
+
 std::string refusal(const std::string& drawn) {
   try {
     read_perturbations(drawn, two_axes(), "my-level");
@@ -87,6 +110,22 @@ TEST(Perturbations, RejectsMalformedDraws) {
               HasSubstr("/cure_shift: expected a list of 2 numbers"));
   EXPECT_THAT(refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "strat": 1})"),
               HasSubstr("unknown key 'strat'"));
+}
+
+TEST(Perturbations, RejectsMalformedErrorsOfTheStage) {
+  const auto stage_refusal = [](const std::string& stage) {
+    return refusal(R"({"start": [0, 0], "distortion": [[1, 0], [0, 1]], "elements": {}, "stage": )" + stage + "}");
+  };
+  EXPECT_THAT(stage_refusal("[]"), HasSubstr("/stage: expected an object"));
+  EXPECT_THAT(stage_refusal(R"({"backlash": [0.1]})"), HasSubstr("/stage/backlash: expected a list of 2 numbers"));
+  EXPECT_THAT(stage_refusal(R"({"backlash": 0.1})"), HasSubstr("/stage/backlash: expected a list of 2 numbers"));
+  EXPECT_THAT(stage_refusal(R"({"backlash": [0, -0.1], "repeatability": [2, 0], "encoder_step": [-1e-9, 0]})"),
+              AllOf(HasSubstr("/stage/backlash: value 1 is -0.1; expected 0 to 1"),
+                    HasSubstr("/stage/repeatability: value 0 is 2"), HasSubstr("/stage/encoder_step: value 0")));
+  EXPECT_THAT(stage_refusal(R"({"drift": [-1.5, 0], "drift_seconds": 0})"),
+              AllOf(HasSubstr("value 0 is -1.5; expected -1 to 1"), HasSubstr("/stage/drift_seconds")));
+  EXPECT_THAT(stage_refusal(R"({"drift": [-0.5, 0]})"), HasSubstr("missing key 'drift_seconds'"));
+  EXPECT_THAT(stage_refusal(R"({"backlsh": [0, 0]})"), HasSubstr("did you mean 'backlash'?"));
 }
 
 class DrawTest : public testing::Test {

@@ -63,6 +63,7 @@ class ProcessServices : public test::FolderTest {
 
 TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   const Json script = Json::parse(R"([["reference"], ["measure", "mean"], ["measure", "contrast"], ["list"],
+      ["fields", {"cycles_per_pixel": 0.1}],
       ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["draw", 7], ["draw", 8],
       ["model", {}, [0.5, 0.5, 0.5], 18446744073709551615],
       ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.1234567890123, 0.5, 0.5], 1], ["keep_lens"],
@@ -75,6 +76,9 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   ServiceTrial library(kLibrary, {{"script", script}}, {{"noise", 0.05}});
   ServiceTrial python(kPython, {{"script", script}}, {{"noise", 0.05}});
   library.terms.budget = python.terms.budget = 5;
+  for (ServiceTrial* trial : {&library, &python})
+    trial->facts.fields = {{"left", images::Mark{1, 1, 16}, images::Region{0, 0, 1, 2}, {}},
+                           {"right", {}, {}, images::Region{2, 0, 1, 2}}};
   const TrialResult in_library = library.run();
   expect_equal(in_library, python.run());
   EXPECT_THAT(in_library.steps, SizeIs(6));

@@ -1,6 +1,7 @@
 // An algorithm that calls services according to a script and logs the answers. Actions:
 //   reference                          logs the sum and size of O*
 //   measure NAME [ARGUMENTS]           logs the value (null for NaN)
+//   fields ARGUMENTS                   logs the fields of the last capture
 //   list                               logs the names of the measures
 //   draw NUMBER                        logs the draw, a text
 //   run PARAMETER STEPS [PARAMETERS]   logs the outcome
@@ -55,6 +56,15 @@ class ServiceUser final : public relign::Optimizer {
     } else if (verb == "measure") {
       const std::string name = action.at(1);
       log(verb, number(trial.measures().measure(name, action.size() > 2 ? action.at(2).dump() : "")));
+    } else if (verb == "fields") {
+      Json fields = Json::array();
+      for (const relign::FieldMeasure& field : trial.measures().fields(action.at(1).dump()))
+        fields.push_back({{"name", field.name},
+                          {"mark_x_px", number(field.mark_x_px)},
+                          {"mark_y_px", number(field.mark_y_px)},
+                          {"tangential", number(field.tangential)},
+                          {"sagittal", number(field.sagittal)}});
+      log(verb, fields);
     } else if (verb == "list") {
       log(verb, Json::parse(trial.measures().list()));
     } else if (verb == "draw") {

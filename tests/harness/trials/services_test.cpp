@@ -46,13 +46,20 @@ TEST(Services, MeasuresUseTheLastCapture) {
   EXPECT_EQ(trial.answer("measure", 4), nullptr);
 }
 
+TEST(Services, FieldsOfASceneWithout) {
+  ServiceTrial trial(R"([["fields", {"cycles_per_pixel": 0.1}]])");
+  trial.run();
+  EXPECT_THAT(trial.answer("refused").get<std::string>(), HasSubstr("'fake' describes no 'fields'"));
+}
+
 TEST(Services, MeasuresAreListed) {
   ServiceTrial trial(R"([["list"]])");
   trial.run();
   std::set<std::string> names;
   for (const Json& measure : trial.answer("list")) names.insert(measure.at("name"));
   EXPECT_EQ(names, (std::set<std::string>{"mean", "contrast", "sharpness", "centroid_x_px", "centroid_y_px", "width_px",
-                                          "star_contrast", "mtf", "shift_x_px", "shift_y_px", "rotation_deg"}));
+                                          "field_mtf", "mark_x_px", "mark_y_px", "star_contrast", "mtf", "shift_x_px",
+                                          "shift_y_px", "rotation_deg"}));
 }
 
 TEST(Services, ShiftAndRotationAreRelativeToTheReference) {
@@ -63,10 +70,10 @@ TEST(Services, ShiftAndRotationAreRelativeToTheReference) {
       reference.at(x, y) = 0.2F;
       seen.at(x + 2, y - 1) = 0.2F;
     }
-  EXPECT_NEAR(measure(seen, reference, "shift_x_px", ""), 2, 0.01);
-  EXPECT_NEAR(measure(seen, reference, "shift_y_px", ""), -1, 0.01);
-  EXPECT_NEAR(measure(seen, reference, "rotation_deg", "{}"), 0, 0.02);
-  EXPECT_TRUE(std::isnan(measure(images::Image(60, 50, 0.2F), reference, "shift_x_px", "")));
+  EXPECT_NEAR(measure(seen, reference, {}, "shift_x_px", ""), 2, 0.01);
+  EXPECT_NEAR(measure(seen, reference, {}, "shift_y_px", ""), -1, 0.01);
+  EXPECT_NEAR(measure(seen, reference, {}, "rotation_deg", "{}"), 0, 0.02);
+  EXPECT_TRUE(std::isnan(measure(images::Image(60, 50, 0.2F), reference, {}, "shift_x_px", "")));
 }
 
 TEST(Services, RejectsInvalidMeasuresWithMessage) {
@@ -119,6 +126,8 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   EXPECT_EQ(drawn["elements"], Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 0], "tilt_deg": [0, 0]}})"));
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
   EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
+  EXPECT_EQ(drawn["stage"], Json::parse(R"({"backlash": [0.01, 0, 0], "repeatability": [0, 0, 0],
+      "encoder_step": [0, 0, 0], "drift": [0, -0.5, 0], "drift_seconds": 60})"));
   const auto start_of = [&](std::uint64_t seed) {
     return Json::parse(trial.level->draw(seed, trial.facts.text)).at("start");
   };
@@ -165,6 +174,21 @@ TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
   EXPECT_EQ(trial.answer("task", 1)["budget"], 2);
   EXPECT_NE(trial.answer("task")["seed"], trial.answer("task", 1)["seed"]);
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"stop", "stop", "stop"}));
+}
+
+TEST(Services, InnerRunMovesTheSameStageWithItsErrors) {
+  const auto run = [](const std::string& script) {
+    ServiceTrial trial(script);
+    trial.instance.perturbations.stage = StageErrors{{0.02, 0, 0}, {0.01, 0.01, 0}, {0, 0, 0}, {0, 0.01, 0}, 1};
+    return trial.run().steps;
+  };
+  const std::vector<Step> nested = run(R"([["step", [0.4, 0.58, 0.5]],
+      ["run", "then", 2, {"script": [["step", 0.45, 0.57, 0.5], ["step", 0.42, 0.58, 0.5]]}], ["step", [0.4, 0.6, 0.5]]])");
+  const std::vector<Step> direct = run(R"([["step", [0.4, 0.58, 0.5]], ["step", [0.45, 0.57, 0.5]],
+      ["step", [0.42, 0.58, 0.5]], ["step", [0.4, 0.6, 0.5]]])");
+  ASSERT_THAT(nested, SizeIs(5));
+  ASSERT_THAT(direct, SizeIs(5));
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(nested[k].true_pose, direct[k].true_pose) << k;
 }
 
 TEST(Services, InnerRunThatReturnsEarlyLeavesTheRestOfTheBudget) {

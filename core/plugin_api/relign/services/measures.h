@@ -11,6 +11,18 @@
 extern "C" {
 #endif
 
+/* Since 1.5: the slanted edges of the last capture, field by field, in the order of the scene's "fields". Arrays have
+ * `count` values and are valid until the next call of `fields`. NaN: not in this capture. */
+typedef struct relign_field_measures {
+  uint32_t struct_size;
+  uint32_t count;
+  const relign_text* names;
+  const double* mark_x_px;  /* centre of the field's mark, from the middle of the first column */
+  const double* mark_y_px;  /* from the middle of the top row */
+  const double* tangential; /* MTF, pixel included */
+  const double* sagittal;
+} relign_field_measures;
+
 #define RELIGN_SERVICE_MEASURES "relign.measures/1"
 typedef struct relign_measures_service {
   uint32_t struct_size;
@@ -25,6 +37,10 @@ typedef struct relign_measures_service {
   relign_status (*measure)(void* context, relign_text name, relign_text arguments_json, double* value);
   /* Writes why the last service function of this trial failed. RELIGN_BAD_ARGUMENT: no sink. [run-thread] */
   relign_status (*why)(void* context, const relign_text_sink* sentence);
+  /* Since 1.5: all fields at once, in the time of one measure of a field. arguments_json: {"cycles_per_pixel": ...} or
+   * {"lp_per_mm": ...}. Writes `fields`, up to its struct_size. RELIGN_BAD_ARGUMENT: other arguments, or a scene
+   * without fields. [run-thread] */
+  relign_status (*fields)(void* context, relign_text arguments_json, relign_field_measures* fields);
 } relign_measures_service;
 
 #ifdef __cplusplus

@@ -14,7 +14,8 @@ class FakeLevel final : public relign::NoiseLevel {
     if (malformed_) start = "0.5, 2, 0.5";
     return "{\"start\": [" + start +
            "], \"distortion\": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"elements\": {\"L1\": {\"shift_mm\": [0.1, 0, 0]}}, "
-           "\"cure_shift\": [0.01, 0, 0]}";
+           "\"cure_shift\": [0.01, 0, 0], "
+           "\"stage\": {\"backlash\": [0.01, 0, 0], \"drift\": [0, -0.5, 0], \"drift_seconds\": 60}}";
   }
 
  private:

@@ -48,6 +48,10 @@ class ServiceUser(Optimizer):
     def on_measure(self, trial, name, arguments={}):
         log("measure", number(trial.measure(name, **arguments)))
 
+    def on_fields(self, trial, arguments):
+        log("fields", [{key: value if key == "name" else number(value) for key, value in field.items()}
+                       for field in trial.measure_fields(**arguments)])
+
     def on_list(self, trial):
         log("list", trial.measures())
 

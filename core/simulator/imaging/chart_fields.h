@@ -1,0 +1,33 @@
+// The fields of a scene whose target is a grid of slightly rotated squares (slanted_edges, camera_chart): which squares
+// the design shows where on the sensor, and which of their edges to measure.
+#pragma once
+
+#include <vector>
+
+#include "images/edge_fields.h"
+#include "imaging/scene_file.h"
+
+namespace relign::imaging {
+
+// The middle of an edge on the emitter.
+struct ChartEdge {
+  double x_mm = 0, y_mm = 0;
+  double normal_x = 0, normal_y = 0;  // unit
+};
+
+struct ChartField {
+  images::EdgeField field;
+  ChartEdge tangential, sagittal;
+};
+
+// Up to 13: at the centre, and at 0.8 of the way from there to the sides and the corners of the sensor and 0.45 of the
+// way to its corners the nearest square whose measured edges are on the sensor. Places are those of the design's chief
+// rays at the nominal pose. Of a square's edges those nearer to the centre are measured, "tangential" being the one
+// whose normal is nearer to the radial direction; in the centre itself, to the rows. Regions have at most 128 x 128
+// pixels. Empty for other targets, and where the squares have fewer than 40 pixels a side.
+std::vector<ChartField> chart_fields(const SceneFile& scene);
+
+// Those that the scene file lists, else those of the chart.
+images::EdgeFields fields_of(const SceneFile& scene);
+
+}  // namespace relign::imaging
