@@ -32,7 +32,7 @@ class Context {
   std::vector<std::string> sandbox_shown;  // --sandbox-show
 
   // Before the catalog is used. `results` is hidden from algorithms; it may be empty. Nothing without --sandbox. Throws
-  // Error(bad_input) when this machine cannot seal a process.
+  // Error(bad_input) when this machine allows no sandbox.
   void start_sandbox(const std::filesystem::path& results);
   // The sandbox of algorithms; null without --sandbox. `memory_mb` is the limit of their processes; 0: 80 % of the
   // machine's memory.

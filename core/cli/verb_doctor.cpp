@@ -65,7 +65,7 @@ Finding python() {
 
 Finding sandbox() {
   const std::string& problem = plugin_host::sandbox_problem();
-  return problem.empty() ? Finding{"sandbox", "ok", "algorithms can be sealed (--sandbox)"}
+  return problem.empty() ? Finding{"sandbox", "ok", "--sandbox is possible"}
                          : Finding{"sandbox", "note", "--sandbox is not possible: " + problem};
 }
 

@@ -55,7 +55,7 @@ std::string run_for_manifest(const fs::path& script, const Sandbox* sandbox) {
   options.command = {interpreter(), script.filename().string(), "--manifest"};
   options.folder = script.parent_path();
   options.environment = process_environment();
-  if (sandbox) seal(options, files_of_script(script), *sandbox);
+  if (sandbox) confine(options, files_of_script(script), *sandbox);
   ChildProcess child(std::move(options));
   std::string line;
   const double timeout_seconds = ProcessTimeouts::from_environment().handshake_seconds;

@@ -144,7 +144,7 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
     if (services.sandbox && is_algorithm(manifest.kind)) {
       std::vector<fs::path> files = files_of(choice);
       if (manifest.command.empty()) files.emplace_back(options.command.front());
-      seal(options, files, *services.sandbox);
+      confine(options, files, *services.sandbox);
       options.reads_pixels_only = !services.saves;
     }
     child_.emplace(std::move(options));

@@ -102,7 +102,7 @@ class Order {
   std::vector<std::string> words;
 };
 
-std::vector<std::string> sealed_environment(const std::vector<std::string>& additions) {
+std::vector<std::string> confined_environment(const std::vector<std::string>& additions) {
   std::vector<std::string> all = {"PATH=/usr/local/bin:/usr/bin:/bin", "HOME=/tmp",       "TMPDIR=/tmp", "USER=plugin",
                                   "PYTHONDONTWRITEBYTECODE=1",         "PYTHONHASHSEED=0"};
   for (const char* name : kKeptVariables)
@@ -153,7 +153,7 @@ const std::string& sandbox_problem() {
   return problem;
 }
 
-void seal(ChildProcess::Options& options, const std::vector<fs::path>& granted, const Sandbox& sandbox) {
+void confine(ChildProcess::Options& options, const std::vector<fs::path>& granted, const Sandbox& sandbox) {
   Order order;
   std::vector<std::string> command = options.command;
   std::vector<fs::path> packages;
@@ -188,7 +188,7 @@ void seal(ChildProcess::Options& options, const std::vector<fs::path>& granted, 
   options.command.insert(options.command.end(), order.words.begin(), order.words.end());
   options.command.emplace_back("--");
   options.command.insert(options.command.end(), command.begin(), command.end());
-  options.environment = sealed_environment(options.environment);
+  options.environment = confined_environment(options.environment);
   options.inherits_environment = false;
 }
 

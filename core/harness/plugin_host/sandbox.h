@@ -27,9 +27,9 @@ Sandbox sandbox_from_json(const Json& json);
 // What this machine lacks for a sandbox, with what to do; empty if nothing. Builds one, at the first call.
 const std::string& sandbox_problem();
 
-// Changes the start of a plugin's process so that it is sealed. `granted` is what the plugin consists of. Throws
+// Changes the start of a plugin's process so that it is confined. `granted` is what the plugin consists of. Throws
 // Error(bad_input) for a path that would show the whole system or a home folder.
-void seal(ChildProcess::Options& options, const std::vector<std::filesystem::path>& granted, const Sandbox& sandbox);
+void confine(ChildProcess::Options& options, const std::vector<std::filesystem::path>& granted, const Sandbox& sandbox);
 
 // The files of a script, which lies among others: the Python files of its folder and of the packages in it.
 std::vector<std::filesystem::path> files_of_script(const std::filesystem::path& script);

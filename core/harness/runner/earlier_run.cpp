@@ -80,8 +80,9 @@ void EarlierRun::report(const Outdated& outdated) const {
     reporter_.message(std::to_string(outdated.retried) +
                       (outdated.retried == 1 ? " failed trial runs" : " failed trials run") + " again");
   if (outdated.anonymous > 0)
-    reporter_.message("times/ does not tell which plugins made " + std::to_string(outdated.anonymous) +
-                      (outdated.anonymous == 1 ? " finished trial; it runs again" : " finished trials; they run again"));
+    reporter_.message(
+        "times/ does not tell which plugins made " + std::to_string(outdated.anonymous) +
+        (outdated.anonymous == 1 ? " finished trial; it runs again" : " finished trials; they run again"));
   if (outdated.renamed > 0)
     reporter_.message("scenes or noise levels were renamed in the suite: " + std::to_string(outdated.renamed) +
                       (outdated.renamed == 1 ? " trial runs again" : " trials run again"));

@@ -1,4 +1,4 @@
-// Ends the launcher with a sentence for the user, who finds it in the message on the trial.
+// Ends the launcher with a message for the user, which becomes part of the message on the trial.
 #pragma once
 
 #include <unistd.h>
@@ -10,11 +10,11 @@
 
 namespace relign::sandbox {
 
-inline constexpr int kCannotSeal = 125;  // exit status
+inline constexpr int kCannotConfine = 125;  // exit status
 
 [[noreturn]] inline void refuse(const std::string& what, int code = errno) {
   std::fprintf(stderr, "sandbox: %s%s%s\n", what.c_str(), code ? ": " : "", code ? std::strerror(code) : "");
-  ::_exit(kCannotSeal);
+  ::_exit(kCannotConfine);
 }
 
 inline void require(bool done, const char* what) {

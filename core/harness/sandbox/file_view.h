@@ -1,5 +1,5 @@
-// The files that a sealed process sees: a new root with the system's programs and libraries, what it was granted, all
-// read-only, and an empty /tmp. Mounts of the new interface (open_tree, move_mount), Linux 5.12 or later.
+// The files that a process in a sandbox sees: a new root with the system's programs and libraries, what it was granted,
+// all read-only, and an empty /tmp. Mounts of the new interface (open_tree, move_mount), Linux 5.12 or later.
 #pragma once
 
 #include <cstddef>

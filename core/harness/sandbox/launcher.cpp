@@ -92,14 +92,14 @@ void enter_namespaces() {
     ::signal(WTERMSIG(status), SIG_DFL);
     ::kill(::getpid(), WTERMSIG(status));
   }
-  ::_exit(WIFEXITED(status) ? WEXITSTATUS(status) : kCannotSeal);
+  ::_exit(WIFEXITED(status) ? WEXITSTATUS(status) : kCannotConfine);
 }
 
 [[noreturn]] void wait_for(pid_t supervisor, int report, pid_t parent) {
   constexpr int kMilliseconds = 200;
   pollfd watched{report, POLLIN, 0};
   while (::poll(&watched, 1, kMilliseconds) <= 0)
-    if (::getppid() != parent) ::_exit(kCannotSeal);  // nobody waits for the result; ends the supervisor
+    if (::getppid() != parent) ::_exit(kCannotConfine);  // nobody waits for the result; ends the supervisor
   int status = 0;
   const bool reported = ::read(report, &status, sizeof status) == sizeof status;
   int own = 0;
@@ -131,7 +131,7 @@ int run(int count, char** words) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL, 0, 0, 0);
   ::close(report[0]);
   pollfd gone{report[1], 0, 0};
-  if (::poll(&gone, 1, 0) > 0) ::_exit(kCannotSeal);  // the launcher died before the line above
+  if (::poll(&gone, 1, 0) > 0) ::_exit(kCannotConfine);  // the launcher died before the line above
   view.enter(arguments.limits.disk_bytes);
   int status = 0;
   if (arguments.command.empty()) {
@@ -142,7 +142,7 @@ int run(int count, char** words) {
     command.push_back(nullptr);
     status = supervise(command.data(), arguments.folder.c_str(), arguments.limits);
   }
-  if (::write(report[1], &status, sizeof status) != sizeof status) return kCannotSeal;
+  if (::write(report[1], &status, sizeof status) != sizeof status) return kCannotConfine;
   return 0;
 }
 

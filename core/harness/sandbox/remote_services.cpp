@@ -187,6 +187,30 @@ relign_status RemoteServices::run(relign_text parameter, relign_text changes, st
   return status_of(answer);
 }
 
+relign_status RemoteServices::measure_fields(relign_text arguments, relign_field_measures* measured) {
+  const Json answer = ask(RELIGN_SERVICE_MEASURES, "fields", {{"arguments", object_of(arguments)}});
+  if (status_of(answer) != RELIGN_OK) return status_of(answer);
+  fields_ = {};
+  for (const Json& field : answer.at("fields")) {
+    fields_.name_texts.push_back(field.at("name").get<std::string>());
+    fields_.mark_x_px.push_back(number_or_nan(field.at("mark_x_px")));
+    fields_.mark_y_px.push_back(number_or_nan(field.at("mark_y_px")));
+    fields_.tangential.push_back(number_or_nan(field.at("tangential")));
+    fields_.sagittal.push_back(number_or_nan(field.at("sagittal")));
+  }
+  for (const std::string& name : fields_.name_texts) fields_.names.push_back({name.data(), name.size()});
+  relign_field_measures all{};
+  all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(measured->struct_size, sizeof all));
+  all.count = static_cast<std::uint32_t>(fields_.names.size());
+  all.names = fields_.names.data();
+  all.mark_x_px = fields_.mark_x_px.data();
+  all.mark_y_px = fields_.mark_y_px.data();
+  all.tangential = fields_.tangential.data();
+  all.sagittal = fields_.sagittal.data();
+  std::memcpy(measured, &all, all.struct_size);
+  return RELIGN_OK;
+}
+
 relign_status RemoteServices::model_pixels(const char* call, relign_model_lens* lens, const double* pose,
                                            std::uint32_t axes, const std::uint64_t* seed, float* pixels) {
   if (!pixels) return RELIGN_BAD_ARGUMENT;
@@ -225,7 +249,7 @@ void RemoteServices::fill_tables() {
     write(sink, self(context).why_);
     return RELIGN_OK;
   };
-  measures_ = {sizeof measures_, 0, this, nullptr, nullptr, why};
+  measures_ = {sizeof measures_, 0, this, nullptr, nullptr, why, nullptr};
   measures_.list = [](void* context, const relign_text_sink* sink) -> relign_status {
     if (!sink) return RELIGN_BAD_ARGUMENT;
     const Json answer = self(context).ask(RELIGN_SERVICE_MEASURES, "list");
@@ -238,6 +262,9 @@ void RemoteServices::fill_tables() {
                                           {{"name", text_of(name)}, {"arguments", object_of(arguments)}});
     if (status_of(answer) == RELIGN_OK) *value = number_or_nan(answer.at("value"));
     return status_of(answer);
+  };
+  measures_.fields = [](void* context, relign_text arguments, relign_field_measures* measured) -> relign_status {
+    return measured ? self(context).measure_fields(arguments, measured) : RELIGN_BAD_ARGUMENT;
   };
   prior_ = {sizeof prior_, 0, this, nullptr, why};
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* sink) -> relign_status {

@@ -45,6 +45,7 @@ class RemoteServices {
   Json ask(const char* service, const char* call, Json arguments = Json::object());
   bool offers(const char* service, const char* call);
   relign_status run(relign_text parameter, relign_text changes, std::uint32_t steps, relign_run_outcome* outcome);
+  relign_status measure_fields(relign_text arguments, relign_field_measures* measured);
   relign_status model_pixels(const char* call, relign_model_lens* lens, const double* pose, std::uint32_t axes,
                              const std::uint64_t* seed, float* pixels);
   relign_status load(const relign_text_sink* sink);
@@ -65,6 +66,11 @@ class RemoteServices {
   relign_pretraining_service prepared_{};
   std::string scene_json_;
   std::size_t model_offset_ = 0;
+  struct Fields {
+    std::vector<std::string> name_texts;
+    std::vector<relign_text> names;
+    std::vector<double> mark_x_px, mark_y_px, tangential, sagittal;
+  } fields_;
   RemoteObservation run_last_, run_best_;
   std::vector<double> run_recommendation_;
 };

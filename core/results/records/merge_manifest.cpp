@@ -194,15 +194,15 @@ std::vector<unsigned> ManifestJoin::missing_shards() const {
   return missing;
 }
 
-std::size_t ManifestJoin::sealed_sources() const {
+std::size_t ManifestJoin::sandboxed_sources() const {
   return static_cast<std::size_t>(
       std::count_if(sources_.begin(), sources_.end(), [](const Json& source) { return source.contains("sandbox"); }));
 }
 
 std::vector<std::string> ManifestJoin::notes() const {
   std::vector<std::string> messages;
-  if (const std::size_t sealed = sealed_sources(); sealed > 0 && sealed < sources_.size())
-    messages.push_back("algorithms ran in a sandbox in " + std::to_string(sealed) + " of " +
+  if (const std::size_t inside = sandboxed_sources(); inside > 0 && inside < sources_.size())
+    messages.push_back("algorithms ran in a sandbox in " + std::to_string(inside) + " of " +
                        std::to_string(sources_.size()) + " folders");
   if (cpus_.size() > 1)
     messages.push_back("results from several processors; host times are not comparable: " + counted(cpus_));
@@ -228,7 +228,7 @@ Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
   manifest["order"] = Json::array();
   manifest["suites"] = suites_;
   manifest["sources"] = sources_;
-  if (sealed_sources() < sources_.size()) manifest.erase("sandbox");
+  if (sandboxed_sources() < sources_.size()) manifest.erase("sandbox");
   for (std::size_t folder = 0; folder < own_source_.size() && folder < taken.size(); ++folder)
     if (own_source_[folder] != static_cast<std::size_t>(-1))
       manifest["sources"][own_source_[folder]]["trials"] = taken[folder];

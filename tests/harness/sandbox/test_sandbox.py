@@ -1,6 +1,6 @@
 """`--sandbox`: results are those of an ordinary run, cheats fail, and docs/sandbox.md lists them.
 
-Each cheat of cheats.py runs in an ordinary trial and in a sealed one. Skipped where the system allows no sandbox."""
+Each cheat of cheats.py runs in an ordinary trial and in a sandbox. Skipped where the system allows no sandbox."""
 
 import contextlib
 import json
@@ -21,7 +21,7 @@ PROGRAM = pathlib.Path(os.environ["RELIGN_BENCH"])
 BUILD = PROGRAM.parents[1]
 SCENE = ["--scene", "gaussian_spot", "--noise-level", "none", "--steps", "4"]
 
-# Why each cheat fails in a sandbox; with "twice" the second of two trials counts, with "sealed only" it would harm the
+# Why each cheat fails in a sandbox; with "twice" the second of two trials counts, with "sandbox only" it would harm the
 # machine in an ordinary trial.
 MISSING, DENIED, FORBIDDEN = "No such file or directory", "Permission denied", "Operation not permitted"
 EXPECTED = {
@@ -62,7 +62,7 @@ EXPECTED = {
     "takes_all_memory": r"MemoryError|sandbox: ended for \d+ MB of memory",
 }
 TWICE = {"keeps_a_file", "keeps_shared_memory", "keeps_system_v_memory", "keeps_a_key"}
-SEALED_ONLY = {"forks_without_end", "takes_all_memory"}
+SANDBOX_ONLY = {"forks_without_end", "takes_all_memory"}
 # Refused in ordinary trials as well, by the host or by some systems (ptrace_scope of Yama, disabled user namespaces).
 REFUSED_ANYWAY = {"makes_more_steps", "inherits_files", "leaves_a_daemon"}
 DEPENDS_ON_SYSTEM = {"reads_host_memory", "traces_the_host", "reads_memory_of_others", "takes_files_of_others",
@@ -169,7 +169,7 @@ class TestCheats(unittest.TestCase):
                 self.assertRegex(text, reason)
 
     def test_work_in_ordinary_trial(self):
-        for cheat in EXPECTED.keys() - SEALED_ONLY - DEPENDS_ON_SYSTEM:
+        for cheat in EXPECTED.keys() - SANDBOX_ONLY - DEPENDS_ON_SYSTEM:
             with self.subTest(cheat=cheat):
                 text = self.attempt(cheat)
                 if cheat in REFUSED_ANYWAY:
@@ -192,7 +192,7 @@ class TestCheats(unittest.TestCase):
         self.assertIn("it works", run(*words)[1])
         self.assertIn("the scene's code is not in this process", run(*words, "--sandbox")[1])
 
-    def test_code_that_runs_for_a_manifest_is_sealed(self):
+    def test_code_that_runs_for_a_manifest_is_confined(self):
         with tempfile.TemporaryDirectory() as folder:
             (target := pathlib.Path(folder, "out")).mkdir()
             script = pathlib.Path(folder, "plugin.py")
@@ -230,11 +230,11 @@ class TestRuns(unittest.TestCase):
         cls.root = pathlib.Path(cls.folder.name)
         cls.suite = cls.root / "suite.json"
         cls.suite.write_text(json.dumps({
-            "name": "sealed", "scenes": ["gaussian_spot"], "noise_levels": ["none"], "instances": 2, "steps": 12,
+            "name": "sandbox", "scenes": ["gaussian_spot"], "noise_levels": ["none"], "instances": 2, "steps": 12,
             "algorithms": ["nlopt-bobyqa", "cma-es-then-bobyqa", "transfer-gp",
                            str(ROOT / "examples/compass_python/compass.py")]}))
         cls.printed = {}
-        for name, options in (("plain", []), ("sealed", ["--sandbox"])):
+        for name, options in (("plain", []), ("sandbox", ["--sandbox"])):
             code, cls.printed[name] = run("run", cls.suite, "--out", cls.root / name, *options)
             if code != 0:
                 raise AssertionError(cls.printed[name])
@@ -244,12 +244,12 @@ class TestRuns(unittest.TestCase):
         cls.folder.cleanup()
 
     def test_records_are_equal_byte_for_byte(self):
-        self.assertEqual(lines_of(self.root / "plain"), lines_of(self.root / "sealed"))
+        self.assertEqual(lines_of(self.root / "plain"), lines_of(self.root / "sandbox"))
 
     def test_manifest_states_sandbox(self):
-        plain, sealed = (json.loads((self.root / name / "manifest.json").read_text()) for name in ("plain", "sealed"))
+        plain, confined = (json.loads((self.root / name / "manifest.json").read_text()) for name in ("plain", "sandbox"))
         self.assertNotIn("sandbox", plain)
-        self.assertEqual((sealed["sandbox"]["processes"], sealed["sandbox"]["shown"]), (64, []))
+        self.assertEqual((confined["sandbox"]["processes"], confined["sandbox"]["shown"]), (64, []))
 
     def test_refuses_mixed_folder(self):
         code, text = run("run", self.suite, "--out", self.root / "plain", "--sandbox")
@@ -257,17 +257,25 @@ class TestRuns(unittest.TestCase):
         self.assertIn("ran without a sandbox", text)
 
     def test_replay_in_sandbox_is_equal(self):
-        code, text = run("verify", self.root / "sealed", "--sandbox")
+        code, text = run("verify", self.root / "sandbox", "--sandbox")
         self.assertEqual(code, 0, text)
         self.assertIn("the results are reproduced", text)
+
+    def test_merged_folder_is_not_called_sandboxed_if_one_was_not(self):
+        code, text = run("merge", self.root / "plain", self.root / "sandbox", "-o", self.root / "merged")
+        self.assertEqual(code, 0, text)
+        self.assertIn("ran in a sandbox in 1 of 2 folders", text)
+        manifest = json.loads((self.root / "merged/manifest.json").read_text())
+        self.assertNotIn("sandbox", manifest)
+        self.assertEqual(["sandbox" in source for source in manifest["sources"]], [False, True])
 
     def test_services_of_library_give_equal_steps(self):
         for plugin in ("services_example", "service_user"):
             with self.subTest(plugin=plugin):
                 words = ["try", BUILD / "tests/harness/trials/plugins" / plugin, "--scene", "gaussian_spot",
                          "--noise-level", "none", "--steps", "6"]
-                plain, sealed = run(*words), run(*words, "--sandbox")
-                without_times = [re.sub(r"; its process.*", "", text, flags=re.DOTALL) for _, text in (plain, sealed)]
+                plain, confined = run(*words), run(*words, "--sandbox")
+                without_times = [re.sub(r"; its process.*", "", text, flags=re.DOTALL) for _, text in (plain, confined)]
                 self.assertEqual(*without_times)
 
     def test_shows_what_it_is_asked_to(self):
