@@ -201,6 +201,7 @@ std::vector<fs::path> files_of_script(const fs::path& script) {
   for (fs::directory_iterator entry(real.parent_path(), error), end; !error && entry != end; entry.increment(error)) {
     std::error_code ignored;
     const fs::path& path = entry->path();
+    if (entry->is_symlink(ignored)) continue;  // a stranger's link may lead to the user's files
     const bool module = path.extension() == ".py" && entry->is_regular_file(ignored);
     if (path != real && (module || fs::exists(path / "__init__.py", ignored))) files.push_back(path);
   }
@@ -220,9 +221,11 @@ std::vector<fs::path> files_of(const Choice& choice) {
     if (parameter.type != ParameterType::file || found == choice.parameters.end() || !found->is_string()) continue;
     const fs::path file = found->get<std::string>();
     if (file.empty()) continue;
+    files.push_back(file);
     std::error_code error;
     for (fs::directory_iterator entry(file.parent_path(), error), end; !error && entry != end; entry.increment(error))
-      if (entry->path().filename().string().rfind(file.stem().string() + ".", 0) == 0) files.push_back(entry->path());
+      if (!entry->is_symlink(error) && entry->path().filename().string().rfind(file.stem().string() + ".", 0) == 0)
+        files.push_back(entry->path());
   }
   return files;
 }

@@ -144,6 +144,12 @@ def reads_home(trial, secrets):
 
 
 @cheat
+def follows_a_link(trial, secrets):
+    """notes.py is a link from the plugin's folder to a file of the user."""
+    return pathlib.Path(__file__).with_name("notes.py").read_text()
+
+
+@cheat
 def reads_the_environment(trial, secrets):
     return os.environ["RELIGN_TEST_SECRET"]
 
@@ -252,6 +258,14 @@ def leaves_a_daemon(trial, secrets):
     command = f"import time; '{secrets['name']}'; time.sleep(600)"
     subprocess.Popen([sys.executable, "-c", command], start_new_session=True)
     raise OSError("the daemon runs")
+
+
+@cheat
+def hangs_with_a_daemon(trial, secrets):
+    with contextlib.suppress(OSError):
+        leaves_a_daemon(trial, secrets)
+    while True:
+        time.sleep(1)
 
 
 @cheat

@@ -37,6 +37,7 @@ EXPECTED = {
     "takes_files_of_others": "Function not implemented",
     "inherits_files": "no other files are open",
     "reads_home": MISSING,
+    "follows_a_link": MISSING,
     "reads_the_environment": "RELIGN_TEST_SECRET",
     "writes_the_shared_image": FORBIDDEN,
     "makes_more_steps": "the host stopped it after 4 steps",
@@ -128,6 +129,7 @@ class TestCheats(unittest.TestCase):
         (root / "home/private").write_text("a secret")
         cls.plugin = root / "plugin/cheats.py"
         cls.plugin.write_text((HERE / "cheats.py").read_text())
+        (root / "plugin/notes.py").symlink_to(root / "home/private")
         cls.server = Server(root)
         cls.secrets = {"program": str(PROGRAM), "plugins": str(BUILD / "lib/relign-bench/plugins"),
                        "results": str(root / "results"), "cache": str(root / "cache"), "home": str(root / "home"),
@@ -295,15 +297,18 @@ class TestRuns(unittest.TestCase):
         name = f"relign-test-{uuid.uuid4()}"
         plugin = self.root / "cheats.py"
         plugin.write_text((HERE / "cheats.py").read_text())
-        entry = {"use": str(plugin), "parameters": {"cheat": "leaves_a_daemon", "secrets": json.dumps({"name": name})}}
-        suite = self.root / "daemon.json"
-        suite.write_text(json.dumps({"name": "daemon", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
-                                     "algorithms": [entry], "instances": 1, "steps": 2}))
-        run("run", suite, "--out", self.root / "daemon")
-        time.sleep(0.2)
-        left = [folder for folder in pathlib.Path("/proc").iterdir()
-                if folder.name.isdigit() and TestCheats.has_name(folder, name)]
-        self.assertEqual(left, [])
+        for cheat, options in (("leaves_a_daemon", []), ("hangs_with_a_daemon", []), ("hangs_with_a_daemon", ["--sandbox"])):
+            with self.subTest(cheat=cheat, options=options):
+                entry = {"use": str(plugin), "parameters": {"cheat": cheat, "secrets": json.dumps({"name": name})}}
+                suite = self.root / "daemon.json"
+                suite.write_text(json.dumps({"name": "daemon", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
+                                             "algorithms": [entry], "instances": 1, "steps": 2, "trial_seconds": 3}))
+                _, text = run("run", suite, "--out", self.root / f"daemon-{cheat}-{len(options)}", *options)
+                self.assertIn("took longer than 3 s" if "hangs" in cheat else "the daemon runs", text)
+                time.sleep(0.2)
+                left = [folder for folder in pathlib.Path("/proc").iterdir()
+                        if folder.name.isdigit() and TestCheats.has_name(folder, name)]
+                self.assertEqual(left, [])
 
 
 if __name__ == "__main__":
