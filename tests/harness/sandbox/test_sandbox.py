@@ -297,9 +297,11 @@ class TestRuns(unittest.TestCase):
         name = f"relign-test-{uuid.uuid4()}"
         plugin = self.root / "cheats.py"
         plugin.write_text((HERE / "cheats.py").read_text())
-        for cheat, options in (("leaves_a_daemon", []), ("hangs_with_a_daemon", []), ("hangs_with_a_daemon", ["--sandbox"])):
+        for cheat, options in (("leaves_a_daemon", []), ("hangs_with_a_daemon", []),
+                               ("hangs_with_a_daemon", ["--sandbox"])):
             with self.subTest(cheat=cheat, options=options):
-                entry = {"use": str(plugin), "parameters": {"cheat": cheat, "secrets": json.dumps({"name": name})}}
+                parameters = {"cheat": cheat, "secrets": json.dumps({"name": name})}
+                entry = {"use": str(plugin), "name": "cheat", "parameters": parameters}
                 suite = self.root / "daemon.json"
                 suite.write_text(json.dumps({"name": "daemon", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
                                              "algorithms": [entry], "instances": 1, "steps": 2, "trial_seconds": 3}))
