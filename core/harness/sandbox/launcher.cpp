@@ -80,7 +80,7 @@ void enter_namespaces() {
   write_to("/proc/self/gid_map", kUserInside + (" " + group) + " 1");
   require(::unshare(CLONE_NEWNS | CLONE_NEWPID | CLONE_NEWNET | CLONE_NEWIPC | CLONE_NEWUTS | CLONE_NEWCGROUP) == 0,
           "cannot create name spaces");
-  // The machine's name is nobody's business.
+  // An algorithm does not observe the machine's name.
   require(::sethostname("sandbox", 7) == 0, "cannot change the host name");
 }
 
@@ -99,7 +99,7 @@ void enter_namespaces() {
   constexpr int kMilliseconds = 200;
   pollfd watched{report, POLLIN, 0};
   while (::poll(&watched, 1, kMilliseconds) <= 0)
-    if (::getppid() != parent) ::_exit(kCannotConfine);  // nobody waits for the result; ends the supervisor
+    if (::getppid() != parent) ::_exit(kCannotConfine);  // its result is not needed any more; ends the supervisor
   int status = 0;
   const bool reported = ::read(report, &status, sizeof status) == sizeof status;
   int own = 0;
