@@ -8,6 +8,7 @@
 #include "cli/shared_files.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
+#include "runner/criteria.h"
 #include "runner/levels.h"
 #include "runner/merits.h"
 #include "runner/mtf_check.h"
@@ -66,6 +67,7 @@ int validate(Context& context, const std::string& file) {
         design_mtf += "MTF            " + printable(entry.name) + " as designed, at its nominal pose: centre " +
                       significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) +
                       (spec.diffraction ? " (with diffraction)" : "") + "\n";
+      runner::check_criteria(suite, entry.name, *scene.scene, scene.facts);
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input) throw;
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());

@@ -20,6 +20,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       check(values->shift_um), check(values->tilt_arcmin);
     check(movement.pivot_um);
     fuzz::demand(movement.drift_seconds >= 0 && std::isfinite(movement.drift_seconds), "a time constant");
+    if (read.batch) {
+      fuzz::demand(read.batch->size > 0, "modules");
+      check(read.batch->cure_shift.shift_um), check(read.batch->cure_shift.tilt_arcmin);
+      check(read.batch->inspection.shift_um), check(read.batch->inspection.tilt_arcmin);
+    }
     check(read.start.shift_um), check(read.start.tilt_arcmin);
     for (const auto& [element, limits] : read.named) check(limits.shift_um), check(limits.tilt_arcmin);
   });

@@ -35,11 +35,21 @@ struct Yield : Share {
   std::optional<Share> uncured;  // the same before curing
 };
 
-// Steps and machine seconds until the specification is met; infinite if fewer than half of the instances meet it.
+// Steps and machine seconds until the specification
+// is met; infinite if fewer than half of the instances meet it.
 struct TimeToSpec {
   std::size_t successes = 0, n = 0;
   double steps = kMissing, expected = kMissing, seconds = kMissing;
   statistics::Interval interval;  // of the steps
+  double cycle = kMissing;        // seconds of the whole cycle (statistics/cycle.h); NaN: the suite states none
+};
+
+// One criterion of the specification, or all of them.
+struct CriterionScore {
+  std::string name;  // "rmse", "field_mtf_deficit", "centre_px", ..., "all"
+  Share share;       // at the end
+  TimeToSpec time;
+  statistics::Interval seconds;  // of time.seconds
 };
 
 struct MtfScores {
@@ -78,6 +88,7 @@ struct Row {
   double machine_seconds = kMissing, algorithm_ms_per_step = kMissing;
   std::optional<Yield> yield;
   std::optional<TimeToSpec> to_spec;
+  std::vector<CriterionScore> to_specification;  // empty unless criteria are judged after every step
   std::optional<MtfScores> mtf;
   std::vector<ResidualAxis> residual;
   std::optional<statistics::ByRule<RuleScore>> rules;

@@ -57,6 +57,12 @@ static void write(Json& json, const Yield& yield) {
 static void write(Json& json, const TimeToSpec& time) {
   put(json, "successes", time.successes, "n", time.n, "steps", arrival(time.steps), "lo95", arrival(time.interval.low),
       "hi95", arrival(time.interval.high), "expected", arrival(time.expected), "seconds", arrival(time.seconds));
+  if (!std::isnan(time.cycle)) put(json, "cycle", arrival(time.cycle));
+}
+
+static void write(Json& json, const CriterionScore& score) {
+  put(json, "criterion", score.name, "share", score.share, "time", score.time, "seconds_lo95",
+      arrival(score.seconds.low), "seconds_hi95", arrival(score.seconds.high));
 }
 
 static void write(Json& json, const MtfScores& mtf) { put(json, "centre", mtf.centre, "corner", mtf.corner); }
@@ -93,6 +99,7 @@ static void write(Json& json, const Row& row) {
   put_interval(json["commanded"], row.commanded.interval);
   put_filled(json, "training_tag", row.training_tag);
   put_filled(json, "excess", row.excess);
+  put_filled(json, "to_specification", row.to_specification);
   if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
 }
 
@@ -158,6 +165,8 @@ static void put_spec(Json& json, const Group& group) {
     put_limit(mtf, "corner", spec.mtf_corner);
     if (spec.diffraction) mtf["diffraction"] = true;
   }
+  for (const records::Criterion one : records::kCriteria)
+    if (!std::isnan(spec.limits[one])) put_limit(json["spec_criteria"], records::criterion_name(one), spec.limits[one]);
   if (spec.limits_anything()) put(json, "cannot_meet_spec", group.cannot_meet_spec, "infeasible", group.infeasible);
 }
 

@@ -22,7 +22,8 @@ std::vector<SceneAxis> axes_of(const fs::path& file) {
     const auto number = [&](const char* key) {
       return axis.contains(key) && axis[key].is_number() ? axis[key].get<double>() : 0.0;
     };
-    axes.push_back({text_of(axis, "name"), text_of(axis, "unit"), number("lower"), number("upper")});
+    axes.push_back({text_of(axis, "name"), text_of(axis, "unit"), number("lower"), number("upper"),
+                    !axis.contains("observable") || flag_of(axis, "observable")});
   }
   return axes;
 }

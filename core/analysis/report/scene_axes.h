@@ -14,6 +14,7 @@ namespace relign::report {
 struct SceneAxis {
   std::string name, unit;
   double lower = 0, upper = 0;
+  bool observable = true;  // else a misalignment along it does not count
 };
 
 // The file `name` of a scene (an entry of the manifest) in the results folder; empty unless it is a file inside

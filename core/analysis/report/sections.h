@@ -18,11 +18,12 @@ std::string verdict_section(const PageModel& page);  // preceded by failed gates
 
 std::string aggregate_section(const PageModel& page);
 std::string ranking_section(const PageModel& page);
-std::string rules_section(const PageModel& page);     // section_rules.cpp: results by each rule
-std::string analysis_section(const PageModel& page);  // section_rules.cpp: the analysis plan
-std::string matrix_section(const PageModel& page);    // section_matrix.cpp: excess errors, methods x groups
-std::string heat_section(const PageModel& page);      // section_heat.cpp: methods x groups
-std::string levels_section(const PageModel& page);    // section_levels.cpp: over the noise levels
+std::string specification_section(const PageModel& page);  // section_specification.cpp: each criterion of the spec
+std::string rules_section(const PageModel& page);          // section_rules.cpp: results by each rule
+std::string analysis_section(const PageModel& page);       // section_rules.cpp: the analysis plan
+std::string matrix_section(const PageModel& page);         // section_matrix.cpp: excess errors, methods x groups
+std::string heat_section(const PageModel& page);           // section_heat.cpp: methods x groups
+std::string levels_section(const PageModel& page);         // section_levels.cpp: over the noise levels
 std::string pairs_section(const PageModel& page);
 std::string training_section(const PageModel& page);
 std::string curve_cards(const PageModel& page, const Gallery& gallery);  // section_curves.cpp

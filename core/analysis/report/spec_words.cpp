@@ -1,13 +1,47 @@
 #include "report/spec_words.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "base/text.h"
 
 namespace relign::report {
+
+std::string criterion_words(const std::string& name, const records::Specification& spec) {
+  constexpr int kDigits = 3;
+  if (name == "rmse") return "RMSE " + significant(spec.rmse, kDigits);
+  if (name == "all") return "all";
+  const auto limit = [&](records::Criterion one) { return " " + significant(spec.limits[one], kDigits); };
+  switch (*std::find_if(records::kCriteria.begin(), records::kCriteria.end(),
+                        [&](records::Criterion one) { return name == records::criterion_name(one); })) {
+    case records::Criterion::field_mtf:
+      return "MTF by field at " + significant(spec.field_mtf.lp_per_mm, kDigits) + " lp/mm";
+    case records::Criterion::centre:
+      return "optical centre" + limit(records::Criterion::centre) + " px";
+    case records::Criterion::rotation:
+      return "rotation" + limit(records::Criterion::rotation) + " px";
+    case records::Criterion::pose:
+      return "position" + limit(records::Criterion::pose) + " \u00b5m";
+    case records::Criterion::tilt:
+      return "tilt" + limit(records::Criterion::tilt) + "\u2032";
+  }
+  return name;
+}
+
+static std::string criteria_words(const records::Specification& spec) {
+  std::string words;
+  for (const records::Criterion one : records::kCriteria)
+    if (!std::isnan(spec.limits[one]))
+      words += (words.empty() ? "" : ", ") + criterion_words(records::criterion_name(one), spec);
+  return words;
+}
 
 std::string spec_words(const records::Specification& spec) {
   constexpr int kSpecDigits = 3;
   std::string words;
   if (std::isfinite(spec.rmse)) words = "RMSE " + significant(spec.rmse, kSpecDigits);
+  const std::string judged = criteria_words(spec);
+  if (!judged.empty()) words += (words.empty() ? "" : ", ") + judged;
   if (!spec.limits_mtf()) return words;
   const bool centre = std::isfinite(spec.mtf_centre), corner = std::isfinite(spec.mtf_corner);
   words += (words.empty() ? "MTF at " : ", MTF at ") + significant(spec.lp_per_mm, kSpecDigits) + " lp/mm ";

@@ -11,6 +11,9 @@ namespace relign::report {
 // "RMSE 0.0142, MTF at 20 lp/mm 0.5 in the centre and 0.35 in the corners". Empty without limits.
 std::string spec_words(const records::Specification& spec);
 
+// One criterion with its limit: "position 2 um". name: of CriterionScore.
+std::string criterion_words(const std::string& name, const records::Specification& spec);
+
 // The common specification of all groups as a sentence; empty if they differ.
 std::string spec_sentence(const std::vector<Group>& groups);
 

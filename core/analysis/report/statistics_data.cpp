@@ -19,10 +19,25 @@ std::vector<ResidualAxis> residual_axes(const std::vector<statistics::Quantiles>
   for (std::size_t axis = 0; axis < residual.size(); ++axis) {
     const double travel = axes[axis].upper - axes[axis].lower;
     if (!(travel > 0)) return {};
+    if (!axes[axis].observable) continue;
     list.push_back(
         {axes[axis].name, axes[axis].unit, shown(travel * residual[axis].median), shown(travel * residual[axis].q75)});
   }
   return list;
+}
+
+statistics::Interval shown_arrivals(const statistics::Interval& interval) {
+  return {shown_arrival(interval.low), shown_arrival(interval.high)};
+}
+
+TimeToSpec time_of(const statistics::ExpectedSteps& expected, const statistics::Band& steps,
+                   const statistics::Band& seconds) {
+  return {expected.successes,
+          expected.trials,
+          shown_arrival(steps.estimate),
+          shown_arrival(expected.steps),
+          shown_arrival(seconds.estimate),
+          shown_arrivals(steps.interval)};
 }
 
 void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vector<SceneAxis>& axes,
@@ -43,15 +58,14 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
   if (!spec.limits_anything() || study.yield.n == 0) return;
   row.yield = {share_of(study.in_spec, study.yield), std::nullopt};
   if (study.yield_uncured.n > 0) row.yield->uncured = share_of(study.in_spec_uncured, study.yield_uncured);
-  if (std::isnan(spec.rmse)) return;  // MTF is not known per step
-  const statistics::ExpectedSteps& expected = study.expected_to_spec;
-  const statistics::Interval& steps = study.steps_to_spec.interval;
-  row.to_spec = {expected.successes,
-                 expected.trials,
-                 shown_arrival(study.steps_to_spec.estimate),
-                 shown_arrival(expected.steps),
-                 shown_arrival(study.seconds_to_spec.estimate),
-                 {shown_arrival(steps.low), shown_arrival(steps.high)}};
+  // Without criteria of every step: MTF is not known per step.
+  if (spec.limits_criteria() ? study.to_specification.empty() : std::isnan(spec.rmse)) return;
+  row.to_spec = time_of(study.expected_to_spec, study.steps_to_spec, study.seconds_to_spec);
+  row.to_spec->cycle = shown_arrival(study.cycle_to_spec.estimate);
+  for (const statistics::ArrivalStudy& arrival : study.to_specification)
+    row.to_specification.push_back({arrival.name, share_of(arrival.in_spec, arrival.share),
+                                    time_of(arrival.expected, arrival.steps, arrival.seconds),
+                                    shown_arrivals(arrival.seconds.interval)});
 }
 
 CurveTrack track_of(const statistics::Curve& curve, std::size_t track) {
@@ -100,6 +114,7 @@ Ecdf ecdf_of(const statistics::SeriesStudy& study) {
 }
 
 records::Specification shown_spec(records::Specification spec) {
+  for (double& limit : spec.limits.values) limit = shown(limit);
   for (double* limit : {&spec.rmse, &spec.lp_per_mm, &spec.mtf_centre, &spec.mtf_corner}) *limit = shown(*limit);
   return spec;
 }
@@ -207,6 +222,7 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
     options.seed = std::stoull(seed);
   for (const Json& target : list_of(results.manifest, "targets"))
     if (target.is_number()) options.targets.push_back(target.get<double>());
+  options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
   const Json& of_suite = object_of(results.manifest, "spec");
   options.spec = records::specification_of(of_suite, Json());
   if (of_suite.empty())

@@ -7,7 +7,7 @@ namespace relign::statistics {
 std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::size_t>& series,
                               const records::Specification& spec, Rule rule) {
   std::vector<Passes> passes(series.size());
-  if (!spec.limits_anything()) return passes;
+  if (!spec.limits_anything() || (spec.limits_criteria() && rule != Rule::own)) return passes;
   struct Known {
     bool truth = false, mtf = false;
   };
@@ -24,7 +24,7 @@ std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::si
     Known& what = known[found->second];
     what.truth = what.truth || !std::isnan(rmse);
     what.mtf = what.mtf || !std::isnan(mtf.centre);
-    passed = spec.met_by(rmse, mtf.centre, mtf.corner);
+    passed = table.meets(row, spec, rule);
   }
   for (std::size_t i = 0; i < passes.size(); ++i)
     if (!known[i].truth || (spec.limits_mtf() && !known[i].mtf)) passes[i].clear();

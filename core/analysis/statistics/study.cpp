@@ -11,6 +11,7 @@
 #include "statistics/bootstrap.h"
 #include "statistics/passes.h"
 #include "statistics/proportion.h"
+#include "statistics/spec_arrivals.h"
 #include "statistics/study_aggregate.h"
 #include "statistics/study_groups.h"
 #include "statistics/survival.h"
@@ -71,6 +72,7 @@ class Arrivals {
       : table_(table),
         targets_(options.targets),
         rule_(options.rule),
+        cycle_(options.cycle),
         spec_(spec),
         reached_by_(series.largest_budget + std::size_t{1}, 0) {}
 
@@ -81,17 +83,22 @@ class Arrivals {
       if (rule == rule_)
         for (const TargetTime& time : times_to_targets(rmse, targets_, censored_at))
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
-      if (std::isnan(spec_.rmse)) continue;
+      if (std::isnan(spec_.rmse) || spec_.limits_criteria()) continue;
       TargetTime time = times_to_targets(rmse, {spec_.rmse}, censored_at).front();
       const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued[rule];
       if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {censored_at, false};
       steps_[rule].push_back(time);
       // In seconds, trials that do not reach the specification are censored at infinity: budgets are in steps, and
       // censoring an early end at its time would drop it from those at risk, as if giving up were success.
-      if (rule == rule_)
-        seconds_.push_back({time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)])
-                                         : std::numeric_limits<double>::infinity(),
-                            time.reached});
+      if (rule != rule_) continue;
+      constexpr double kNever = std::numeric_limits<double>::infinity();
+      const double seconds = time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)]) : kNever;
+      seconds_.push_back({seconds, time.reached});
+      if (std::isnan(cycle_.seconds)) continue;
+      // Unknown computing time leaves the cycle unknown: it does not count as none.
+      const double cycle = cycle_seconds(cycle_, seconds, time.steps, trial.row.algorithm_ms_per_step);
+      cycle_known_ = cycle_known_ && !std::isnan(cycle);
+      cycles_.push_back({time.reached ? cycle : kNever, time.reached});
     }
     if (rule_ != Rule::own) return;  // records have the true pose of the own recommendation only
     const std::vector<double>& best = trial.stored.own_optimum_pose();
@@ -113,6 +120,7 @@ class Arrivals {
     for (const Rule rule : kRules) study.rules[rule].steps_to_spec = median_steps(kaplan_meier(steps_[rule]));
     study.steps_to_spec = study.rules[rule_].steps_to_spec;
     study.seconds_to_spec = median_steps(kaplan_meier(seconds_));
+    if (!cycles_.empty() && cycle_known_) study.cycle_to_spec = median_steps(kaplan_meier(cycles_));
     for (std::vector<double>& axis : residual_) study.residual.push_back(quantiles(std::move(axis)));
   }
 
@@ -125,10 +133,12 @@ class Arrivals {
   const TrialTable& table_;
   const std::vector<double>& targets_;
   Rule rule_;
+  Cycle cycle_;
   records::Specification spec_;
   std::vector<std::size_t> reached_by_;  // pairs reached at exactly this step
   ByRule<std::vector<TargetTime>> steps_;
-  std::vector<TargetTime> seconds_;
+  std::vector<TargetTime> seconds_, cycles_;
+  bool cycle_known_ = true;
   std::vector<std::vector<double>> residual_;
 };
 
@@ -175,8 +185,7 @@ void count_yield(const TrialTable& table, const Series& series, const records::S
                  RuleScore& score) {
   for (const std::uint32_t trial : series.trials) {
     const TrialRow& row = table.rows[trial];
-    const records::MtfRecord& mtf = table.mtf_of(row).glued[rule];
-    score.in_spec += spec.met_by(row.last_of(track_of(rule)), mtf.centre, mtf.corner) ? 1 : 0;
+    score.in_spec += table.meets(row, spec, rule) ? 1 : 0;
   }
   score.yield = success_rate(score.in_spec, series.trials.size() + series.failed);
 }
@@ -215,6 +224,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
   Arrivals arrivals(table, series, options, spec);
+  SpecArrivals spec_arrivals(table, series, spec, options.cycle);
   ExcessColumns excess(series);
   bool first = true;
   for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
@@ -223,6 +233,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
       columns.add(trial);
       if (!first) return;
       arrivals.add(trial);
+      if (options.rule == Rule::own) spec_arrivals.add(trial);
       excess.add(trial);
       errors.add(trial);
     });
@@ -239,7 +250,15 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
       add_bands(curve, table, series, columns, piece, draws,
                 table.rows.size() > kManyTrials ? std::optional(track_of(options.rule)) : std::nullopt);
   }
+  if (!std::isnan(options.cycle.seconds)) {
+    std::vector<double> ms_per_step;
+    for (const std::uint32_t trial : series.trials) ms_per_step.push_back(table.rows[trial].algorithm_ms_per_step);
+    const double computing = quantiles(std::move(ms_per_step)).median;
+    for (CurvePoint& point : curve.points)
+      point.cycle_seconds = cycle_seconds(options.cycle, point.machine_seconds, point.step, computing);
+  }
   arrivals.finish(series.trials.size(), study);
+  spec_arrivals.finish(study);
   add_excess(study, table, series, excess, draws,
              table.rows.size() > kManyTrials ? std::optional(options.rule) : std::nullopt);
 
@@ -255,7 +274,8 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     }
     const Quantiles mtf_centre = quantiles(centre), mtf_corner = quantiles(corner);
     const bool has_mtf = !spec.limits_mtf() || mtf_centre.n > 0;
-    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf;
+    const bool by_own_rule = rule == Rule::own || !spec.limits_criteria();
+    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf && by_own_rule;
     if (has_yield) count_yield(table, series, spec, rule, score);
     columns.push_back(draws.by_instance(table, series, rmse));
     if (rule != options.rule) continue;
@@ -263,7 +283,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     study.mtf_corner = mtf_corner;
     study.in_spec = score.in_spec;
     study.yield = score.yield;
-    if (has_yield) count_uncured(table, series, spec, rule, study);
+    if (has_yield && !spec.limits_criteria()) count_uncured(table, series, spec, rule, study);
   }
   if (!draws.wanted) return study;
   columns.push_back(draws.by_instance(table, series, last_values(table, series, Track::commanded)));

@@ -11,6 +11,7 @@
 #include "records/specification.h"
 #include "statistics/aggregate.h"
 #include "statistics/curves.h"
+#include "statistics/cycle.h"
 #include "statistics/excess.h"
 #include "statistics/normalised_error.h"
 #include "statistics/paired.h"
@@ -38,6 +39,7 @@ struct StudyOptions {
   std::vector<double> targets;  // RMSE at the recommended pose
   records::Specification spec;  // of scenes without an entry in spec_of_scene
   std::map<std::string, records::Specification> spec_of_scene;
+  Cycle cycle;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal; >= 1
   Rule rule = Rule::own;                 // which pose counts as recommended
   // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
@@ -61,6 +63,15 @@ struct RuleScore {
   Band steps_to_spec;
 };
 
+// One criterion of a specification that is judged after every step, RMSE, or all of them together.
+struct ArrivalStudy {
+  std::string name;         // criterion_name, "rmse" or "all"
+  std::size_t in_spec = 0;  // at the last recommendation
+  Band share;               // of all trials; failed ones miss
+  ExpectedSteps expected;   // steps to the first recommendation that meets it
+  Band steps, seconds;      // Kaplan-Meier medians
+};
+
 struct SeriesStudy {
   Curve curve;
   ByRule<RuleScore> rules;
@@ -79,7 +90,11 @@ struct SeriesStudy {
   // Time to specification by RMSE at each step; a trial whose MTF misses at its end counts as not reached. NaN if the
   // specification does not limit RMSE.
   ExpectedSteps expected_to_spec;
+  Band cycle_to_spec;                   // seconds of a whole cycle (cycle.h); NaN if StudyOptions::cycle states none
   Band steps_to_spec, seconds_to_spec;  // Kaplan-Meier medians; infinite if fewer than half of the instances reach it
+  // The same for each criterion and, last, for all of them; empty unless the specification has criteria that are judged
+  // after every step and the rule is `own`. The members above are then those of "all".
+  std::vector<ArrivalStudy> to_specification;
   // Runtime ECDF: share of (instance, target) pairs reached by each step of the curve.
   std::vector<double> targets_reached;
   std::vector<Quantiles> residual;  // per axis: distance to the own optimum, share of the travel

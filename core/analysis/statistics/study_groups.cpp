@@ -64,11 +64,11 @@ void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
       const TrialMtf& mtf = table.mtf_of(row);
       const bool has_mtf = !std::isnan(mtf.own_optimum.centre);
       if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
-          (has_mtf && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)))
+          (has_mtf && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)) ||
+          table.criteria_of(row).optimum_deficit > spec.limits[records::Criterion::field_mtf])
         found.insert(row.instance);
       // The pose of lowest RMSE need not have the highest MTF: an instance that some method brought in is feasible.
-      if (spec.limits_mtf() && spec.met_by(row.last_of(track_of(rule)), mtf.glued[rule].centre, mtf.glued[rule].corner))
-        met.insert(row.instance);
+      if ((spec.limits_mtf() || spec.limits_criteria()) && table.meets(row, spec, rule)) met.insert(row.instance);
     }
   for (const std::uint64_t instance : met) found.erase(instance);
   group.cannot_meet_spec = found.size();

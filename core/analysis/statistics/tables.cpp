@@ -1,4 +1,5 @@
 // curves.csv, curves.json and instances.csv as text.
+#include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
@@ -37,6 +38,20 @@ std::string curves_csv(const std::vector<Curve>& curves) {
     for (const char* column : {"_median", "_q25", "_q75", "_mean", "_lo95", "_hi95"})
       csv += std::string(",") + track_name(kTracks[track]) + column;
   }
+  // Only with criteria that are judged after every step, so that other tables keep their bytes.
+  const bool judged = std::any_of(curves.begin(), curves.end(), [](const Curve& curve) {
+    return !curve.points.empty() && !std::isnan(curve.points.front().in_spec);
+  });
+  if (judged) {
+    for (const records::Criterion one : records::kCriteria)
+      csv += std::string(",") + records::criterion_name(one) + "_median";
+    csv += ",in_spec";
+  }
+  // Only with a cycle, so that other tables keep their bytes.
+  const bool cycle = std::any_of(curves.begin(), curves.end(), [](const Curve& curve) {
+    return !curve.points.empty() && !std::isnan(curve.points.front().cycle_seconds);
+  });
+  if (cycle) csv += ",cycle_seconds_median";
   csv += '\n';
   for (const Curve& curve : curves) {
     const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
@@ -49,6 +64,11 @@ std::string curves_csv(const std::vector<Curve>& curves) {
         csv += ',' + field(values.median) + ',' + field(values.q25) + ',' + field(values.q75) + ',' +
                field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
       }
+      if (judged) {
+        for (const double value : point.criteria.values) csv += ',' + field(value);
+        csv += ',' + field(point.in_spec);
+      }
+      if (cycle) csv += ',' + field(point.cycle_seconds);
       csv += '\n';
     }
   }
@@ -103,6 +123,10 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   csv += std::string(",machine_seconds,recommended_seconds,recommendation,message") + mtf_columns;
   for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
     csv += std::string(",") + track_name(kTracks[track]);
+  if (table.has_criteria()) {
+    for (const records::Criterion one : records::kCriteria) csv += std::string(",") + records::criterion_name(one);
+    csv += ",own_optimum_field_mtf_deficit";
+  }
   write(csv + "\n");
   for (const TrialRow& row : table.rows) {
     const Series& series = table.series_of(row);
@@ -120,6 +144,11 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
     }
     for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
       csv += ',' + field(row.last[track]);
+    if (table.has_criteria()) {
+      const TrialCriteria& criteria = table.criteria_of(row);
+      for (const double value : criteria.last.values) csv += ',' + field(value);
+      csv += ',' + field(criteria.optimum_deficit);
+    }
     csv += '\n';
     write(csv);
   }

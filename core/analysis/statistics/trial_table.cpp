@@ -66,6 +66,14 @@ class TableBuilder {
       row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
       table_.mtf.push_back(mtf);
     }
+    TrialCriteria criteria;
+    for (const records::Criterion one : records::kCriteria)
+      if (!closing.criteria[one].empty()) {
+        criteria.last[one] = closing.criteria[one].back();
+        row.criteria = static_cast<std::uint32_t>(table_.criteria.size());
+      }
+    criteria.optimum_deficit = closing.criterion_optimum_deficit;
+    if (row.criteria > 0) table_.criteria.push_back(criteria);
     row.last.fill(kMissing);
     if (!steps.empty()) {
       const records::StepNumbers& last = steps.back();

@@ -30,7 +30,8 @@ struct TrialRow {
   double own_optimum_mse = kMissing;  // NaN: unknown
   // RMSE before the adhesive cures, at the last recommendation by each rule; NaN without a cure shift.
   ByRule<double> uncured = {{kMissing, kMissing, kMissing}};
-  std::uint32_t mtf = 0;  // of TrialTable::mtf
+  std::uint32_t mtf = 0;       // of TrialTable::mtf
+  std::uint32_t criteria = 0;  // of TrialTable::criteria
   // Some merit is negative, or below the measured RMSE, which rmse and combined include.
   bool impossible_merit = false;
   // RMSE at step 0; NaN if missing.
@@ -52,6 +53,12 @@ struct TrialMtf {
   records::MtfRecord own_optimum;
 };
 
+// Criteria of a specification that are judged after every step; NaN without them.
+struct TrialCriteria {
+  records::ByCriterion<double> last = records::Specification::none();  // at the last recommendation, by the own rule
+  double optimum_deficit = kMissing;                                   // of MTF by field, at the instance's own optimum
+};
+
 // The trials of one algorithm on one scene, noise level and protocol.
 struct Series {
   std::string scene, noise_level, protocol, algorithm;  // display names
@@ -68,7 +75,8 @@ class TrialTable {
   std::deque<TrialRow> rows;   // in the folder's order; a deque, so that addresses stay valid
   std::vector<Series> series;  // in order of first appearance
   std::vector<std::string> texts = {""};
-  std::vector<TrialMtf> mtf = {{}};  // the first is for trials without MTF
+  std::vector<TrialMtf> mtf = {{}};            // the first is for trials without MTF
+  std::vector<TrialCriteria> criteria = {{}};  // the first is for trials without criteria
 
   struct Warning {
     std::uint32_t series = 0, text = 0;
@@ -87,6 +95,14 @@ class TrialTable {
   const std::string& text(std::uint32_t number) const { return texts[number]; }
   const TrialMtf& mtf_of(const TrialRow& row) const { return mtf[row.mtf]; }
   bool has_mtf() const { return mtf.size() > 1; }
+  const TrialCriteria& criteria_of(const TrialRow& row) const { return criteria[row.criteria]; }
+  bool has_criteria() const { return criteria.size() > 1; }
+  // Whether the last recommendation by the rule meets all limits; those judged after every step by the own rule only.
+  bool meets(const TrialRow& row, const records::Specification& spec, Rule rule) const {
+    const records::MtfRecord& of_lens = mtf_of(row).glued[rule];
+    return spec.met_by(row.last_of(track_of(rule)), of_lens.centre, of_lens.corner) &&
+           (rule == Rule::own ? spec.criteria_met_by(criteria_of(row).last) : !spec.limits_criteria());
+  }
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
   // Trials with counts() that lack the scores of the rules best and current: recorded by earlier versions, with a cure
   // shift or a specification of MTF. `verify --add-rules` adds them.

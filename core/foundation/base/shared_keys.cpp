@@ -7,6 +7,32 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// {"lp_per_mm", "tangential", "sagittal", "fields": [name or {"name", "tangential", "sagittal"}, ...]}
+void check_field_mtf(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
+  constexpr double kCoarsest = 1e-6, kFinest = 1e6;
+  ObjectReader reader(source, pointer, problems);
+  reader.required_number("lp_per_mm", kCoarsest, kFinest);
+  const auto limits = [](ObjectReader& of) {
+    for (const char* direction : {"tangential", "sagittal"}) of.number(direction, 0, 0, 1);
+    return of.has("tangential") || of.has("sagittal");
+  };
+  bool any = limits(reader);
+  if (const Json* fields = reader.get("fields")) {
+    if (!fields->is_array() || fields->empty())
+      reader.complain("fields", "expected a list of fields, each a name or {\"name\": ..., \"tangential\": ...}");
+    else
+      for (std::size_t i = 0; i < fields->size(); ++i) {
+        if ((*fields)[i].is_string()) continue;
+        ObjectReader field(source, reader.pointer_to("fields") + "/" + std::to_string(i), problems);
+        field.required_string("name");
+        any = limits(field) || any;
+        field.reject_unknown();
+      }
+  }
+  if (!any) reader.complain("", "expected a limit: 'tangential' or 'sagittal', here or in 'fields'");
+  reader.reject_unknown();
+}
+
 }  // namespace
 
 MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& pointer,
@@ -30,6 +56,14 @@ MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& p
   return found;
 }
 
+void check_cycle(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
+  constexpr double kLargest = 1e9;
+  ObjectReader reader(source, pointer, problems);
+  for (const char* station : {"load_s", "dispense_s", "cure_s", "inspect_s"}) reader.number(station, 0, 0, kLargest);
+  reader.boolean("computing", false);
+  reader.reject_unknown();
+}
+
 void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
   ObjectReader reader(source, pointer, problems);
   reader.number("rmse", 0, 0, kInfinity);
@@ -42,6 +76,8 @@ void check_specification(const JsonSource& source, const std::string& pointer, s
     mtf.boolean("diffraction", false);
     mtf.reject_unknown();
   }
+  if (reader.get("field_mtf")) check_field_mtf(source, reader.pointer_to("field_mtf"), problems);
+  for (const char* key : {"centre_px", "rotation_px", "pose_um", "tilt_arcmin"}) reader.number(key, 0, 0, kInfinity);
   reader.reject_unknown();
 }
 

@@ -28,6 +28,7 @@ struct Abilities {
   const relign_scene_optimum* optimum = nullptr;
   const relign_scene_mtf* mtf = nullptr;
   const relign_scene_average* average = nullptr;
+  const relign_scene_fields* fields = nullptr;
 };
 
 class LibraryAssembly final : public AssemblyBackend {
@@ -111,6 +112,30 @@ class LibraryAssembly final : public AssemblyBackend {
     return MountedAssembly::FieldMtf{told.centre, told.corner};
   }
 
+  std::vector<MountedAssembly::FieldValues> fields(const std::vector<double>& true_pose, double lp_per_mm,
+                                                   const std::vector<std::uint32_t>& which) override {
+    if (!can_.fields) return {};
+    std::vector<double> x(which.size()), y = x, tangential = x, sagittal = x;
+    relign_field_values values{};
+    values.struct_size = sizeof values;
+    values.count = static_cast<std::uint32_t>(which.size());
+    values.fields = which.data();
+    values.x_px = x.data();
+    values.y_px = y.data();
+    values.tangential = tangential.data();
+    values.sagittal = sagittal.data();
+    bool offered = true;
+    scene_.demand("fields", "it returned no fields and no reason", [&] {
+      const relign_status status =
+          can_.fields->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &values);
+      offered = status != RELIGN_UNSUPPORTED;
+      return offered ? status : RELIGN_OK;
+    });
+    std::vector<MountedAssembly::FieldValues> found;
+    for (std::size_t i = 0; offered && i < which.size(); ++i) found.push_back({x[i], y[i], tangential[i], sagittal[i]});
+    return found;
+  }
+
  private:
   SceneObject& scene_;
   const Abilities can_;
@@ -129,6 +154,7 @@ class LibraryScene final : public SceneBackend {
       can_.optimum = static_cast<const relign_scene_optimum*>(ask(RELIGN_SCENE_OPTIMUM));
       can_.mtf = static_cast<const relign_scene_mtf*>(ask(RELIGN_SCENE_MTF));
       can_.average = static_cast<const relign_scene_average*>(ask(RELIGN_SCENE_AVERAGE));
+      can_.fields = static_cast<const relign_scene_fields*>(ask(RELIGN_SCENE_FIELDS));
       stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
@@ -137,6 +163,7 @@ class LibraryScene final : public SceneBackend {
     if (can_.optimum && (!RELIGN_HAS_MEMBER(can_.optimum, find) || !can_.optimum->find)) can_.optimum = nullptr;
     if (can_.mtf && (!RELIGN_HAS_MEMBER(can_.mtf, measure) || !can_.mtf->measure)) can_.mtf = nullptr;
     if (can_.average && (!RELIGN_HAS_MEMBER(can_.average, render) || !can_.average->render)) can_.average = nullptr;
+    if (can_.fields && (!RELIGN_HAS_MEMBER(can_.fields, measure) || !can_.fields->measure)) can_.fields = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");

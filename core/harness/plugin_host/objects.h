@@ -118,6 +118,13 @@ class MountedAssembly {
   };
   // The lens's geometric MTF (relign_scene_mtf); nothing when the scene does not offer it.
   std::optional<FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm);
+  struct FieldValues {
+    double x_px = 0, y_px = 0;            // NaN: no light
+    double tangential = 0, sagittal = 0;  // MTF
+  };
+  // Of these fields of the description (relign_scene_fields); empty when the scene does not offer it.
+  std::vector<FieldValues> fields(const std::vector<double>& true_pose, double lp_per_mm,
+                                  const std::vector<std::uint32_t>& which);
 
  private:
   friend class Scene;

@@ -137,4 +137,15 @@ std::optional<MountedAssembly::FieldMtf> MountedAssembly::mtf(const std::vector<
   return found;
 }
 
+std::vector<MountedAssembly::FieldValues> MountedAssembly::fields(const std::vector<double>& true_pose,
+                                                                  double lp_per_mm,
+                                                                  const std::vector<std::uint32_t>& which) {
+  std::vector<FieldValues> found = implementation_->backend->fields(true_pose, lp_per_mm, which);
+  for (const FieldValues& field : found)
+    for (const double value : {field.tangential, field.sagittal})
+      if (!(value >= 0 && value <= 1))
+        implementation_->scene->backend->refuse("fields", "found an MTF of " + shortest(value) + "; expected 0 to 1");
+  return found;
+}
+
 }  // namespace relign::plugin_host

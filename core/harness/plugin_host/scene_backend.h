@@ -28,6 +28,10 @@ class AssemblyBackend {
   }
   virtual std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t, std::size_t) { return std::nullopt; }
   virtual std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) = 0;
+  virtual std::vector<MountedAssembly::FieldValues> fields(const std::vector<double>&, double,
+                                                           const std::vector<std::uint32_t>&) {
+    return {};
+  }
 };
 
 // Every function throws Error(plugin_failed) when the plugin reports a failure or sends a malformed message.

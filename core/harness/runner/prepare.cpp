@@ -6,6 +6,7 @@
 #include "base/hash.h"
 #include "base/machine.h"
 #include "plugin_host/objects.h"
+#include "runner/criteria.h"
 #include "runner/levels.h"
 #include "runner/merits.h"
 #include "runner/mtf_check.h"
@@ -47,6 +48,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     scene.reference();
     try {
       check_mtf(suite, entry.name, scene, prepared.scenes.back());
+      check_criteria(suite, entry.name, scene, prepared.scenes.back());
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input) throw;
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());

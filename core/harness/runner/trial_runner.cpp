@@ -7,6 +7,7 @@
 
 #include "base/seeds.h"
 #include "records/specification.h"
+#include "runner/criteria.h"
 #include "runner/merits.h"
 
 namespace relign::runner {
@@ -120,6 +121,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
   job.mtf_limits = limits_of(spec);
+  job.criteria = criteria_of(spec, job.facts);
   job.seeds = suite.draw_seeds();
   job.sealed = !suite.commitment.empty();
   job.instance = trial.instance;
@@ -139,6 +141,10 @@ struct TrialRunner::Bench {
   std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once requested
   std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once requested
 
+  std::string design_key;  // of the scene and the frequency
+  trials::FieldValues design;
+  std::optional<std::pair<std::string, trials::Judge::Optimum>> criterion_optimum;  // of the assembly; by limits
+
   const std::optional<Optimum>& optimum(std::size_t axes) {
     if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
     return *own_optimum;
@@ -154,6 +160,7 @@ struct TrialRunner::Bench {
     assembly.reset();
     own_optimum.reset();
     own_optimum_mtf = {};
+    criterion_optimum.reset();
     mounted_key.clear();
   }
 };
@@ -225,6 +232,31 @@ trials::StageSetup TrialRunner::stage(const TrialJob& job, const Placed& placed)
   return trials::SimulatedLens{*placed.assembly, *bench_->model, *bench_->level};
 }
 
+// Of every step that the record has, where its recommendation leaves the lens.
+void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_optimum, records::TrialRecord& record) {
+  if (bench_->design_key != bench_->scene_key) {
+    bench_->design.clear();
+    if (job.criteria.needs_fields()) {
+      plugin_host::MountedAssembly perfect = bench_->scene->mount("{}");
+      bench_->design = trials::measure_fields(perfect, job.facts, job.criteria, job.facts.nominal_pose);
+    }
+    bench_->design_key = bench_->scene_key;
+  }
+  trials::Judge judge(*bench_->assembly, job.facts, job.criteria, bench_->design);
+  std::vector<double> optimum = own_optimum;
+  if (!job.criteria.field_mtf.empty()) {
+    const std::string key = key_of(job.criteria);
+    if (!bench_->criterion_optimum || bench_->criterion_optimum->first != key)
+      bench_->criterion_optimum.emplace(key,
+                                        *judge.optimum(own_optimum.empty() ? job.facts.nominal_pose : own_optimum));
+    const trials::Judge::Optimum& found = bench_->criterion_optimum->second;
+    record.criterion_optimum_pose = optimum = found.true_pose;
+    record.criterion_optimum_deficit = found.deficit;
+  }
+  for (const records::StepRecord& step : record.steps)
+    add(judge.at(step.recommended_true_pose, optimum), job.criteria, record.criteria);
+}
+
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
   TrialOutcome outcome;
   records::TrialRecord& record = outcome.record = begin_record(job);
@@ -281,6 +313,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);
+    if (job.criteria.any() && !job.pretraining && !outcome.stopped) judge(job, record.own_optimum_pose, record);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     outcome.times.harness_seconds =
         outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);

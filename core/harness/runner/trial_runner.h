@@ -14,6 +14,7 @@
 #include "records/record.h"
 #include "runner/run.h"
 #include "runner/trial_log.h"
+#include "trials/criteria.h"
 #include "trials/instance.h"
 #include "trials/pretraining.h"
 #include "trials/trial.h"
@@ -34,6 +35,7 @@ struct TrialJob {
   unsigned budget = 50;              // steps after step 0
   double mtf_lp_per_mm = 0;          // of the specification; 0: no MTF
   trials::MtfLimits mtf_limits;      // of the specification, for merit mtf
+  trials::Criteria criteria;         // of the specification, judged after every step
   suites::Seeds seeds;
   bool sealed = false;  // the record keeps no seed
   std::uint64_t instance = 0;
@@ -95,6 +97,7 @@ class TrialRunner {
   struct Bench;
   // `name` precedes warnings; in a trial's log the algorithm's lines have none.
   plugin_host::HostServices services(const std::string& name, unsigned threads, bool algorithm = false) const;
+  void judge(const TrialJob& job, const std::vector<double>& own_optimum, records::TrialRecord& record);
   trials::StageSetup stage(const TrialJob& job, const Placed& placed) const;
   Options options_;
   std::shared_ptr<TrialLog> log_;

@@ -139,6 +139,7 @@ const void* RemoteServices::get(std::string_view id) {
     model_offset_ = answer.at("image").at("offset").get<std::size_t>();
     return &model_;
   }
+  if (id == RELIGN_SERVICE_HISTORY) return history();
   if (id != RELIGN_SERVICE_PREPARED) return nullptr;
   const Json answer = ask(RELIGN_SERVICE_PREPARED, "source");
   if (status_of(answer) != RELIGN_OK) return nullptr;
@@ -146,6 +147,16 @@ const void* RemoteServices::get(std::string_view id) {
   prepared_.source = answer.at("source").get<std::uint32_t>();
   prepared_.sources = answer.at("sources").get<std::uint32_t>();
   return &prepared_;
+}
+
+// All at once: a batch has few modules.
+const void* RemoteServices::history() {
+  const Json answer = ask(RELIGN_SERVICE_HISTORY, "cure_shifts", {{"most", std::numeric_limits<std::uint32_t>::max()}});
+  if (status_of(answer) != RELIGN_OK) return nullptr;
+  cure_shifts_.clear();
+  for (const Json& shift : answer.at("cure_shifts")) cure_shifts_.push_back(numbers(shift));
+  history_.modules = static_cast<std::uint32_t>(cure_shifts_.size());
+  return &history_;
 }
 
 const void* RemoteServices::reference() {
@@ -295,6 +306,16 @@ void RemoteServices::fill_tables() {
   };
   model_.unmount = [](void* context, relign_model_lens* lens) {
     return status_of(self(context).ask(RELIGN_SERVICE_MODEL, "unmount", {{"lens", number_of(lens)}}));
+  };
+  history_ = {sizeof history_, 0, this, nullptr, why};
+  history_.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) -> relign_status {
+    const std::vector<std::vector<double>>& shifts = self(context).cure_shifts_;
+    if (back < 1 || back > shifts.size() || !shift || shifts[back - 1].size() != axes) {
+      self(context).why_ = "expected a module from 1 to " + std::to_string(shifts.size()) + " and all axes";
+      return RELIGN_BAD_ARGUMENT;
+    }
+    std::copy(shifts[back - 1].begin(), shifts[back - 1].end(), shift);
+    return RELIGN_OK;
   };
   prepared_ = {sizeof prepared_, 0, this, 0, 0, nullptr, nullptr, why};
   prepared_.load = [](void* context, const relign_text_sink* sink) -> relign_status {

@@ -51,6 +51,7 @@ class RemoteServices {
   relign_status load(const relign_text_sink* sink);
   relign_status save(relign_text data);
   const void* reference();
+  const void* history();
   void fill_tables();
   relign_image image_at(std::size_t offset);
 
@@ -64,6 +65,8 @@ class RemoteServices {
   relign_run_service run_{};
   relign_model_service model_{};
   relign_pretraining_service prepared_{};
+  relign_history_service history_{};
+  std::vector<std::vector<double>> cure_shifts_;  // newest first
   std::string scene_json_;
   std::size_t model_offset_ = 0;
   struct Fields {

@@ -8,8 +8,9 @@ namespace {
 
 std::uint32_t observed_bits(const Json& words) {
   static const std::map<std::string, std::uint32_t> kBits = {
-      {"images", RELIGN_OBSERVES_IMAGES}, {"merit", RELIGN_OBSERVES_MERIT},   {"start", RELIGN_OBSERVES_START},
-      {"box", RELIGN_OBSERVES_BOX},       {"design", RELIGN_OBSERVES_DESIGN}, {"level", RELIGN_OBSERVES_LEVEL}};
+      {"images", RELIGN_OBSERVES_IMAGES},  {"merit", RELIGN_OBSERVES_MERIT},   {"start", RELIGN_OBSERVES_START},
+      {"box", RELIGN_OBSERVES_BOX},        {"design", RELIGN_OBSERVES_DESIGN}, {"level", RELIGN_OBSERVES_LEVEL},
+      {"history", RELIGN_OBSERVES_HISTORY}};
   std::uint32_t bits = 0;
   for (const Json& word : words) bits |= kBits.at(word.get<std::string>());
   return bits;

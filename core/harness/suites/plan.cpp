@@ -26,6 +26,17 @@ Json measured_mtf(const Suite& suite) {
   return mtf != suite.spec.end() && mtf->is_object() ? mtf->value("lp_per_mm", Json()) : Json();
 }
 
+// What of the suite's specification is judged after every step, and with the limits of MTF, which decide the own
+// optimum. Other limits do not matter.
+Json judged_criteria(const Suite& suite) {
+  if (!suite.spec.is_object()) return nullptr;
+  Json criteria = Json::object();
+  if (suite.spec.contains("field_mtf")) criteria["field_mtf"] = suite.spec["field_mtf"];
+  for (const char* key : {"centre_px", "rotation_px", "pose_um", "tilt_arcmin"})
+    if (suite.spec.contains(key)) criteria[key] = true;
+  return criteria.empty() ? Json() : criteria;
+}
+
 std::string instance_set_hash(const Suite& suite, const std::vector<std::string>& scene_identity) {
   std::vector<std::string> scenes, levels;
   for (std::size_t index = 0; index < suite.scenes.size(); ++index)
@@ -61,6 +72,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
   Plan plan;
   plan.instance_set = instance_set_hash(suite, scene_identity);
   const Json machine_time = machine_time_json(suite.machine_time), mtf = measured_mtf(suite);
+  const Json criteria = judged_criteria(suite);
   for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
     for (std::size_t level = 0; level < suite.levels.size(); ++level) {
       for (std::size_t algorithm = 0; algorithm < suite.algorithms.size(); ++algorithm) {
@@ -78,6 +90,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"merit", effective_merit(entry)},
                             {"budget", entry.steps}};
         if (!mtf.is_null()) ingredients["mtf_lp_per_mm"] = mtf;
+        if (!criteria.is_null()) ingredients["criteria"] = criteria;
         // The limits are part of this merit. Those of a scene's own specification are part of the scene's data.
         if (effective_merit(entry) == "mtf" && suite.spec.is_object() && !suite.spec.empty())
           ingredients["merit_limits"] = suite.spec.value("mtf", Json());

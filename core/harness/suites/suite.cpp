@@ -123,6 +123,7 @@ class SuiteReader {
     if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kMinMemoryMb)
       top_.complain("trial_memory_mb", "must be at least " + std::to_string(kMinMemoryMb) + ", the need of a worker");
     suite.machine_time = machine_time();
+    suite.cycle = cycle();
     suite.spec = spec();
     suite.targets = targets();
     suite.analysis = analysis(suite);
@@ -375,6 +376,13 @@ class SuiteReader {
   MachineTimeKeys machine_time() {
     if (!top_.get("machine_time")) return {};
     return read_machine_time(source_, top_.pointer_to("machine_time"), problems_);
+  }
+
+  Json cycle() {
+    const Json* value = top_.get("cycle");
+    if (!value) return nullptr;
+    check_cycle(source_, top_.pointer_to("cycle"), problems_);
+    return *value;
   }
 
   Json spec() {

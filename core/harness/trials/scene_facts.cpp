@@ -23,6 +23,7 @@ std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::ve
     axis.unit = reader.required_string("unit");
     axis.lower = reader.required_number("lower", -kInfinity, kInfinity);
     axis.upper = reader.required_number("upper", -kInfinity, kInfinity);
+    axis.observable = reader.boolean("observable", true);
     reader.reject_unknown();
     if (reader.has("name") && axis.name.empty())
       reader.complain("name", "expected the name of the axis, found an empty string");

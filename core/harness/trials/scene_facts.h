@@ -11,10 +11,11 @@
 namespace relign::trials {
 
 struct Axis {
-  std::string name;  // "x", "Rx"
-  std::string unit;  // "mm" or "deg"
-  double lower = 0;  // physical value at pose 0
-  double upper = 0;  // physical value at pose 1
+  std::string name;        // "x", "Rx"
+  std::string unit;        // "mm" or "deg"
+  double lower = 0;        // physical value at pose 0
+  double upper = 0;        // physical value at pose 1
+  bool observable = true;  // a misalignment along it changes the image of the design
   double travel() const { return upper - lower; }
 };
 

@@ -156,6 +156,29 @@ inline const relign_scene_mtf* scene_mtf() {
   return &table;
 }
 
+inline const relign_scene_fields* scene_fields() {
+  static const relign_scene_fields table = {
+      sizeof(relign_scene_fields), 0,
+      [](relign_assembly* raw, const double* pose, std::uint32_t axes, double lp_per_mm,
+         relign_field_values* values) -> relign_status {
+        auto* mine = handle<Assembly>(raw);
+        return guard(mine->host, [&] {
+          const std::vector<Assembly::FieldValues> found = mine->object->fields(
+              Pose(pose, pose + axes), lp_per_mm, {values->fields, values->fields + values->count});
+          if (found.empty()) return RELIGN_UNSUPPORTED;
+          if (found.size() != values->count) throw std::logic_error("fields: another number of values than requested");
+          for (std::size_t i = 0; i < found.size(); ++i) {
+            values->x_px[i] = found[i].x_px;
+            values->y_px[i] = found[i].y_px;
+            values->tangential[i] = found[i].tangential;
+            values->sagittal[i] = found[i].sagittal;
+          }
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline const relign_scene_average* scene_average() {
   static const relign_scene_average table = {
       sizeof(relign_scene_average), 0,
@@ -265,6 +288,7 @@ const relign_scene_interface* scene_interface() {
         } else {
           if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
           if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
+          if (to_view(id) == RELIGN_SCENE_FIELDS) return scene_fields();
           if (to_view(id) == RELIGN_SCENE_AVERAGE) return scene_average();
           return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
         }

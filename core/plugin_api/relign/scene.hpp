@@ -49,6 +49,16 @@ class Assembly {
   // Optional: the lens's geometric MTF at that many line pairs a millimetre of the sensor's plane, as relign_scene_mtf
   // defines it; nothing when the scene cannot tell.
   virtual std::optional<FieldMtf> mtf(const Pose& /*true_pose*/, double /*lp_per_mm*/) { return std::nullopt; }
+  struct FieldValues {
+    double x_px, y_px;
+    double tangential, sagittal;
+  };
+  // Optional: places and MTF of these fields of the description, as relign_scene_fields defines them; empty when the
+  // scene cannot tell.
+  virtual std::vector<FieldValues> fields(const Pose& /*true_pose*/, double /*lp_per_mm*/,
+                                          const std::vector<std::uint32_t>& /*which*/) {
+    return {};
+  }
 };
 
 class Scene {

@@ -125,6 +125,10 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
     mtf("current_mtf_centre", "current_mtf_corner", was.current_mtf, is.current_mtf);
     mtf("current_uncured_mtf_centre", "current_uncured_mtf_corner", was.current_uncured_mtf, is.current_uncured_mtf);
   }
+  for (const Criterion criterion : kCriteria)
+    comparison.numbers(criterion_name(criterion), was.criteria[criterion], is.criteria[criterion]);
+  comparison.numbers("criterion_optimum_pose", was.criterion_optimum_pose, is.criterion_optimum_pose);
+  comparison.number("criterion_optimum_deficit", was.criterion_optimum_deficit, is.criterion_optimum_deficit);
   // Files have a replacement for invalid UTF-8; here, too.
   const auto as_written = [](const Json& value) { return value.dump(-1, ' ', false, Json::error_handler_t::replace); };
   comparison.text("message", as_written(was.message), as_written(is.message));

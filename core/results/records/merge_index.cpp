@@ -29,6 +29,9 @@ bool is_prefix(TrialRecord whole, TrialRecord early, double tolerance) {
   whole.uncured_mse = early.uncured_mse;
   whole.mtf = early.mtf;
   whole.uncured_mtf = early.uncured_mtf;
+  whole.criteria = early.criteria;
+  whole.criterion_optimum_pose = early.criterion_optimum_pose;
+  whole.criterion_optimum_deficit = early.criterion_optimum_deficit;
   return !first_difference(whole, early, tolerance);
 }
 

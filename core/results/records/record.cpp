@@ -185,6 +185,18 @@ TrialRecord read_closing(const Json& line) {
   record.best_uncured_mtf = read_mtf(line, "best_uncured_mtf_");
   record.current_mtf = read_mtf(line, "current_mtf_");
   record.current_uncured_mtf = read_mtf(line, "current_uncured_mtf_");
+  for (const Criterion criterion : kCriteria)
+    if (const auto values = line.find(criterion_name(criterion)); values != line.end()) {
+      record.criteria[criterion] = read_numbers(*values);
+      if (record.criteria[criterion].size() != line.at("steps").get<std::size_t>())
+        throw Error(ErrorKind::bad_input, std::string("the line is damaged: ") + criterion_name(criterion) + " has " +
+                                              std::to_string(record.criteria[criterion].size()) + " values for " +
+                                              line.at("steps").dump() + " steps");
+    }
+  if (const auto pose = line.find("criterion_optimum_pose"); pose != line.end()) {
+    record.criterion_optimum_pose = read_numbers(*pose);
+    record.criterion_optimum_deficit = read_number(line.at("criterion_optimum_deficit"));
+  }
   record.message = line.at("message").get<std::string>();
   record.warnings = line.at("warnings").get<std::vector<std::string>>();
   return record;
@@ -270,6 +282,11 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
   add_mtf(line, "best_uncured_mtf_", record.best_uncured_mtf);
   add_mtf(line, "current_mtf_", record.current_mtf);
   add_mtf(line, "current_uncured_mtf_", record.current_uncured_mtf);
+  for (const Criterion criterion : kCriteria)
+    if (!record.criteria[criterion].empty()) line.add(criterion_name(criterion), record.criteria[criterion]);
+  if (!record.criterion_optimum_pose.empty())
+    line.add("criterion_optimum_pose", record.criterion_optimum_pose)
+        .add("criterion_optimum_deficit", record.criterion_optimum_deficit);
   return line.add("message", record.message).add("warnings", record.warnings).close();
 }
 

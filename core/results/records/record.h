@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "records/specification.h"
 
 namespace relign::records {
 
@@ -64,6 +65,13 @@ struct TrialRecord {
   MtfRecord mtf, uncured_mtf, own_optimum_mtf;
   // The first two at the step of the lowest measured RMSE, and at the last step.
   MtfRecord best_mtf, best_uncured_mtf, current_mtf, current_uncured_mtf;
+  // Of the criteria that the specification limits: one value per step, at its recommendation (NaN: not measurable).
+  // Empty, and not written, for the others.
+  ByCriterion<std::vector<double>> criteria;
+  // Where the specification limits MTF by field: the pose at which the worst field is farthest above its limit, and its
+  // deficit there (negative). `criteria` of the pose refer to it instead of own_optimum_pose.
+  std::vector<double> criterion_optimum_pose;
+  double criterion_optimum_deficit = std::numeric_limits<double>::quiet_NaN();
   std::vector<std::string> warnings;  // side effects the plugin left behind in its process
   std::vector<StepRecord> steps;
 };

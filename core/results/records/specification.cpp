@@ -1,5 +1,6 @@
 #include "records/specification.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/json_members.h"
@@ -14,13 +15,51 @@ double number(const Json& object, const char* key) {
 
 bool includes_diffraction(const Json& spec) { return flag_of(member(spec, "mtf"), "diffraction"); }
 
+FieldLimits limits_of(const Json& object, const FieldLimits& otherwise) {
+  FieldLimits found = otherwise;
+  if (object.is_string()) found.name = object.get<std::string>();
+  if (!object.is_object()) return found;
+  found.name = text_of(object, "name");
+  if (object.contains("tangential")) found.tangential = number(object, "tangential");
+  if (object.contains("sagittal")) found.sagittal = number(object, "sagittal");
+  return found;
+}
+
 bool at_least(double value, double limit) { return std::isnan(limit) || value >= limit; }
 
 }  // namespace
 
+const char* criterion_name(Criterion criterion) {
+  switch (criterion) {
+    case Criterion::field_mtf:
+      return "field_mtf_deficit";
+    case Criterion::centre:
+      return "centre_px";
+    case Criterion::rotation:
+      return "rotation_px";
+    case Criterion::pose:
+      return "pose_um";
+    case Criterion::tilt:
+      return "tilt_arcmin";
+  }
+  return "";
+}
+
 bool Specification::limits_mtf() const { return measures_mtf() && !(std::isnan(mtf_centre) && std::isnan(mtf_corner)); }
 
-bool Specification::limits_anything() const { return limits_mtf() || !std::isnan(rmse); }
+bool Specification::limits_anything() const { return limits_mtf() || limits_criteria() || !std::isnan(rmse); }
+
+bool Specification::limits_criteria() const {
+  return std::any_of(limits.values.begin(), limits.values.end(), [](double limit) { return !std::isnan(limit); });
+}
+
+bool Specification::meets(Criterion criterion, double value) const {
+  return std::isnan(limits[criterion]) || value <= limits[criterion];
+}
+
+bool Specification::criteria_met_by(const ByCriterion<double>& values) const {
+  return std::all_of(kCriteria.begin(), kCriteria.end(), [&](Criterion one) { return meets(one, values[one]); });
+}
 
 bool Specification::mtf_met_by(double centre, double corner) const {
   return !limits_mtf() || (at_least(centre, mtf_centre) && at_least(corner, mtf_corner));
@@ -35,6 +74,15 @@ Specification specification_of(const Json& of_suite, const Json& of_scene) {
   const Json& spec = of_suite.is_object() && !of_suite.empty() ? of_suite : of_scene;
   if (!spec.is_object()) return found;
   found.rmse = number(spec, "rmse");
+  for (const Criterion criterion : kCriteria)
+    if (criterion != Criterion::field_mtf) found.limits[criterion] = number(spec, criterion_name(criterion));
+  if (const Json& fields = member(spec, "field_mtf"); fields.is_object()) {
+    found.limits[Criterion::field_mtf] = 0;
+    found.field_mtf.lp_per_mm = number(fields, "lp_per_mm");
+    found.field_mtf.every = limits_of(fields, {});
+    for (const Json& field : list_of(fields, "fields"))
+      found.field_mtf.fields.push_back(limits_of(field, found.field_mtf.every));
+  }
   const auto mtf = spec.find("mtf");
   if (mtf == spec.end() || !mtf->is_object()) return found;
   found.lp_per_mm = number(*mtf, "lp_per_mm");

@@ -1,11 +1,40 @@
 // The specification that a lens must meet: the "spec" of a suite, or of a scene, as kept in the manifest.
 #pragma once
 
+#include <array>
 #include <limits>
+#include <string>
+#include <vector>
 
 #include "base/json_source.h"
 
 namespace relign::records {
+
+// Criteria that are judged after every step, noise-free, where the recommendation leaves the lens after curing. Each
+// has a value per step, and a limit that the value must not exceed.
+enum class Criterion {
+  field_mtf,  // by how much the worst field and direction is below its limit; negative: above
+  centre,     // px: shift of the image of the fields, their mean, from that of the design at the nominal pose
+  rotation,   // px: rotation of the image of the fields, times half of the sensor's diagonal
+  pose,       // um: distance from the instance's own optimum, over the observable shifts
+  tilt        // arcmin: the same over the observable rotations
+};
+inline constexpr std::array<Criterion, 5> kCriteria = {Criterion::field_mtf, Criterion::centre, Criterion::rotation,
+                                                       Criterion::pose, Criterion::tilt};
+const char* criterion_name(Criterion criterion);  // in files: "field_mtf_deficit", "centre_px", ...
+
+template <class Value>
+struct ByCriterion {
+  std::array<Value, kCriteria.size()> values;
+  Value& operator[](Criterion criterion) { return values[static_cast<std::size_t>(criterion)]; }
+  const Value& operator[](Criterion criterion) const { return values[static_cast<std::size_t>(criterion)]; }
+};
+
+// Of one field; NaN: no limit.
+struct FieldLimits {
+  std::string name;
+  double tangential = std::numeric_limits<double>::quiet_NaN(), sagittal = tangential;
+};
 
 // Limits for the lens after curing. NaN: not required.
 struct Specification {
@@ -13,6 +42,23 @@ struct Specification {
   double lp_per_mm = std::numeric_limits<double>::quiet_NaN();  // frequency of the measured MTF, with limits or without
   double mtf_centre = std::numeric_limits<double>::quiet_NaN(), mtf_corner = mtf_centre;  // at least
   bool diffraction = false;  // the MTF that is measured includes it
+
+  // MTF by field: at least `every` in the fields of the list, or in all of the scene without a list.
+  struct FieldMtf {
+    double lp_per_mm = std::numeric_limits<double>::quiet_NaN();
+    FieldLimits every;
+    std::vector<FieldLimits> fields;  // complete: limits of `every` where a field has none
+  } field_mtf;
+  ByCriterion<double> limits = none();  // NaN: not required; of field_mtf 0
+
+  static ByCriterion<double> none() {
+    ByCriterion<double> limits;
+    limits.values.fill(std::numeric_limits<double>::quiet_NaN());
+    return limits;
+  }
+  bool limits_criteria() const;
+  bool meets(Criterion criterion, double value) const;  // also without a limit; NaN misses one
+  bool criteria_met_by(const ByCriterion<double>& values) const;
 
   bool measures_mtf() const { return lp_per_mm > 0; }
   bool limits_mtf() const;

@@ -35,8 +35,12 @@ class StoredSteps {
   explicit StoredSteps(std::filesystem::path folder) : folder_(std::move(folder)) {}
   // Valid until the next call. Throws Error as read_stored does.
   const std::vector<StepNumbers>& read(const StoredTrial& where);
-  // Of the trial read last; empty where it is unknown.
-  const std::vector<double>& own_optimum_pose() const { return closing_.own_optimum_pose; }
+  // Of the trial read last, without its steps.
+  const TrialRecord& closing() const { return closing_; }
+  // Of the trial read last, under its specification; empty where it is unknown.
+  const std::vector<double>& own_optimum_pose() const {
+    return closing_.criterion_optimum_pose.empty() ? closing_.own_optimum_pose : closing_.criterion_optimum_pose;
+  }
 
  private:
   std::filesystem::path folder_;

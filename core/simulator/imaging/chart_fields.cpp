@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/error.h"
+#include "imaging/pupil_tiles.h"
 #include "imaging/ray_bundle.h"
 #include "imaging/target.h"
 #include "optics/elementary.h"
@@ -57,6 +59,7 @@ struct Square {
   Spot centre;
   std::array<Spot, 4> edges;
   std::array<ChartEdge, 4> on_chart;
+  double x_mm = 0, y_mm = 0;  // on the emitter
   double side(std::size_t edge) const { return distance_of(edges[edge], edges[(edge + 2) % 4]); }
 };
 
@@ -71,7 +74,7 @@ std::vector<Square> squares_on(const SceneFile& scene, const SquareGrid& grid) {
       const double y = (row + 0.5) * spacing - scene.emitter.side_mm / 2;
       const auto centre = rays.image_of(x, y);
       if (!centre) continue;
-      Square square{*centre, {}, {}};
+      Square square{*centre, {}, {}, x, y};
       std::size_t seen = 0;
       for (double normal_x = turn.cosine, normal_y = turn.sine; seen < 4; ++seen) {
         square.on_chart[seen] = {x + half * normal_x, y + half * normal_y, normal_x, normal_y};
@@ -118,6 +121,40 @@ std::optional<images::Region> region_at(const SceneFile& scene, const Square& sq
                         static_cast<std::size_t>(height)};
 }
 
+// The place that the fields' list gives.
+Spot place_of(const images::EdgeField& field) {
+  if (field.mark) return {field.mark->x_px, field.mark->y_px};
+  const images::Region& region = field.tangential ? *field.tangential : *field.sagittal;
+  return {static_cast<double>(region.x) + (static_cast<double>(region.width) - 1) / 2,
+          static_cast<double>(region.y) + (static_cast<double>(region.height) - 1) / 2};
+}
+
+// The point of the emitter that the design images there: Newton's method from the middle of the emitter.
+FieldPoint point_at(const SceneFile& scene, const ChiefRays& rays, const images::EdgeField& field) {
+  constexpr int kMoves = 30;
+  constexpr double kRest_px = 1e-3;
+  const Spot wanted = place_of(field);
+  const double small = scene.emitter.side_mm * 1e-4;
+  double x = 0, y = 0;
+  for (int move = 0; move < kMoves; ++move) {
+    const auto here = rays.image_of(x, y), beside = rays.image_of(x + small, y), above = rays.image_of(x, y + small);
+    if (!here || !beside || !above) break;
+    const double to_x = wanted.x - here->x, to_y = wanted.y - here->y;
+    if (std::fabs(to_x) < kRest_px && std::fabs(to_y) < kRest_px) {
+      const double dx = x, dy = y, length = std::sqrt(dx * dx + dy * dy);
+      return length > small ? FieldPoint{x, y, dx / length, dy / length} : FieldPoint{x, y, 1, 0};
+    }
+    const double a = (beside->x - here->x) / small, b = (above->x - here->x) / small;
+    const double c = (beside->y - here->y) / small, d = (above->y - here->y) / small;
+    const double determinant = a * d - b * c;
+    x += (d * to_x - b * to_y) / determinant;
+    y += (a * to_y - c * to_x) / determinant;
+  }
+  throw Error(
+      ErrorKind::bad_input,
+      "scene '" + scene.name + "': the design images no point of the target onto the field '" + field.name + "'");
+}
+
 double rounded(double px) { return std::round(10 * px) / 10; }
 
 }  // namespace
@@ -145,8 +182,11 @@ std::vector<ChartField> chart_fields(const SceneFile& scene) {
       if (!tangential || !sagittal) continue;
       const images::Mark mark{rounded(square.centre.x), rounded(square.centre.y),
                               rounded((square.side(0) + square.side(1)) / 2)};
-      nearest = ChartField{
-          {name, mark, tangential, sagittal}, square.on_chart[chosen.tangential], square.on_chart[chosen.sagittal]};
+      nearest = ChartField{{name, mark, tangential, sagittal},
+                           square.x_mm,
+                           square.y_mm,
+                           square.on_chart[chosen.tangential],
+                           square.on_chart[chosen.sagittal]};
       which = i;
       distance = away;
     }
@@ -173,6 +213,55 @@ images::EdgeFields fields_of(const SceneFile& scene) {
   images::EdgeFields fields;
   for (ChartField& field : chart_fields(scene)) fields.push_back(std::move(field.field));
   return fields;
+}
+
+std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels) {
+  const images::EdgeFields fields = fields_of(scene);
+  if (fields.empty())
+    throw Error(ErrorKind::bad_input, "scene '" + scene.name +
+                                          "': windows need fields to be around: list 'fields' in the scene file, or "
+                                          "choose target camera_chart or slanted_edges");
+  const Sensor& sensor = scene.sensor;
+  const int tile = tile_pixels(sensor);
+  // Of one axis: first pixel and number of pixels.
+  const auto snapped = [tile](double low, double high, int count) {
+    const int first = std::max(0, static_cast<int>(std::floor(low)) / tile * tile);
+    const int end = std::min(count, (static_cast<int>(std::ceil(high)) + tile - 1) / tile * tile);
+    return std::pair{first, end - first};
+  };
+  std::vector<PixelBox> windows;
+  for (const images::EdgeField& field : fields) {
+    double low_x = sensor.width, high_x = 0, low_y = sensor.height, high_y = 0;
+    const auto cover = [&](double left, double top, double width, double height) {
+      low_x = std::min(low_x, left);
+      high_x = std::max(high_x, left + width);
+      low_y = std::min(low_y, top);
+      high_y = std::max(high_y, top + height);
+    };
+    for (const auto& region : {field.tangential, field.sagittal})
+      if (region)
+        cover(static_cast<double>(region->x), static_cast<double>(region->y), static_cast<double>(region->width),
+              static_cast<double>(region->height));
+    const double middle_x = field.mark ? field.mark->x_px : (low_x + high_x) / 2;
+    const double middle_y = field.mark ? field.mark->y_px : (low_y + high_y) / 2;
+    cover(middle_x - pixels / 2.0, middle_y - pixels / 2.0, pixels, pixels);
+    const auto [column, columns] = snapped(std::max(0.0, low_x), high_x, sensor.width);
+    const auto [row, rows] = snapped(std::max(0.0, low_y), high_y, sensor.height);
+    windows.push_back({column, row, columns, rows});
+  }
+  return windows;
+}
+
+std::vector<FieldPoint> points_of_fields(const SceneFile& scene) {
+  std::vector<FieldPoint> points;
+  if (scene.fields.empty()) {
+    for (const ChartField& field : chart_fields(scene))
+      points.push_back({field.x_mm, field.y_mm, field.tangential.normal_x, field.tangential.normal_y});
+    return points;
+  }
+  const ChiefRays rays(scene);
+  for (const images::EdgeField& field : scene.fields) points.push_back(point_at(scene, rays, field));
+  return points;
 }
 
 }  // namespace relign::imaging

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "images/edge_fields.h"
+#include "imaging/field_mtf.h"
 #include "imaging/scene_file.h"
 
 namespace relign::imaging {
@@ -17,6 +18,7 @@ struct ChartEdge {
 
 struct ChartField {
   images::EdgeField field;
+  double x_mm = 0, y_mm = 0;  // of the square's centre on the emitter
   ChartEdge tangential, sagittal;
 };
 
@@ -27,7 +29,15 @@ struct ChartField {
 // pixels. Empty for other targets, and where the squares have fewer than 40 pixels a side.
 std::vector<ChartField> chart_fields(const SceneFile& scene);
 
+// A window around each field: `pixels` a side around its mark, or its regions if these are larger, in whole tiles and
+// inside the sensor. Throws Error(bad_input) for a scene without fields.
+std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels);
+
 // Those that the scene file lists, else those of the chart.
 images::EdgeFields fields_of(const SceneFile& scene);
+
+// Their points as relign/scene/fields.h defines them, in the same order. Throws Error(bad_input) for a listed field
+// that the design does not image.
+std::vector<FieldPoint> points_of_fields(const SceneFile& scene);
 
 }  // namespace relign::imaging

@@ -13,8 +13,6 @@
 namespace relign::imaging {
 namespace {
 
-constexpr int kCells = 100;  // a side, over the passing window
-
 // Avoids the C library's hypot, whose last digits differ between machines: records are compared between them.
 double length_of(double x, double y) { return std::sqrt(x * x + y * y); }
 
@@ -39,10 +37,13 @@ class Wave {
 // For frequencies along the radial direction and across it.
 struct Transfers {
   double light = 0;
+  double moment_x = 0, moment_y = 0;  // of the light, mm
   WavePupil::Transfer radial, across;
 
   void add(const Transfers& other, double factor) {
     light += factor * other.light;
+    moment_x += factor * other.moment_x;
+    moment_y += factor * other.moment_y;
     for (const auto member : {&Transfers::radial, &Transfers::across}) {
       (this->*member).cosine += factor * (other.*member).cosine;
       (this->*member).sine += factor * (other.*member).sine;
@@ -51,28 +52,30 @@ struct Transfers {
   Modulation modulation() const {
     if (!(light > 0)) return {};
     return {std::min(1.0, length_of(radial.cosine, radial.sine) / light),
-            std::min(1.0, length_of(across.cosine, across.sine) / light)};
+            std::min(1.0, length_of(across.cosine, across.sine) / light), moment_x / light, moment_y / light};
   }
 };
 
 // By rays, one a cell of the window: in units of a cell's light.
 Transfers geometric(const FieldPoint& point, const RayBundle& bundle, const Window& window, double lp_per_mm,
-                    bool fresnel) {
-  const double per_cell_u = (window.high_u - window.low_u) / kCells;
-  const double per_cell_v = (window.high_v - window.low_v) / kCells;
-  double light = 0;
+                    bool fresnel, int cells) {
+  const double per_cell_u = (window.high_u - window.low_u) / cells;
+  const double per_cell_v = (window.high_v - window.low_v) / cells;
+  double light = 0, moment_x = 0, moment_y = 0;
   Wave radial(point.radial_x, point.radial_y, lp_per_mm), across(-point.radial_y, point.radial_x, lp_per_mm);
-  for (int i = 0; i < kCells; ++i)
-    for (int j = 0; j < kCells; ++j) {
-      const int cell = i * kCells + j;
+  for (int i = 0; i < cells; ++i)
+    for (int j = 0; j < cells; ++j) {
+      const int cell = i * cells + j;
       const RayBundle::Light ray = bundle.at(window.low_u + (i + scattered(cell, 0)) * per_cell_u,
                                              window.low_v + (j + scattered(cell, 1)) * per_cell_v, fresnel);
       if (!(ray.weight > 0)) continue;
       light += ray.weight;
+      moment_x += ray.weight * ray.x_mm;
+      moment_y += ray.weight * ray.y_mm;
       radial.add(ray);
       across.add(ray);
     }
-  return {light, radial.sum(), across.sum()};
+  return {light, moment_x, moment_y, radial.sum(), across.sum()};
 }
 
 }  // namespace
@@ -106,10 +109,11 @@ std::array<FieldPoint, 5> field_points(const SceneFile& scene) {
   return points;
 }
 
-FieldMtfMeter::FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction)
+FieldMtfMeter::FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction, int cells)
     : scene_(&scene),
       fresnel_(fresnel),
       diffraction_(diffraction),
+      cells_(cells),
       points_(field_points(scene)),
       aim_(pupil_aim(scene)) {}
 
@@ -119,19 +123,20 @@ Modulation FieldMtfMeter::modulation_at(const FieldPoint& point, const optics::A
   const RayBundle bundle(*scene_, assembly, true_pose, {point.x_mm, point.y_mm}, aim_.z_mm);
   const Window window = passing_window(bundle, aim_);
   if (!(window.low_u < window.high_u)) return {};
+  Modulation found = geometric(point, bundle, window, lp_per_mm, fresnel_, cells_).modulation();
   if (diffraction_) {
     const WavePupil pupil(bundle, window, fresnel_, {point.radial_x, point.radial_y});
     const double light = pupil.light();
-    return {pupil.modulation(lp_per_mm, WavePupil::along, light),
-            pupil.modulation(lp_per_mm, WavePupil::across, light)};
+    found.tangential = pupil.modulation(lp_per_mm, WavePupil::along, light);
+    found.sagittal = pupil.modulation(lp_per_mm, WavePupil::across, light);
   }
-  return geometric(point, bundle, window, lp_per_mm, fresnel_).modulation();
+  return found;
 }
 
 Modulation FieldMtfMeter::of_all_wavelengths(const FieldPoint& point, const optics::Assembly& assembly,
                                              const std::vector<double>& true_pose, double lp_per_mm) const {
   const std::vector<optics::Assembly> lenses = at_wavelengths(*scene_, assembly);
-  Transfers sum;
+  Transfers sum, rays;
   std::optional<std::array<double, 2>> origin;
   for (std::size_t i = 0; i < lenses.size(); ++i) {
     const double weight = scene_->wavelengths[i].weight;
@@ -139,18 +144,23 @@ Modulation FieldMtfMeter::of_all_wavelengths(const FieldPoint& point, const opti
                            scene_->wavelengths[i].lens.wavelength_nm);
     const Window window = passing_window(bundle, aim_);
     if (!(window.low_u < window.high_u)) continue;
-    if (!diffraction_) {
-      const double area = (window.high_u - window.low_u) * (window.high_v - window.low_v);
-      sum.add(geometric(point, bundle, window, lp_per_mm, fresnel_), weight * area);
-      continue;
-    }
+    const double area = (window.high_u - window.low_u) * (window.high_v - window.low_v);
+    rays.add(geometric(point, bundle, window, lp_per_mm, fresnel_, cells_), weight * area);
+    if (!diffraction_) continue;
     WavePupil pupil(bundle, window, fresnel_, {point.radial_x, point.radial_y});
     if (!origin) origin = pupil.origin();
     pupil.set_origin(*origin);
-    sum.add({pupil.light(), pupil.transfer(lp_per_mm, WavePupil::along), pupil.transfer(lp_per_mm, WavePupil::across)},
+    sum.add({pupil.light(), 0, 0, pupil.transfer(lp_per_mm, WavePupil::along),
+             pupil.transfer(lp_per_mm, WavePupil::across)},
             weight);
   }
-  return sum.modulation();
+  Modulation found = rays.modulation();
+  if (diffraction_) {
+    const Modulation waves = sum.modulation();
+    found.tangential = waves.tangential;
+    found.sagittal = waves.sagittal;
+  }
+  return found;
 }
 
 double FieldMtfMeter::measure_at(const FieldPoint& point, const optics::Assembly& assembly,

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "imaging/ray_bundle.h"
@@ -35,13 +36,14 @@ struct FieldMtf {
 // For spatial frequencies along the radial direction (tangential lines) and across it (sagittal lines).
 struct Modulation {
   double tangential = 0, sagittal = 0;
+  double x_mm = std::numeric_limits<double>::quiet_NaN(), y_mm = x_mm;  // centroid of the light; NaN: none arrives
 };
 
 class FieldMtfMeter {
  public:
   // `scene` must outlive it. fresnel: weight rays by the transmittance of uncoated faces. diffraction: at the
-  // wavelengths of the scene, or that of the lens file.
-  FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction = false);
+  // wavelengths of the scene, or that of the lens file. cells: rays a side of the pupil's window, without diffraction.
+  FieldMtfMeter(const SceneFile& scene, bool fresnel, bool diffraction = false, int cells = 100);
 
   // MTF of a field point in the sensor's plane (also beside the sensor) at lp_per_mm: the lower of the radial direction
   // and across it. 0 if no light arrives. For several wavelengths the transfer functions are added with their phases,
@@ -58,6 +60,7 @@ class FieldMtfMeter {
                                 const std::vector<double>& true_pose, double lp_per_mm) const;
   const SceneFile* scene_;
   bool fresnel_, diffraction_;
+  int cells_;
   std::array<FieldPoint, 5> points_;
   PupilAim aim_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/chart_fields.h"
@@ -76,7 +77,28 @@ class LensScene::Mounted final : public relign::Assembly {
     return FieldMtf{found.centre, found.corner};
   }
 
+  std::vector<FieldValues> fields(const Pose& true_pose, double lp_per_mm,
+                                  const std::vector<std::uint32_t>& which) override {
+    if (of_.tracer_) return {};  // as for mtf
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    if (!of_.field_meter_)
+      of_.field_meter_.emplace(FieldMeter{
+          imaging::points_of_fields(of_.scene_),
+          {of_.scene_, of_.settings_.transport != imaging::Transport::refract, of_.scene_.diffraction_in_mtf, kCells}});
+    const imaging::Sensor& sensor = of_.scene_.sensor;
+    std::vector<FieldValues> values(which.size());
+    of_.parallel_.for_each(static_cast<int>(which.size()), [&](int item, unsigned) {
+      const auto i = static_cast<std::size_t>(item);
+      const imaging::Modulation found = of_.field_meter_->meter.modulation_at(of_.field_meter_->points.at(which[i]),
+                                                                              lens_.assembly(), true_pose, lp_per_mm);
+      values[i] = {(found.x_mm - sensor.left_mm) / sensor.pitch_mm - 0.5,
+                   (sensor.top_mm - found.y_mm) / sensor.pitch_mm - 0.5, found.tangential, found.sagittal};
+    });
+    return values;
+  }
+
  private:
+  static constexpr int kCells = 40;  // MTF within 0.002 of that of 100
   // A lens as built passes other directions than the design: checks its first image against rays in all directions.
   void certify_once(const Pose& true_pose) {
     constexpr int kPixels = 24, kRays = 512;
@@ -106,6 +128,18 @@ Parts read_parts(const Parameters& given) {
   return parts;
 }
 
+void read_windows_only(Parts& parts, int pixels) {
+  const auto refuse = [&parts](bool has, const std::string& what) {
+    if (has)
+      throw Error(ErrorKind::bad_input,
+                  "scene '" + parts.scene.name + "': windows cannot be combined with " + what + "; use whole frames");
+  };
+  refuse(parts.scene.diffraction, "diffraction in images");
+  refuse(parts.settings.transport == imaging::Transport::ghost, "transport 'ghost'");
+  refuse(parts.errors.has_value(), "imaging errors");
+  parts.scene.sensor.windows = imaging::windows_around_fields(parts.scene, pixels);
+}
+
 LensScene::LensScene(const Parameters& given, Parts parts, const std::string& library)
     : settings_(parts.settings),
       scene_(std::move(parts.scene)),
@@ -129,6 +163,9 @@ std::string LensScene::describe() {
   for (std::size_t i = 0; i < 3; ++i) axes.push_back(axis(shift_names[i], "mm", scene_.travel.shift_mm[i]));
   for (std::size_t i = 0; i < scene_.travel.tilt_deg.size(); ++i)
     axes.push_back(axis(tilt_names[i], "deg", scene_.travel.tilt_deg[i]));
+  // Faces are surfaces of revolution, so that the design looks the same however it is turned; meshes need not.
+  constexpr std::size_t kRotationZ = 5;
+  if (axes.size() > kRotationZ && !tracer_) axes[kRotationZ]["observable"] = false;
   Json elements = Json::array();
   Json geometry = {{"pivot_z_mm", scene_.lens.pivot_z_mm}, {"elements", Json::object()}};
   for (const optics::Element& element : scene_.lens.elements) {
@@ -146,7 +183,7 @@ std::string LensScene::describe() {
                       {"elements", elements},
                       {"geometry", geometry},
                       {"files", files}};
-  if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
+  if (!scene_.machine_time.is_null()) description["machine_time"] = machine_time();
   if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
   if (const images::EdgeFields fields = imaging::fields_of(scene_); !fields.empty()) {
     description["fields"] = images::to_json(fields);
@@ -173,9 +210,21 @@ std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json
   return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
 }
 
-// The level of a lit pixel: the 99th percentile of O*.
+// The scene file's; only pixels that are read out take time.
+Json LensScene::machine_time() const {
+  Json times = scene_.machine_time;
+  if (const auto readout = times.find("readout_ms"); readout != times.end() && !scene_.sensor.windows.empty())
+    *readout = readout->get<double>() * shared_.camera.share_read_out();
+  return times;
+}
+
+// The level of a lit pixel: the 99th percentile of O*, of the pixels that are read out.
 float LensScene::white() const {
-  std::vector<float> values = reference_.mean;
+  std::vector<float> values;
+  for (const imaging::PixelBox& span : shared_.camera.spans()) {
+    const auto first = reference_.mean.begin() + span.row * scene_.sensor.width + span.column;
+    values.insert(values.end(), first, first + span.columns);
+  }
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
   std::nth_element(values.begin(), place, values.end());
   return *place > 0 ? *place : 1.0F;

@@ -27,6 +27,10 @@ struct Parts {
   std::string tracer_hash;                       // of everything that the tracer's images depend on besides the scene
 };
 
+// Reads out only windows of this size around the scene's fields. Throws Error(bad_input) for a scene whose images need
+// more than the light of their own pixels.
+void read_windows_only(Parts& parts, int pixels);
+
 // Settings and scene, from the parameters "transport", "sampler", "samples", "scene", "ambient_index", "target",
 // "rotation_z" and "pixels".
 Parts read_parts(const Parameters& given);
@@ -49,7 +53,13 @@ class LensScene : public Scene {
     std::optional<imaging::CaptureErrors> errors;
     std::mutex mutex;
   };
+  // For specifications by field: fewer rays than for the MTF at the end, because it measures at every step.
+  struct FieldMeter {
+    std::vector<imaging::FieldPoint> points;
+    imaging::FieldMtfMeter meter;
+  };
   float white() const;
+  Json machine_time() const;
 
   imaging::CaptureSettings settings_;
   imaging::SceneFile scene_;
@@ -57,6 +67,7 @@ class LensScene : public Scene {
   Parallel parallel_;
   imaging::Reference reference_;
   std::optional<imaging::FieldMtfMeter> mtf_;  // made on first use
+  std::optional<FieldMeter> field_meter_;      // the same
   SharedCamera shared_;
 };
 

@@ -15,6 +15,7 @@ using relign::Problem;
 constexpr double kLargestShiftUm = 1e6;
 constexpr double kLargestTiltArcmin = 45 * 60;
 constexpr std::size_t kMaxAxes = 64;
+constexpr std::int64_t kMaxBatch = 1000;
 
 template <class Value>
 struct Named {
@@ -67,6 +68,7 @@ ElementLimits read_element(const relign::JsonSource& source, const std::string& 
   return element;
 }
 
+// `key`: pointer without the first slash.
 PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, Law law,
                      std::vector<Problem>& problems) {
   ObjectReader reader(source, "/" + key, problems);
@@ -94,8 +96,8 @@ std::vector<double> read_axis_values(ObjectReader& reader, const std::string& ke
 
 AxisValues read_axis_values(ObjectReader& reader, const std::string& name) {
   AxisValues values;
-  values.key = name + "_um";
-  values.shift_um = read_axis_values(reader, values.key, kLargestShiftUm, values.one_shift);
+  values.key = reader.pointer_to(name + "_um");
+  values.shift_um = read_axis_values(reader, name + "_um", kLargestShiftUm, values.one_shift);
   values.tilt_arcmin = read_axis_values(reader, name + "_arcmin", kLargestTiltArcmin, values.one_tilt);
   return values;
 }
@@ -116,6 +118,20 @@ Movement read_movement(const relign::JsonSource& source, std::vector<Problem>& p
   movement.pivot_um = limits(reader, "pivot_um", 3, kLargestShiftUm);
   reader.reject_unknown();
   return movement;
+}
+
+Batch read_batch(const relign::JsonSource& source, Law law, std::vector<Problem>& problems) {
+  ObjectReader reader(source, "/batch", problems);
+  Batch batch;
+  if (!reader.has("size")) reader.complain_missing("size", "modules per batch");
+  batch.size = static_cast<unsigned>(reader.integer("size", 1, 1, kMaxBatch));
+  if (reader.get("cure_shift"))
+    batch.cure_shift = read_pose(source, "batch/cure_shift", law, problems);
+  else
+    reader.complain_missing("cure_shift", "limits of the mean cure shift of a batch");
+  batch.inspection = read_axis_values(reader, "inspection");
+  reader.reject_unknown();
+  return batch;
 }
 
 }  // namespace
@@ -148,7 +164,7 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
     top.complain_missing("start", "limits of the start around the nominal pose");
   if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
   if (read.cure_shift && all_zero(read.cure_shift->shift_um, read.cure_shift->tilt_arcmin)) read.cure_shift.reset();
-
+  if (top.get("batch")) read.batch = read_batch(source, read.law, problems);
   if (top.get("movement")) read.movement = read_movement(source, problems);
   top.reject_unknown();
   relign::throw_if_any(problems);

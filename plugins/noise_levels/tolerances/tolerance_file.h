@@ -33,7 +33,7 @@ struct PoseLimits {
 
 // A value for every axis of the scene.
 struct AxisValues {
-  std::string key;                         // in the file, of the value for axes in mm: "backlash_um"
+  std::string key;                         // pointer to the value for axes in mm: "/movement/backlash_um"
   std::vector<double> shift_um = {0};      // one per axis in mm, in the scene's order
   std::vector<double> tilt_arcmin = {0};   // one per axis in degrees
   bool one_shift = true, one_tilt = true;  // a single number, for all axes of the kind
@@ -48,6 +48,13 @@ struct Movement {
   std::vector<double> pivot_um = {0, 0, 0};        // limits of the offset of the real centre of rotation along x, y, z
 };
 
+// Modules whose glue cures alike.
+struct Batch {
+  unsigned size = 1;      // modules
+  PoseLimits cure_shift;  // of the mean of a batch
+  AxisValues inspection;  // standard deviation of a measured cure shift
+};
+
 struct Tolerances {
   Law law = Law::normal;
   double sigmas = 3;
@@ -56,6 +63,7 @@ struct Tolerances {
   PoseLimits start;
   Movement movement;
   std::optional<PoseLimits> cure_shift;  // shift while the adhesive cures; empty if all limits are 0
+  std::optional<Batch> batch;            // then cure_shift is that of a module about the mean of its batch
 };
 
 // Throws Error(bad_input) that lists all errors with their positions.

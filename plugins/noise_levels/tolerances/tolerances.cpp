@@ -24,6 +24,7 @@ constexpr std::uint64_t kMovementStream = 2;
 constexpr std::uint64_t kCureStream = 3;
 constexpr std::uint64_t kDriftStream = 4;
 constexpr std::uint64_t kPivotStream = 5;
+constexpr std::uint64_t kBatchStream = 6;
 constexpr std::uint64_t kFirstElementStream = 16;
 
 class Tolerances final : public relign::NoiseLevel {
@@ -39,6 +40,12 @@ class Tolerances final : public relign::NoiseLevel {
     drawn["distortion"] = draw_distortion(seed, scene);
     drawn["elements"] = draw_elements(seed, scene);
     if (limits_.cure_shift) drawn["cure_shift"] = draw_pose(seed, kCureStream, *limits_.cure_shift, scene);
+    if (limits_.batch) {
+      const std::vector<double> measured = shares_of(limits_.batch->inspection, scene);
+      drawn["batch"] = {{"size", limits_.batch->size},
+                        {"cure_shift", draw_pose(seed, kBatchStream, limits_.batch->cure_shift, scene)}};
+      if (!measured.empty()) drawn["batch"]["inspection"] = measured;
+    }
     if (Json stage = draw_stage(seed, scene); !stage.is_null()) drawn["stage"] = std::move(stage);
     return drawn.dump();
   }
@@ -95,14 +102,13 @@ class Tolerances final : public relign::NoiseLevel {
       std::size_t index = tilts_lens ? tilts++ : shifts++;
       if (tilts_lens ? values.one_tilt : values.one_shift) index = 0;
       if (index >= of_kind.size())
-        complain("/movement/" + values.key,
-                 "of the lists of this error, the one of axes in " + std::string(tilts_lens ? "degrees" : "mm") +
-                     " has " + std::to_string(of_kind.size()) + " numbers, none for axis '" +
-                     axis.at("name").get<std::string>() +
-                     "' of the scene; must have one per axis, or a number instead of a list");
+        complain(values.key, "of the lists of this error, the one of axes in " +
+                                 std::string(tilts_lens ? "degrees" : "mm") + " has " + std::to_string(of_kind.size()) +
+                                 " numbers, none for axis '" + axis.at("name").get<std::string>() +
+                                 "' of the scene; must have one per axis, or a number instead of a list");
       shares.push_back(of_kind[index] / (tilts_lens ? 60 : 1000) / travel_of(axis));
       if (shares.back() > 1)
-        complain("/movement/" + values.key,
+        complain(values.key,
                  "the value for axis '" + axis.at("name").get<std::string>() + "' of the scene exceeds its travel");
       any = any || shares.back() != 0;
     }

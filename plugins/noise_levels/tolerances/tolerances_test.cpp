@@ -272,6 +272,44 @@ TEST_F(TolerancesTest, RotatesTheStageAboutItsRealPivot) {
   for (std::size_t i = 0; i < 3; ++i) samples[i].expect(limits[i], 0.9733369 / 9);
 }
 
+TEST_F(TolerancesTest, DrawsTheMeanOfABatchFromEverySeed) {
+  const std::string base = R"({"use": "tolerances", "elements": {}, )" + kStart +
+                           R"(, "cure_shift": {"shift_um": [1, 1, 1], "tilt_arcmin": [0, 0]})";
+  auto made = written(base + R"(, "batch": {"size": 25, "inspection_um": [0.5, 0.5, 1], "inspection_arcmin": 0.6,
+      "cure_shift": {"shift_um": [20, 10, 0], "tilt_arcmin": [6, 6], "law": "uniform"}}})");
+  std::vector<Sample> mean(5);
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    const Json batch = Json::parse(made.draw(seed, kScene))["batch"];
+    ASSERT_EQ(batch["size"], 25);
+    for (std::size_t i = 0; i < 5; ++i) mean[i].add(batch["cure_shift"][i]);
+  }
+  const double limits[] = {0.01, 0.005, 0, 0.01, 0.01}, inspection[] = {0.00025, 0.00025, 0.0005, 0.001, 0.001};
+  Json drawn = Json::parse(made.draw(7, kScene));
+  for (std::size_t i = 0; i < 5; ++i) {
+    if (limits[i] > 0) mean[i].expect(limits[i], 1.0 / 3);
+    EXPECT_NEAR(drawn["batch"]["inspection"][i].get<double>(), inspection[i], 1e-15);
+  }
+  EXPECT_EQ(mean[2].largest, 0);
+  // A module's own shift does not depend on the batch.
+  drawn.erase("batch");
+  EXPECT_EQ(drawn, draw(written(base + "}"), 7));
+}
+
+TEST_F(TolerancesTest, RejectsMalformedBatches) {
+  const auto batch = [&](const std::string& text) {
+    return refusal(R"({"use": "tolerances", "elements": {}, )" + kStart + R"(, "batch": )" + text + "}");
+  };
+  EXPECT_THAT(batch("{}"), AllOf(HasSubstr("missing key 'size'"), HasSubstr("missing key 'cure_shift'")));
+  EXPECT_THAT(batch(R"({"size": 0, "cure_shift": {"shift_um": [-1]}, "inspection_um": -1, "modules": 2})"),
+              AllOf(HasSubstr("/batch/size"), HasSubstr("/batch/cure_shift/shift_um: found '-1'"),
+                    HasSubstr("/batch/inspection_um"), HasSubstr("/batch/modules: unknown key")));
+  EXPECT_THAT(batch(R"({"size": 25, "cure_shift": {"shift_um": [1, 1], "tilt_arcmin": [1, 1]}})"),
+              AllOf(HasSubstr("/batch/cure_shift"), HasSubstr("none for axis 'z'")));
+  EXPECT_THAT(batch(R"({"size": 25, "cure_shift": {"shift_um": [1, 1, 1], "tilt_arcmin": [1, 1]},
+                       "inspection_um": [1]})"),
+              AllOf(HasSubstr("/batch/inspection_um"), HasSubstr("none for axis 'y'")));
+}
+
 TEST_F(TolerancesTest, RejectsStagesThatDoNotFitTheScene) {
   EXPECT_THAT(refusal(moving(R"({"repeatability_um": [1, 1]})")),
               AllOf(HasSubstr("/movement/repeatability_um"), HasSubstr("has 2 numbers, none for axis 'z'")));

@@ -93,12 +93,13 @@ TEST(Services, RejectsInvalidMeasuresWithMessage) {
 
 TEST(Services, RequireDeclaredObservations) {
   ServiceTrial trial(
-      R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1]])",
+      R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1],
+          ["history"]])",
       "service_user_ignorant");
   trial.run();
-  const char* const words[] = {"\"images\"", "\"images\"", "\"level\"", "\"design\"", "\"algorithm\""};
-  ASSERT_THAT(trial.logged("refused"), SizeIs(5));
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
+  const char* const words[] = {"\"images\"", "\"images\"", "\"level\"", "\"design\"", "\"algorithm\"", "\"history\""};
+  ASSERT_THAT(trial.logged("refused"), SizeIs(6));
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
 }
 
 TEST(Services, DeclaringImagesGrantsNeitherMeritNorStart) {
@@ -137,6 +138,44 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   for (std::uint64_t suite_seed = 0; suite_seed < 3; ++suite_seed)
     for (std::uint64_t number = 0; number < 100; ++number)
       EXPECT_NE(drawn["start"], start_of(instance_seed(suite_seed, SeedDomain::benchmark, number)));
+}
+
+// ---- history ----------------------------------------------------------------------------------------
+
+TEST(Services, HistoryHasTheEarlierModulesOfTheBatch) {
+  const auto run_of = [](std::uint64_t number, const std::string& script) {
+    auto trial = std::make_unique<ServiceTrial>(script);
+    trial->level = std::make_unique<plugin_host::NoiseLevel>(
+        fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
+    trial->instance = draw_instance(*trial->level, trial->facts, 2, SeedDomain::benchmark, number);
+    trial->run();
+    return trial;
+  };
+  const auto last = run_of(9, R"([["history"], ["history", 2], ["history", 0], ["history", 5]])");
+  const Json shifts = last->answer("history");
+  ASSERT_THAT(shifts, SizeIs(4));
+  for (std::uint32_t back = 1; back <= 4; ++back)
+    EXPECT_EQ(shifts[back - 1], Json(inspected_shift(*last->level, last->facts, last->instance, back)));
+  EXPECT_EQ(last->answer("history", 1), shifts[1]);
+  EXPECT_THAT(last->answer("refused").get<std::string>(), HasSubstr("found module 0"));
+  EXPECT_THAT(last->answer("refused", 1).get<std::string>(), HasSubstr("expected 1 to 4"));
+  EXPECT_EQ(run_of(5, R"([["history"]])")->answer("history"), Json::array());
+  ServiceTrial without(R"([["history"]])");
+  without.run();
+  EXPECT_EQ(without.answer("history"), Json::array());
+}
+
+TEST(Services, PriorDrawsHaveBatches) {
+  ServiceTrial trial(R"([["draw", 5], ["draw", 9], ["draw", 10]])");
+  trial.level = std::make_unique<plugin_host::NoiseLevel>(
+      fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial.services);
+  trial.run();
+  std::vector<Json> draws;
+  for (std::size_t i = 0; i < 3; ++i) draws.push_back(Json::parse(trial.answer("draw", i).get<std::string>()));
+  EXPECT_EQ(draws[0]["cure_shift"], draws[1]["cure_shift"]);
+  EXPECT_NE(draws[0]["cure_shift"], draws[2]["cure_shift"]);
+  EXPECT_EQ(draws[0]["batch"]["cure_shift"][1], draws[0]["cure_shift"][1]);
+  EXPECT_EQ(draws[0]["batch"]["size"], 5);
 }
 
 // ---- run ----------------------------------------------------------------------------------------------

@@ -1,0 +1,171 @@
+#include "trials/criteria.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlopt.hpp>
+#include <numeric>
+
+#include "base/error.h"
+
+namespace relign::trials {
+namespace {
+
+constexpr double kPerSquaredPixel = 1e-4;
+constexpr double kPerTravel = 1e5;   // poses are rounded to this part of it
+constexpr double kAnyFrequency = 1;  // lp/mm, for places alone
+
+}  // namespace
+
+FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
+                           const std::vector<double>& true_pose) {
+  std::vector<std::uint32_t> which(scene.fields.size());
+  std::iota(which.begin(), which.end(), 0U);
+  FieldValues values = lens.fields(true_pose, criteria.lp_per_mm > 0 ? criteria.lp_per_mm : kAnyFrequency, which);
+  if (values.empty())
+    throw Error(ErrorKind::bad_input, "the scene '" + scene.name + "' does not offer " RELIGN_SCENE_FIELDS);
+  return values;
+}
+
+const FieldValues& Judge::fields_at(const std::vector<double>& true_pose) {
+  auto found = known_.find(true_pose);
+  if (found == known_.end())
+    found = known_.emplace(true_pose, measure_fields(lens_, scene_, criteria_, true_pose)).first;
+  return found->second;
+}
+
+std::vector<double> Judge::deficits(const FieldValues& fields) const {
+  std::vector<double> all;
+  for (const Criteria::FieldLimit& limit : criteria_.field_mtf) {
+    const auto& field = fields[limit.field];
+    if (!std::isnan(limit.tangential)) all.push_back(limit.tangential - field.tangential);
+    if (!std::isnan(limit.sagittal)) all.push_back(limit.sagittal - field.sagittal);
+  }
+  return all;
+}
+
+// Over the fields that both images show.
+Judge::Shift Judge::shift_of(const FieldValues& fields) const {
+  double n = 0, x = 0, y = 0, from_x = 0, from_y = 0;
+  const auto each = [&](const auto& body) {
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      if (!std::isnan(fields[i].x_px) && !std::isnan(design_[i].x_px))
+        body(design_[i].x_px, design_[i].y_px, fields[i].x_px - design_[i].x_px, fields[i].y_px - design_[i].y_px);
+  };
+  each([&](double at_x, double at_y, double dx, double dy) {
+    n += 1;
+    x += dx;
+    y += dy;
+    from_x += at_x;
+    from_y += at_y;
+  });
+  double moment = 0, inertia = 0;
+  each([&](double at_x, double at_y, double dx, double dy) {
+    const double u = at_x - from_x / n, v = at_y - from_y / n;
+    moment += u * (dy - y / n) - v * (dx - x / n);
+    inertia += u * u + v * v;
+  });
+  return {x / n, y / n, moment / inertia};  // NaN without a field, or with one for the rotation
+}
+
+Judgement Judge::at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum) {
+  Judgement judged;
+  if (criteria_.needs_fields()) {
+    const FieldValues& fields = fields_at(true_pose);
+    const std::vector<double> all = deficits(fields);
+    if (!all.empty()) judged.field_mtf_deficit = *std::max_element(all.begin(), all.end());
+    const Shift shift = shift_of(fields);
+    if (criteria_.centre) judged.centre_px = std::sqrt(shift.x_px * shift.x_px + shift.y_px * shift.y_px);
+    const double width = scene_.image_width, height = scene_.image_height;
+    if (criteria_.rotation)
+      judged.rotation_px = std::fabs(shift.rotation) * std::sqrt(width * width + height * height) / 2;
+  }
+  if (own_optimum.empty()) return judged;
+  constexpr double kMicrometres = 1000, kArcMinutes = 60;
+  double shifts = 0, rotations = 0;
+  for (std::size_t i = 0; i < scene_.axes.size(); ++i) {
+    const Axis& axis = scene_.axes[i];
+    if (!axis.observable) continue;
+    const double away = (true_pose[i] - own_optimum[i]) * axis.travel();
+    (axis.unit == "mm" ? shifts : rotations) += away * away;
+  }
+  if (criteria_.pose) judged.pose_um = kMicrometres * std::sqrt(shifts);
+  if (criteria_.tilt) judged.tilt_arcmin = kArcMinutes * std::sqrt(rotations);
+  return judged;
+}
+
+std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
+  if (criteria_.field_mtf.empty()) return std::nullopt;
+  std::vector<std::size_t> axes;
+  for (std::size_t i = 0; i < scene_.axes.size(); ++i)
+    if (scene_.axes[i].observable) axes.push_back(i);
+
+  // Variables: the pose on these axes, then t.
+  struct Search {
+    Judge& judge;
+    const std::vector<std::size_t>& axes;
+    std::vector<double> pose;
+    const FieldValues& at(const std::vector<double>& x) {
+      for (std::size_t i = 0; i < axes.size(); ++i) pose[axes[i]] = std::clamp(x[i], 0.0, 1.0);
+      return judge.fields_at(pose);
+    }
+  } search{*this, axes, start};
+  const auto objective = [](const std::vector<double>& x, std::vector<double>&, void* data) {
+    Search& of = *static_cast<Search*>(data);
+    const Shift shift = of.judge.shift_of(of.at(x));
+    const double squared = shift.x_px * shift.x_px + shift.y_px * shift.y_px;
+    return x.back() + (std::isnan(squared) ? 1 : kPerSquaredPixel * squared);
+  };
+  const auto constraints = [](unsigned count, double* result, unsigned, const double* x, double*, void* data) {
+    Search& of = *static_cast<Search*>(data);
+    const std::vector<double> point(x, x + of.axes.size() + 1);
+    const std::vector<double> all = of.judge.deficits(of.at(point));
+    for (unsigned i = 0; i < count; ++i) result[i] = all[i] - point.back();
+  };
+
+  std::vector<double> x;
+  for (const std::size_t axis : axes) x.push_back(start[axis]);
+  const auto worst = [&](const std::vector<double>& at) {
+    const std::vector<double> all = deficits(search.at(at));
+    return *std::max_element(all.begin(), all.end());
+  };
+  x.push_back(0);
+  const auto value = [&] {
+    x.back() = worst(x);
+    std::vector<double> none;
+    return objective(x, none, &search);
+  };
+  double best = value();
+  for (const double stride : {0.02, 0.003}) {
+    const auto count = static_cast<unsigned>(x.size());
+    nlopt::opt opt(nlopt::LN_COBYLA, count);
+    std::vector<double> lower(count, 0), upper(count, 1), strides(count, stride);
+    lower.back() = -2;
+    upper.back() = 2;
+    strides.back() = 0.1;
+    opt.set_lower_bounds(lower);
+    opt.set_upper_bounds(upper);
+    opt.set_initial_step(strides);
+    opt.set_min_objective(+objective, &search);
+    opt.add_inequality_mconstraint(+constraints, &search, std::vector<double>(deficits(search.at(x)).size(), 1e-6));
+    opt.set_xtol_abs(1 / kPerTravel);
+    opt.set_maxeval(300);
+    const std::vector<double> before = x;
+    double lowest = 0;
+    try {
+      opt.optimize(x, lowest);
+    } catch (const nlopt::roundoff_limited&) {  // as good as it gets
+    }
+    if (const double now = value(); now <= best)
+      best = now;
+    else
+      x = before;
+  }
+  for (std::size_t i = 0; i < axes.size(); ++i) x[i] = std::clamp(std::round(x[i] * kPerTravel) / kPerTravel, 0.0, 1.0);
+  Optimum found;
+  found.deficit = worst(x);
+  found.true_pose = search.pose;
+  known_.clear();
+  return found;
+}
+
+}  // namespace relign::trials

@@ -1,0 +1,84 @@
+// The criteria of a specification that are judged after every step, as camera lines state them: MTF by field, optical
+// centre, rotation, and the pose against the instance's own optimum. Noise-free: from the rays of the lens as built
+// (relign/scene/fields.h), so that a step costs milliseconds and no image is rendered.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "plugin_host/objects.h"
+#include "trials/scene_facts.h"
+
+namespace relign::trials {
+
+// Values that are not wanted, or that no light determines, are NaN.
+struct Judgement {
+  double field_mtf_deficit = std::numeric_limits<double>::quiet_NaN();  // the largest of limit - MTF
+  double centre_px = field_mtf_deficit;    // mean shift of the fields against the design's at the nominal pose
+  double rotation_px = field_mtf_deficit;  // their least-squares rotation, times half of the sensor's diagonal
+  double pose_um = field_mtf_deficit;      // Euclidean, over observable shifts, from the own optimum
+  double tilt_arcmin = field_mtf_deficit;  // the same over observable rotations
+};
+
+struct Criteria {
+  struct FieldLimit {
+    std::uint32_t field = 0;                                                              // of SceneFacts::fields
+    double tangential = std::numeric_limits<double>::quiet_NaN(), sagittal = tangential;  // at least; NaN: no limit
+  };
+  double lp_per_mm = 0;
+  std::vector<FieldLimit> field_mtf;
+  bool centre = false, rotation = false, pose = false, tilt = false;
+
+  bool any() const { return needs_fields() || needs_optimum(); }
+  bool needs_fields() const { return !field_mtf.empty() || centre || rotation; }
+  bool needs_optimum() const { return pose || tilt; }
+};
+
+using FieldValues = std::vector<plugin_host::MountedAssembly::FieldValues>;
+
+// All fields of a lens; throws Error(bad_input) if its scene does not measure them.
+FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
+                           const std::vector<double>& true_pose);
+
+// Judges poses of one lens.
+class Judge {
+ public:
+  // All arguments must outlive it. design: of the perfect lens at the nominal pose; empty if the criteria need no
+  // fields.
+  Judge(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
+        const FieldValues& design)
+      : lens_(lens), scene_(scene), criteria_(criteria), design_(design) {}
+
+  struct Optimum {
+    std::vector<double> true_pose;
+    double deficit = 0;
+  };
+  // The lens's own optimum under a limit of MTF by field: the pose where the largest deficit, plus 1e-4 per squared
+  // pixel of the image's shift, is lowest. The second term decides between poses of equal MTF, since a shift alone
+  // hardly changes it. COBYLA (Powell 1994, of NLopt) on the epigraph form, min t with deficit_i <= t, over the
+  // observable axes, from `start`, twice with shrinking trust region; rounded to 1e-5 of the travel. Nothing without
+  // such a limit.
+  std::optional<Optimum> optimum(const std::vector<double>& start);
+
+  // own_optimum: empty if unknown. Each pose is measured once.
+  Judgement at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
+
+ private:
+  const FieldValues& fields_at(const std::vector<double>& true_pose);
+  std::vector<double> deficits(const FieldValues& fields) const;
+  struct Shift {
+    double x_px = 0, y_px = 0, rotation = 0;  // radians
+  };
+  Shift shift_of(const FieldValues& fields) const;
+
+  plugin_host::MountedAssembly& lens_;
+  const SceneFacts& scene_;
+  const Criteria& criteria_;
+  const FieldValues& design_;
+  std::map<std::vector<double>, FieldValues> known_;
+};
+
+}  // namespace relign::trials
