@@ -176,6 +176,7 @@ plugin_host::HostServices TrialRunner::services(const std::string& name, unsigne
   services.threads = threads;
   services.cache_folder = options_.cache_folder;
   services.stop = options_.stop;
+  services.sandbox = options_.sandbox;
   services.log = [notify = options_.on_message, log = log_, name, who = algorithm ? "" : name](
                      int level, const std::string& message) {
     log->add(level, who, message);
@@ -281,6 +282,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
                              .services = services(job.algorithm_name, 1, true)};
     if (job.prepared) setup.prepared = *job.prepared;
     setup.services.stop = stop;
+    setup.services.saves = job.pretraining != nullptr;
     setup.callbacks.on_runaway = options_.on_runaway;
     setup.callbacks.on_step = [&made, &on_step](const trials::Step& step, const float* pixels) {
       made.push_back(step);

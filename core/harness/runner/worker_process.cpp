@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "plugin_host/process_session.h"
+#include "plugin_host/sandbox.h"
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"
@@ -86,6 +87,7 @@ ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToExit); }
 
 void ProcessWorker::stop_worker(double timeout_seconds) {
   if (child_) child_->end(timeout_seconds);
+  if (child_) plugin_host::kill_orphans();  // what left the session of the worker
   child_.reset();
   sent_.clear();
   trials_ = 0;
@@ -116,6 +118,7 @@ bool ProcessWorker::started() {
           {"threads", options_.threads},
           {"results", options_.results.string()},
           {"cache_folder", options_.cache_folder.string()},
+          {"sandbox", options_.sandbox ? plugin_host::to_json(*options_.sandbox) : Json()},
           {"memory_bytes", limits_.memory_bytes}}}});
   std::string line;
   const auto got = child_->receive(line, in_seconds(kSecondsToStart));
