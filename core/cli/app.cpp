@@ -193,6 +193,8 @@ int run_program(int argc, const char* const* argv) {
     add_merge(app, context);
     add_slurm(app, context);
     add_verify(app, context);
+    add_seal(app, context);
+    add_unseal(app, context);
     add_lens(app, context);
     add_scene(app, context);
     add_plugin(app, context);

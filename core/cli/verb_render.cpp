@@ -112,17 +112,18 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   return taken;
 }
 
-int render_sheet(Context& context, const RenderArguments& arguments) {
+int render_sheet(Context& context, const RenderArguments& arguments, bool posed) {
   const auto refuse = [](const char* option, bool given) {
     if (given)
       throw Error(ErrorKind::bad_input,
                   std::string("--randomise: cannot be combined with ") + option +
                       "; it renders captures of ten instances, near the optimum and at the start");
   };
+  if (arguments.errors.empty()) throw Error(ErrorKind::bad_input, "--randomise: expected a file of imaging errors");
   refuse("--animate", !arguments.path.empty());
   refuse("--assembly", !arguments.lens.assembly.empty());
   refuse("--noise-free", arguments.noise_free);
-  refuse("--pose", arguments.pose != "nominal");
+  refuse("--pose", posed);
   if (fs::path(arguments.out).extension() != ".png")
     throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .png for --randomise");
   const LoadedScene scene = load_chosen_scene(context, arguments);
@@ -131,8 +132,8 @@ int render_sheet(Context& context, const RenderArguments& arguments) {
   return render_contact_sheet(context, sheet, scene);
 }
 
-int render(Context& context, const RenderArguments& arguments) {
-  if (!arguments.errors.empty()) return render_sheet(context, arguments);
+int render(Context& context, const RenderArguments& arguments, bool posed, bool randomised) {
+  if (randomised) return render_sheet(context, arguments, posed);
   if (arguments.error > 0 && !arguments.noise_free)
     throw Error(ErrorKind::bad_input, "--error: requires --noise-free; captures have the scene's own noise");
   if (arguments.error > 0 && arguments.samples > 0)
@@ -240,15 +241,20 @@ void add_render(CLI::App& app, Context& context) {
   CLI::Option* randomise =
       verb.add_option("--randomise", given.errors,
                       "render a contact sheet of twenty captures with these imaging errors, as relign-train imitate "
-                      "--randomise trains on: ten instances from --instance on, near the optimum and at the start "
-                      "(--noise-level: rho0.5 unless given); grey is the square root of the value")
+                      "--randomise trains on, in place of the scene's own errors: ten instances of rho0.5, or of "
+                      "--noise-level from --instance on, near the optimum and at the start; grey is the square root of "
+                      "the value")
           ->type_name("FILE");
   verb.add_option("--beside", given.beside,
                   "with --randomise: add ten captures of this scene for comparison, of the same instances")
       ->type_name("SCENE")
       ->needs(randomise);
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return render(context, *arguments); }; });
+  const CLI::Option* pose = verb.get_option("--pose");
+  verb.callback([&context, arguments, pose, randomise] {
+    context.action = [&context, arguments, pose, randomise] {
+      return render(context, *arguments, pose->count() > 0, randomise->count() > 0);
+    };
+  });
 }
 
 }  // namespace relign::cli

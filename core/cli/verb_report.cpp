@@ -1,9 +1,11 @@
 // relign-bench report: writes page and tables from results folders alone.
+#include <algorithm>
 #include <filesystem>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "cli/app.h"
+#include "records/results_folder.h"
 #include "report/report.h"
 #include "report/text_tables.h"
 
@@ -33,14 +35,18 @@ std::string exported(const ReportArguments& arguments) {
   if (arguments.format == "html")  // one page for all folders
     return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments))
         .html();
-  std::string text = arguments.format == "csv" ? report::ranking_csv_head() : "";
+  const bool csv = arguments.format == "csv";
+  const bool cycle = csv && std::any_of(arguments.folders.begin(), arguments.folders.end(), [](const auto& folder) {
+                       return records::read_manifest(folder).contains("cycle");
+                     });
+  std::string text = csv ? report::ranking_csv_head(cycle) : "";
   Json results = Json::array();
   for (const std::string& folder : arguments.folders) {
     const report::Report report(folder, rule_of(arguments));
     if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
-    } else if (arguments.format == "csv") {
-      text += report::ranking_csv_rows(report.model(), folder);
+    } else if (csv) {
+      text += report::ranking_csv_rows(report.model(), folder, cycle);
     } else {
       Json data = report.json();
       data.erase("format");  // the document has its own

@@ -12,6 +12,7 @@
 #include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/scene_drawing.h"
+#include "cli/secrets.h"
 #include "cli/shard_job.h"
 #include "cli/shared_files.h"
 #include "records/results_folder.h"
@@ -32,7 +33,7 @@ struct RunArguments {
   std::vector<std::string> only;
   std::string isolation = "process";
   bool retry_failed = false;
-  std::string plan, shard;
+  std::string plan, shard, secret;
 };
 
 std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<std::string>& only) {
@@ -191,6 +192,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
   suites::Suite suite =
       job ? job->read_suite(context.catalog()) : suites::read_suite(suite_file(arguments.suite), context.catalog());
+  unseal_suite(suite, arguments.secret);
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
 
@@ -240,13 +242,14 @@ int run_suite(Context& context, const RunArguments& arguments) {
   } else {
     const std::vector<report::GroupVerdict>& verdict = report.model().verdict;
     const std::string best = verdict.empty() ? "" : verdict.back().best;
-    const std::string hint = trial_to_watch(prepared.plan.suite, best);
+    const bool sealed = !prepared.plan.suite.commitment.empty();
+    const std::string hint = sealed ? "" : trial_to_watch(prepared.plan.suite, best);
     print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
                  "\n");
-    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser, or watch one trial:\n  %s\n",
-                 summary.trials, duration_text(summary.seconds).c_str(),
+    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser%s%s\n", summary.trials,
+                 duration_text(summary.seconds).c_str(),
                  summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them reused").c_str() : "",
-                 hint.c_str());
+                 sealed ? "." : ", or watch one trial:\n  ", hint.c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
@@ -290,6 +293,7 @@ void add_run(CLI::App& app, Context& context) {
           ->type_name("i/n");
   plan->needs(shard);
   shard->needs(plan);
+  add_secret_option(verb, arguments->secret);
   for (const char* other : {"SUITE", "--only"}) plan->excludes(verb.get_option(other));
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return run_suite(context, *arguments); }; });

@@ -9,6 +9,7 @@
 #include "cli/app.h"
 #include "cli/frames.h"
 #include "cli/interrupt.h"
+#include "cli/secrets.h"
 #include "runner/verify.h"
 
 namespace relign::cli {
@@ -20,7 +21,7 @@ struct VerifyArguments {
   std::string results;
   std::size_t sample = 0;
   std::uint64_t seed = 1;
-  std::string trial, frames, suite_folder;
+  std::string trial, frames, suite_folder, secret;
   unsigned workers = 0;
   bool add_rules = false;
 };
@@ -117,6 +118,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.seed = arguments.seed;
   options.trial = arguments.trial;
   options.suite_folder = arguments.suite_folder;
+  options.secret = given_secret(arguments.secret).value_or("");
   options.workers = arguments.workers;
   options.add_rules = arguments.add_rules;
   options.cache_folder = cache_folder();
@@ -195,6 +197,7 @@ void add_verify(CLI::App& app, Context& context) {
           "--suite-folder", arguments->suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
+  add_secret_option(verb, arguments->secret);
   verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));

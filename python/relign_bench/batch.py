@@ -139,7 +139,9 @@ class Batch:
 
         Returns:
             number, seed, start (true pose, shape (axes,)), distortion (true move = distortion @ commanded move, shape
-            (axes, axes)), elements (offsets by element: shift_mm, tilt_deg) and cure_shift (shape (axes,), or empty).
+            (axes, axes)), elements (offsets by element: shift_mm, tilt_deg), cure_shift (shape (axes,), or empty) and
+            stage (errors of the stage in shares of the travel: backlash, repeatability, encoder_step, drift,
+            drift_seconds; empty for a linear stage).
         """
         drawn = self._core.instance(slot)
         drawn["start"], drawn["cure_shift"] = np.array(drawn["start"]), np.array(drawn["cure_shift"])

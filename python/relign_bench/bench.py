@@ -140,6 +140,7 @@ class Instance:
         start: True start pose in shares of the travel, shape (axes,).
         distortion: Movement distortion, shape (axes, axes): true move = distortion @ commanded move.
         elements: Offsets by element: {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}.
+        stage: Errors of the stage in shares of the travel, as a noise level draws them; empty for a linear stage.
     """
 
     def __init__(self, batch: Batch, number: int, instances: str) -> None:
@@ -151,6 +152,7 @@ class Instance:
         self.start: Float64Array = drawn["start"]
         self.distortion: Float64Array = drawn["distortion"]
         self.elements: dict[str, Any] = drawn["elements"]
+        self.stage: dict[str, Any] = drawn["stage"]
 
     def capture(self, true_pose: npt.ArrayLike, frame: int = 0) -> Float32Array:
         """A capture with the lens at a true pose; the stage does not move.

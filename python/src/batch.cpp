@@ -130,6 +130,15 @@ py::dict instance(const Batch& batch, unsigned slot) {
   dict["distortion"] = instance.perturbations.distortion;
   dict["elements"] = instance.perturbations.elements_json;
   dict["cure_shift"] = instance.perturbations.cure_shift;
+  py::dict stage;
+  if (const std::optional<trials::StageErrors>& errors = instance.perturbations.stage) {
+    stage["backlash"] = errors->backlash;
+    stage["repeatability"] = errors->repeatability;
+    stage["encoder_step"] = errors->encoder_step;
+    stage["drift"] = errors->drift;
+    stage["drift_seconds"] = errors->drift_seconds;
+  }
+  dict["stage"] = stage;
   return dict;
 }
 

@@ -21,7 +21,7 @@ class Trials {
     job_.level = choose(catalog, plugin_host::Kind::noise_level, level, level_parameters);
     job_.scene_name = job_.scene.id;
     job_.level_name = job_.level.id;
-    job_.suite_seed = suite_seed;
+    job_.seeds = {suite_seed, suite_seed};
     const py::gil_scoped_release release;
     job_.facts = trials::facts_of(runner_.scene(job_), job_.scene.id);
     job_.machine_time = job_.facts.machine_time;

@@ -109,6 +109,47 @@ TEST_F(CliReportFormats, WritesToStandardOutputOrFile) {
   EXPECT_EQ(report({"results/one", "-o", "-"}).out, place_->read("results/one/report.html"));
 }
 
+TEST_F(CliReportFormats, HaveTheCycleOfTheSuite) {
+  for (const bool computing : {false, true}) {
+    json suite = json::parse(kTinySuite);
+    suite["name"] = "line";
+    suite["spec"] = {{"rmse", 10}};  // met at the start
+    suite["algorithms"] = {"random"};
+    suite["cycle"] = {{"load_s", 3}, {"cure_s", 4.5}, {"inspect_s", 2}, {"computing", computing}};
+    place_->write("line.json", suite.dump());
+    const Outcome run = relign_bench(*place_, {"run", "line.json"});
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_EQ(json::parse(place_->read("results/line/manifest.json")).at("cycle"), suite["cycle"]);
+    for (auto& fields : table(report({"results/line", "--format", "csv"}).out)) {
+      const double align = std::stod(fields.at("seconds_to_spec"));
+      EXPECT_NEAR(std::stod(fields.at("cycle_seconds_to_spec")), align + 9.5, 1e-6) << "no step, no computing";
+    }
+    // In the curves alignment ends at every step.
+    for (auto& fields : table(place_->read("results/line/curves.csv"))) {
+      const double rest = std::stod(fields.at("cycle_seconds_median")) - std::stod(fields.at("machine_seconds_median"));
+      const bool computed = computing && fields.at("step") != "0";
+      EXPECT_NEAR(rest, 9.5, computed ? 1 : 1e-9);
+      EXPECT_EQ(rest > 9.5 + 1e-9, computed) << rest;
+    }
+    EXPECT_EQ(json::parse(report({"results/line", "--format", "json"}).out)
+                  .at("results")
+                  .at(0)
+                  .at("groups")
+                  .at(0)
+                  .at("rows")
+                  .at(0)
+                  .at("to_spec")
+                  .count("cycle"),
+              1u);
+    EXPECT_THAT(place_->read("results/line/report.html"), HasSubstr(">cycle"));
+  }
+  // Without a cycle there is no column, unless another folder has one.
+  EXPECT_EQ(report({"results/one", "--format", "csv"}).out.find("cycle"), std::string::npos);
+  const auto both = table(report({"results/one", "results/line", "--format", "csv"}).out);
+  EXPECT_EQ(both.front().at("cycle_seconds_to_spec"), "");
+  EXPECT_NE(both.back().at("cycle_seconds_to_spec"), "");
+}
+
 TEST_F(CliReportFormats, RejectsConflictingOptions) {
   const Outcome figures = report({"results/one", "--format", "csv", "--figures", "paper"});
   EXPECT_EQ(figures.exit_code, 2);

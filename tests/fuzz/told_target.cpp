@@ -20,6 +20,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::accepted([&] {
     const trials::Perturbations drawn = trials::read_perturbations(text, toy, "level");
     fuzz::demand(drawn.start.size() == 2 && drawn.distortion.size() == 4, "whole perturbations");
+    if (drawn.stage)
+      fuzz::demand(drawn.stage->backlash.size() == 2 && drawn.stage->repeatability.size() == 2 &&
+                       drawn.stage->encoder_step.size() == 2 && drawn.stage->drift.size() == 2 &&
+                       drawn.stage->drift_seconds > 0,
+                   "whole errors of the stage");
+    if (drawn.batch)
+      fuzz::demand(drawn.batch->size > 0 && drawn.batch->cure_shift.size() == 2 && drawn.batch->inspection.size() == 2,
+                   "a whole batch");
   });
   fuzz::accepted([&] { trials::read_offsets(text, toy); });
   return 0;

@@ -65,10 +65,14 @@ def tracks(steps, closing):
     glued = np.array(closing.get("glued_mse") or [np.nan] * len(of), dtype=float) if shifts else of.commanded_mse.to_numpy()
     # The step of the lowest measured error so far, the first of equal ones.
     lowest = [int(np.argmin(of.measured[:made])) for made in range(1, len(of) + 1)]
+    best = glued[lowest] if len(of) else glued
+    best_uncured = of.commanded_mse[lowest[-1]] if len(of) else np.nan
+    if closing.get("best_mse"):
+        best, best_uncured = np.array(closing["best_mse"], dtype=float), closing.get("best_uncured_mse", np.nan)
     return {
-        "recommended_best": rmse(glued[lowest]) if len(of) else np.array([]),
+        "recommended_best": rmse(best),
         "recommended_current": rmse(glued),
-        "uncured": {"own": closing["uncured_mse"], "best": of.commanded_mse[lowest[-1]], "current": of.commanded_mse.iloc[-1]}
+        "uncured": {"own": closing["uncured_mse"], "best": best_uncured, "current": of.commanded_mse.iloc[-1]}
                    if shifts and len(of) else dict.fromkeys(RULES, np.nan),
         "made": len(of),
         "measured": of.measured.to_numpy(),
@@ -76,14 +80,14 @@ def tracks(steps, closing):
         "commanded": rmse(of.commanded_mse.to_numpy()),
         "recommended": rmse(of.recommended_mse.to_numpy()),
         "excess": rmse(of.recommended_mse.to_numpy() - own),
-        "excess_best": rmse(glued[lowest] - own) if len(of) else np.array([]),
+        "excess_best": rmse(best - own),
         "excess_current": rmse(glued - own),
         "start_excess": rmse(of.commanded_mse.iloc[0] - own) if len(of) else np.nan,
         "machine": of.machine_seconds.to_numpy(),
         "until_glued": of.recommended_seconds.fillna(of.machine_seconds).to_numpy(),
         "own": rmse(own),
         **{"normalised_" + rule: normalised(of, mse, own) for rule, mse in
-           (("own", of.recommended_mse.to_numpy()), ("best", glued[lowest] if len(of) else glued), ("current", glued))},
+           (("own", of.recommended_mse.to_numpy()), ("best", best), ("current", glued))},
         "ended_at": steps[-1]["recommended_true_pose"] if steps else [],
     }
 

@@ -39,6 +39,12 @@ class Instances(unittest.TestCase):
         np.testing.assert_allclose(instance.true_pose, 0.5, atol=1e-12)
         self.assertLess(rmse, instance.noise_free_rmse())
 
+    def test_instances_have_the_errors_of_their_stage(self):
+        self.assertEqual(Bench(**SMALL).instance(2).stage, {})
+        stage = Bench(**{**SMALL, "noise_level": "tolerances-stepper-stage"}).instance(2).stage
+        self.assertEqual(sorted(stage), ["backlash", "drift", "drift_seconds", "encoder_step", "repeatability"])
+        self.assertEqual((len(stage["drift"]), stage["drift_seconds"]), (5, 1200))
+
     def test_axes_and_plugins_are_listed(self):
         bench = Bench(**SMALL)
         self.assertEqual(bench.axes, ["x", "y", "z", "Rx", "Ry"])

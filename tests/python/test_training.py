@@ -17,7 +17,7 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
 
 from relign_bench.training import cli, policy
-from relign_bench.training.adapt import moments_loss, read_captures
+from relign_bench.training.adapt import check_captures, moments_loss, read_captures
 from relign_bench.training.doubt import Belief, Doubt
 from relign_bench.training.folder import RunFolder
 from relign_bench.training.imitate import Recipe, Training, loss_of, near_poses, recipe_of
@@ -66,7 +66,8 @@ class Imitation(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "another recipe"):
             Training(recipe_of(run), run, 1, quiet, errors)
 
-        captures = Training.open(run, 1).instances(10).frames()  # of 20 instances at their starts
+        instances = Training.open(run, 1).instances(10)
+        captures = instances.frames() * (instances.white / 85)  # of 20 instances at their starts, in the scene's units
         images = self.folder / "captures"
         images.mkdir()
         np.save(images / "all.npy", captures.astype(np.float32))
@@ -76,6 +77,23 @@ class Imitation(unittest.TestCase):
         side = json.loads((self.folder / "adapted" / "adapted.json").read_text())
         self.assertEqual(side["trained"]["adapted"]["captures"], 20)
         self.assertEqual(len((self.folder / "adapted" / "curve.csv").read_text().splitlines()), 5)
+        np.save(images / "all.npy", 1000 * captures.astype(np.float32))
+        refused = subprocess.run(adapted, check=False, capture_output=True, text=True)
+        self.assertEqual(refused.returncode, 2)
+        self.assertRegex(refused.stderr, "^error: .* of the pixels are brighter than the network can see")
+
+    def test_mistake_in_imaging_errors_leaves_no_folder(self):
+        errors = self.folder / "errors.json"
+        run = self.folder / "refused"
+        for text, why in (("", "errors.json"), ('{"gain": [-0.8, 1.2]}', "/gain: expected a number from 0.01 to 100")):
+            errors.write_text(text)
+            done = subprocess.run([*command(run), "--randomise", str(errors)], check=False, capture_output=True, text=True)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(why, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+            self.assertFalse(run.exists())
+        done = subprocess.run([*command(run), "--randomise", ""], check=False, capture_output=True, text=True)
+        self.assertIn("--randomise: expected a file of imaging errors", done.stderr)
 
     def test_folder_with_another_recipe_is_refused(self):
         recipe = Recipe(size=40, levels=(0.0,), optimum_samples=32)
@@ -159,6 +177,28 @@ class Adapting(unittest.TestCase):
             (folder / "b.png").write_bytes(b"")
             with self.assertRaisesRegex(ValueError, "--white"):
                 read_captures(folder, None, 10, 1.0)
+            with self.assertRaisesRegex(ValueError, "b.png' cannot be read"):
+                read_captures(folder, 0.5, 10, 1.0)
+            for white in (0, -1, 2, float("nan")):
+                with self.assertRaisesRegex(ValueError, "must be above 0 and at most 1"):
+                    read_captures(folder, white, 10, 1.0)
+            (folder / "b.png").rename(folder / "b.tiff")
+            with self.assertRaisesRegex(ValueError, "neither .npy nor .png"):
+                read_captures(folder, None, 10, 1.0)
+            (folder / "b.tiff").unlink()
+            np.save(folder / "a.npy", np.full((2, 20, 20), 200, np.uint8))
+            with self.assertRaisesRegex(ValueError, "values of type uint8"):
+                read_captures(folder, None, 10, 1.0)
+
+    def test_captures_without_information_are_refused(self):
+        random = np.random.default_rng(1)
+        good = random.integers(20, 120, (6, 10, 10)).astype(np.uint8)
+        check_captures(good, good[0], "here")
+        for bad, why in ((np.full_like(good, 255), "brighter than the network can see"),
+                         (good // 8, "times as bright"), (np.full_like(good, 70), "show nothing"),
+                         (good[[0, 1, 0, 1]], "only 2 of 4 captures are different")):
+            with self.assertRaisesRegex(ValueError, why):
+                check_captures(bad, good[0], "here")
 
 
 class Parts(unittest.TestCase):

@@ -129,7 +129,7 @@ class Schemas(unittest.TestCase):
                 ("plugin", {**example["plugin"], "parameters": {"a": {"type": "number", "default": "3"}}}),
                 ("scene", {**example["scene"], "sensor": {"z_mm": 1, "side_mm": 3, "pitch_um": 3}}),
                 ("scene", {**example["scene"], "sensor": {"z_mm": 1, "pixels": [40, 30]}}),
-                ("tolerances", {**example["tolerances"], "movement": {"backlash_um": 3}}),
+                ("tolerances", {**example["tolerances"], "movement": {"backlash_um": -3}}),
                 ("tolerances", {**example["tolerances"], "elements": {"*": {"shift_um": [1, 2]}}}),
                 ("imaging_errors", {"gain": [1]}), ("imaging_errors", {"stray_light": {"blobs": 2}}),
                 ("imaging_errors", {"bits": 7.5, "full_scale": 3}),

@@ -87,7 +87,7 @@ std::string fields(const Columns& columns, const Source& of) {
 
 }  // namespace
 
-std::string ranking_csv_head() {
+std::string ranking_csv_head(bool cycle) {
   std::string csv =
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
@@ -96,10 +96,10 @@ std::string ranking_csv_head() {
   csv += ",rule,class,merit,method_key";
   for (const statistics::Rule rule : statistics::kRules)
     for (const auto& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
-  return csv + ",trainings\n";
+  return csv + ",trainings" + (cycle ? ",cycle_seconds_to_spec\n" : "\n");
 }
 
-std::string ranking_csv_rows(const PageModel& page, const std::string& folder) {
+std::string ranking_csv_rows(const PageModel& page, const std::string& folder, bool cycle) {
   std::string csv;
   for (const Group& group : page.groups) {
     std::size_t rank = 0;
@@ -115,7 +115,7 @@ std::string ranking_csv_rows(const PageModel& page, const std::string& folder) {
              csv_field(class_name(row.of_class)) + ',' + csv_field(row.merit) + ',' + row.key;
       for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
         csv += fields(kOfRule, score);
-      csv += ',' + csv_field(row.training_tag) + '\n';
+      csv += ',' + csv_field(row.training_tag) + (cycle ? ',' + field(to_spec(row).cycle) : "") + '\n';
     }
   }
   return csv;

@@ -35,11 +35,13 @@ struct Yield : Share {
   std::optional<Share> uncured;  // the same before curing
 };
 
-// Steps and machine seconds until the specification is met; infinite if fewer than half of the instances meet it.
+// Steps and machine seconds until the specification
+// is met; infinite if fewer than half of the instances meet it.
 struct TimeToSpec {
   std::size_t successes = 0, n = 0;
   double steps = kMissing, expected = kMissing, seconds = kMissing;
   statistics::Interval interval;  // of the steps
+  double cycle = kMissing;        // seconds of the whole cycle (statistics/cycle.h); NaN: the suite states none
 };
 
 // One criterion of the specification, or all of them.

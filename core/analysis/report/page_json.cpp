@@ -57,6 +57,7 @@ static void write(Json& json, const Yield& yield) {
 static void write(Json& json, const TimeToSpec& time) {
   put(json, "successes", time.successes, "n", time.n, "steps", arrival(time.steps), "lo95", arrival(time.interval.low),
       "hi95", arrival(time.interval.high), "expected", arrival(time.expected), "seconds", arrival(time.seconds));
+  if (!std::isnan(time.cycle)) put(json, "cycle", arrival(time.cycle));
 }
 
 static void write(Json& json, const CriterionScore& score) {

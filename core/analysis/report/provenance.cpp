@@ -26,6 +26,12 @@ void add_merge(Provenance& made, const Json& manifest) {
     if (made.disagreements.size() < kMaxDisagreementsNamed) made.disagreements.push_back(disagreement(one));
 }
 
+std::string seed_fact(const Json& manifest) {
+  const std::string commitment = text_of(manifest, "commitment"), secret = text_of(manifest, "secret");
+  if (commitment.empty()) return text_of(manifest, "seed");
+  return "sealed, commitment " + commitment + (secret.empty() ? "" : "; secret, published since: " + secret);
+}
+
 }  // namespace
 
 Provenance provenance_of(const Json& manifest) {
@@ -48,7 +54,7 @@ Provenance provenance_of(const Json& manifest) {
                 {"cores", text_of(made.machine, "cores")},
                 {"system", text_of(made.machine, "system")},
                 {"suite file", made.suite_file},
-                {"suite seed", made.seed},
+                {"suite seed", seed_fact(manifest)},
                 {"instance set", made.instance_set}};
   if (!list_of(manifest, "sources").empty()) add_merge(made, manifest);
   return made;

@@ -127,6 +127,14 @@ std::vector<RankingColumn> columns_of(const PageModel& page) {
                        [](HtmlWriter& html, const Row& row, const Block&) {
                          number_cell(html, row.to_spec ? number_text(row.to_spec->seconds, 3) : "-");
                        }});
+    if (any_row(page, [](const Row& row) { return row.to_spec && !std::isnan(row.to_spec->cycle); }))
+      columns.push_back(
+          {"cycle", "s",
+           "Time to spec with load, dispense, cure and inspect of the suite's cycle, and the method's own "
+           "computing time if the cycle counts it; median",
+           "number", [](HtmlWriter& html, const Row& row, const Block&) {
+             number_cell(html, row.to_spec ? number_text(row.to_spec->cycle, 3) : "-");
+           }});
   }
   columns.push_back(
       {ground_truth ? "final error" : "lowest measured error", error_unit(page),

@@ -61,6 +61,7 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
   // Without criteria of every step: MTF is not known per step.
   if (spec.limits_criteria() ? study.to_specification.empty() : std::isnan(spec.rmse)) return;
   row.to_spec = time_of(study.expected_to_spec, study.steps_to_spec, study.seconds_to_spec);
+  row.to_spec->cycle = shown_arrival(study.cycle_to_spec.estimate);
   for (const statistics::ArrivalStudy& arrival : study.to_specification)
     row.to_specification.push_back({arrival.name, share_of(arrival.in_spec, arrival.share),
                                     time_of(arrival.expected, arrival.steps, arrival.seconds),
@@ -221,6 +222,7 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
     options.seed = std::stoull(seed);
   for (const Json& target : list_of(results.manifest, "targets"))
     if (target.is_number()) options.targets.push_back(target.get<double>());
+  options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
   const Json& of_suite = object_of(results.manifest, "spec");
   options.spec = records::specification_of(of_suite, Json());
   if (of_suite.empty())

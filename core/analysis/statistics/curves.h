@@ -22,6 +22,7 @@ struct CurvePoint {
   // Of the specification: medians over the trials, and the share of those that meet everything; NaN without.
   records::ByCriterion<double> criteria = records::Specification::none();
   double in_spec = kMissing;
+  double cycle_seconds = kMissing;             // of a whole cycle (cycle.h) that ends alignment here, from medians
 };
 
 struct Curve {
@@ -35,8 +36,9 @@ struct Curve {
 inline constexpr std::size_t kCurveBytes = 128'000'000;
 
 // curves.csv: scene,noise_level,protocol,algorithm,step,n, then for each track _median,_q25,_q75,_mean,_lo95,_hi95 (of
-// the median; empty at steps without a band), with machine_seconds_median after the first five tracks. Numbers are the
-// shortest that read back the same; missing values are empty. results/README.md describes the other two files.
+// the median; empty at steps without a band), with machine_seconds_median after the first five tracks, and at the end
+// cycle_seconds_median if the suite states a cycle. Numbers are the shortest that read back the same; missing values
+// are empty. results/README.md describes the other two files.
 std::string curves_csv(const std::vector<Curve>& curves);
 Json curves_json(const std::vector<Curve>& curves);
 // Calls `write` once per row, first with the header.

@@ -9,13 +9,14 @@
 
 namespace relign::statistics {
 
-SpecArrivals::SpecArrivals(const TrialTable& table, const Series& series, const records::Specification& spec)
-    : table_(table), spec_(spec), failed_(series.failed) {
+SpecArrivals::SpecArrivals(const TrialTable& table, const Series& series, const records::Specification& spec,
+                           const Cycle& cycle)
+    : table_(table), spec_(spec), cycle_(cycle), failed_(series.failed) {
   if (!spec.limits_criteria()) return;
-  if (!std::isnan(spec.rmse)) arrivals_.push_back({"rmse", 0, {}, {}});
+  if (!std::isnan(spec.rmse)) arrivals_.emplace_back("rmse");
   for (const records::Criterion one : records::kCriteria)
-    if (!std::isnan(spec.limits[one])) arrivals_.push_back({records::criterion_name(one), 0, {}, {}});
-  arrivals_.push_back({"all", 0, {}, {}});
+    if (!std::isnan(spec.limits[one])) arrivals_.emplace_back(records::criterion_name(one));
+  arrivals_.emplace_back("all");
   curve_.resize(series.largest_budget + std::size_t{1});
 }
 
@@ -30,6 +31,9 @@ void SpecArrivals::arrive(Arrival& arrival, const std::vector<bool>& met, const 
     seconds = std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
   }
   arrival.seconds.push_back({seconds, reached});
+  const double cycle =
+      cycle_seconds(cycle_, seconds, static_cast<double>(first), trial.row.algorithm_ms_per_step);  // NaN: unknown
+  arrival.cycles.push_back({cycle, reached});
   arrival.in_spec += met.back() ? 1 : 0;
 }
 
@@ -74,6 +78,10 @@ void SpecArrivals::finish(SeriesStudy& study) const {
   study.expected_to_spec = all.expected;
   study.steps_to_spec = study.rules[Rule::own].steps_to_spec = all.steps;
   study.seconds_to_spec = all.seconds;
+  // Unknown computing time leaves the cycle unknown: it does not count as none.
+  const std::vector<TargetTime>& cycles = arrivals_.back().cycles;
+  if (std::none_of(cycles.begin(), cycles.end(), [](const TargetTime& time) { return std::isnan(time.steps); }))
+    study.cycle_to_spec = median_steps(kaplan_meier(cycles));
   for (std::size_t step = 0; step < curve_.size() && step < study.curve.points.size(); ++step) {
     CurvePoint& point = study.curve.points[step];
     for (const records::Criterion one : records::kCriteria)

@@ -2,6 +2,8 @@
 // study.cpp only.
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "statistics/study.h"
@@ -12,7 +14,7 @@ namespace relign::statistics {
 class SpecArrivals {
  public:
   // Does nothing without such criteria.
-  SpecArrivals(const TrialTable& table, const Series& series, const records::Specification& spec);
+  SpecArrivals(const TrialTable& table, const Series& series, const records::Specification& spec, const Cycle& cycle);
 
   // A criterion is reached at the first step whose recommendation meets it, all of them at the first step that meets
   // all at once; a limited MTF of centre and corners, which is known at the end only, must be met there.
@@ -21,9 +23,10 @@ class SpecArrivals {
 
  private:
   struct Arrival {
+    explicit Arrival(std::string of) : name(std::move(of)) {}
     std::string name;
     std::size_t in_spec = 0;
-    std::vector<TargetTime> steps, seconds;
+    std::vector<TargetTime> steps, seconds, cycles;
   };
   struct AtStep {
     records::ByCriterion<std::vector<double>> values;
@@ -33,6 +36,7 @@ class SpecArrivals {
 
   const TrialTable& table_;
   const records::Specification& spec_;
+  Cycle cycle_;
   std::size_t failed_;
   std::vector<Arrival> arrivals_;  // RMSE and criteria as limited, then all; empty without criteria
   std::vector<AtStep> curve_;

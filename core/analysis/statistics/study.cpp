@@ -72,6 +72,7 @@ class Arrivals {
       : table_(table),
         targets_(options.targets),
         rule_(options.rule),
+        cycle_(options.cycle),
         spec_(spec),
         reached_by_(series.largest_budget + std::size_t{1}, 0) {}
 
@@ -89,10 +90,15 @@ class Arrivals {
       steps_[rule].push_back(time);
       // In seconds, trials that do not reach the specification are censored at infinity: budgets are in steps, and
       // censoring an early end at its time would drop it from those at risk, as if giving up were success.
-      if (rule == rule_)
-        seconds_.push_back({time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)])
-                                         : std::numeric_limits<double>::infinity(),
-                            time.reached});
+      if (rule != rule_) continue;
+      constexpr double kNever = std::numeric_limits<double>::infinity();
+      const double seconds = time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)]) : kNever;
+      seconds_.push_back({seconds, time.reached});
+      if (std::isnan(cycle_.seconds)) continue;
+      // Unknown computing time leaves the cycle unknown: it does not count as none.
+      const double cycle = cycle_seconds(cycle_, seconds, time.steps, trial.row.algorithm_ms_per_step);
+      cycle_known_ = cycle_known_ && !std::isnan(cycle);
+      cycles_.push_back({time.reached ? cycle : kNever, time.reached});
     }
     if (rule_ != Rule::own) return;  // records have the true pose of the own recommendation only
     const std::vector<double>& best = trial.stored.own_optimum_pose();
@@ -114,6 +120,7 @@ class Arrivals {
     for (const Rule rule : kRules) study.rules[rule].steps_to_spec = median_steps(kaplan_meier(steps_[rule]));
     study.steps_to_spec = study.rules[rule_].steps_to_spec;
     study.seconds_to_spec = median_steps(kaplan_meier(seconds_));
+    if (!cycles_.empty() && cycle_known_) study.cycle_to_spec = median_steps(kaplan_meier(cycles_));
     for (std::vector<double>& axis : residual_) study.residual.push_back(quantiles(std::move(axis)));
   }
 
@@ -126,10 +133,12 @@ class Arrivals {
   const TrialTable& table_;
   const std::vector<double>& targets_;
   Rule rule_;
+  Cycle cycle_;
   records::Specification spec_;
   std::vector<std::size_t> reached_by_;  // pairs reached at exactly this step
   ByRule<std::vector<TargetTime>> steps_;
-  std::vector<TargetTime> seconds_;
+  std::vector<TargetTime> seconds_, cycles_;
+  bool cycle_known_ = true;
   std::vector<std::vector<double>> residual_;
 };
 
@@ -215,7 +224,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
   Arrivals arrivals(table, series, options, spec);
-  SpecArrivals spec_arrivals(table, series, spec);
+  SpecArrivals spec_arrivals(table, series, spec, options.cycle);
   ExcessColumns excess(series);
   bool first = true;
   for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
@@ -240,6 +249,13 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     if (draws.wanted)
       add_bands(curve, table, series, columns, piece, draws,
                 table.rows.size() > kManyTrials ? std::optional(track_of(options.rule)) : std::nullopt);
+  }
+  if (!std::isnan(options.cycle.seconds)) {
+    std::vector<double> ms_per_step;
+    for (const std::uint32_t trial : series.trials) ms_per_step.push_back(table.rows[trial].algorithm_ms_per_step);
+    const double computing = quantiles(std::move(ms_per_step)).median;
+    for (CurvePoint& point : curve.points)
+      point.cycle_seconds = cycle_seconds(options.cycle, point.machine_seconds, point.step, computing);
   }
   arrivals.finish(series.trials.size(), study);
   spec_arrivals.finish(study);

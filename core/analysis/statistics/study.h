@@ -11,6 +11,7 @@
 #include "records/specification.h"
 #include "statistics/aggregate.h"
 #include "statistics/curves.h"
+#include "statistics/cycle.h"
 #include "statistics/excess.h"
 #include "statistics/normalised_error.h"
 #include "statistics/paired.h"
@@ -38,6 +39,7 @@ struct StudyOptions {
   std::vector<double> targets;  // RMSE at the recommended pose
   records::Specification spec;  // of scenes without an entry in spec_of_scene
   std::map<std::string, records::Specification> spec_of_scene;
+  Cycle cycle;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal; >= 1
   Rule rule = Rule::own;                 // which pose counts as recommended
   // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
@@ -88,6 +90,7 @@ struct SeriesStudy {
   // Time to specification by RMSE at each step; a trial whose MTF misses at its end counts as not reached. NaN if the
   // specification does not limit RMSE.
   ExpectedSteps expected_to_spec;
+  Band cycle_to_spec;                   // seconds of a whole cycle (cycle.h); NaN if StudyOptions::cycle states none
   Band steps_to_spec, seconds_to_spec;  // Kaplan-Meier medians; infinite if fewer than half of the instances reach it
   // The same for each criterion and, last, for all of them; empty unless the specification has criteria that are judged
   // after every step and the rule is `own`. The members above are then those of "all".

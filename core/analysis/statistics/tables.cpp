@@ -47,6 +47,11 @@ std::string curves_csv(const std::vector<Curve>& curves) {
       csv += std::string(",") + records::criterion_name(one) + "_median";
     csv += ",in_spec";
   }
+  // Only with a cycle, so that other tables keep their bytes.
+  const bool cycle = std::any_of(curves.begin(), curves.end(), [](const Curve& curve) {
+    return !curve.points.empty() && !std::isnan(curve.points.front().cycle_seconds);
+  });
+  if (cycle) csv += ",cycle_seconds_median";
   csv += '\n';
   for (const Curve& curve : curves) {
     const std::string head = field(curve.scene) + ',' + field(curve.noise_level) + ',' + field(curve.protocol) + ',' +
@@ -63,6 +68,7 @@ std::string curves_csv(const std::vector<Curve>& curves) {
         for (const double value : point.criteria.values) csv += ',' + field(value);
         csv += ',' + field(point.in_spec);
       }
+      if (cycle) csv += ',' + field(point.cycle_seconds);
       csv += '\n';
     }
   }

@@ -43,7 +43,7 @@ std::vector<double> recommended_mse(const std::vector<records::StepNumbers>& ste
   double best = std::numeric_limits<double>::quiet_NaN(), glued = best;
   for (const records::StepNumbers& step : steps) {
     if (values.empty() || step.measured < best || std::isnan(best)) best = step.measured, glued = step.glued_mse;
-    values.push_back(track == Track::recommended_best      ? glued
+    values.push_back(track == Track::recommended_best      ? std::isnan(step.best_mse) ? glued : step.best_mse
                      : track == Track::recommended_current ? step.glued_mse
                                                            : step.recommended_mse);
   }

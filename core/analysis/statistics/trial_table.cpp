@@ -82,7 +82,9 @@ class TableBuilder {
       row.recommended_seconds = last.recommended_seconds;
       row.recommendation = text(last.recommendation);
       if (std::isfinite(closing.uncured_mse))
-        row.uncured = {{displayed_rmse(closing.uncured_mse), displayed_rmse(steps[best_step(steps)].commanded_mse),
+        row.uncured = {{displayed_rmse(closing.uncured_mse),
+                        displayed_rmse(closing.best_mse.empty() ? steps[best_step(steps)].commanded_mse
+                                                                : closing.best_uncured_mse),
                         displayed_rmse(last.commanded_mse)}};
       for (const records::StepNumbers& step : steps)
         row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);

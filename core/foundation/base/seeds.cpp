@@ -5,7 +5,12 @@
 namespace relign {
 namespace {
 
-enum class Purpose : std::uint32_t { instance = 0x494e5354, frame = 0x4652414d, algorithm = 0x414c474f };
+enum class Purpose : std::uint32_t {
+  instance = 0x494e5354,
+  batch = 0x42415443,
+  frame = 0x4652414d,
+  algorithm = 0x414c474f
+};
 
 std::uint64_t mix(std::uint64_t key, std::uint64_t value, std::uint32_t detail, Purpose purpose) {
   const auto block = philox4x32({static_cast<std::uint32_t>(value), static_cast<std::uint32_t>(value >> 32), detail,
@@ -18,6 +23,10 @@ std::uint64_t mix(std::uint64_t key, std::uint64_t value, std::uint32_t detail, 
 
 std::uint64_t instance_seed(std::uint64_t suite_seed, SeedDomain domain, std::uint64_t number) {
   return mix(suite_seed, number, static_cast<std::uint32_t>(domain), Purpose::instance);
+}
+
+std::uint64_t batch_seed(std::uint64_t suite_seed, SeedDomain domain, std::uint64_t number) {
+  return mix(suite_seed, number, static_cast<std::uint32_t>(domain), Purpose::batch);
 }
 
 std::uint64_t frame_seed(std::uint64_t instance_seed, std::uint32_t step, FrameStream stream) {

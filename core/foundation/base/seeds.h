@@ -14,11 +14,16 @@ enum class SeedDomain : std::uint32_t { benchmark = 0, training = 1, tuning = 2,
 // differ by their distribution only.
 std::uint64_t instance_seed(std::uint64_t suite_seed, SeedDomain domain, std::uint64_t number);
 
+// Seed of what the instances of batch `number` share. Not the seed of any instance.
+std::uint64_t batch_seed(std::uint64_t suite_seed, SeedDomain domain, std::uint64_t number);
+
 enum class FrameStream : std::uint32_t {
   capture = 0,            // what the algorithm observes
   truth_commanded = 1,    // noise-free MSE at the true pose
   truth_recommended = 2,  // noise-free MSE at the recommended pose
-  own_optimum = 3
+  own_optimum = 3,
+  stage_errors = 4,  // repeatability of the move before the frame
+  inspection = 5     // errors of measuring the cure shift; of frame 0
 };
 
 // The seed of one frame of one instance.

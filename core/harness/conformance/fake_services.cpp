@@ -70,6 +70,7 @@ const void* FakeServices::get(std::string_view id) {
   if (id == RELIGN_SERVICE_REFERENCE && observes & RELIGN_OBSERVES_IMAGES) return reference();
   if (id == RELIGN_SERVICE_MEASURES && observes & RELIGN_OBSERVES_IMAGES) return measures();
   if (id == RELIGN_SERVICE_PRIOR && observes & RELIGN_OBSERVES_LEVEL) return prior();
+  if (id == RELIGN_SERVICE_HISTORY && observes & RELIGN_OBSERVES_HISTORY) return history();
   if (id == RELIGN_SERVICE_MODEL && observes & RELIGN_OBSERVES_DESIGN) return model();
   if (id == RELIGN_SERVICE_PREPARED && trial_.setup.pretraining) return prepared();
   if (id == RELIGN_SERVICE_RUN && !choice_.algorithms.empty()) return run();
@@ -137,9 +138,11 @@ std::string FakeServices::draw(std::uint64_t number) const {
     rows.push_back(std::move(values));
   }
   const double shift_mm = 0.01 * random.normal();
-  return canonical_json({{"start", start},
-                         {"distortion", rows},
-                         {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}});
+  Json drawn = {{"start", start},
+                {"distortion", rows},
+                {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}};
+  if (number % 2 == 1) drawn["stage"] = {{"backlash", std::vector<double>(trial_.setup.axes, 0.001)}};
+  return canonical_json(drawn);
 }
 
 const void* FakeServices::prior() {
@@ -151,6 +154,25 @@ const void* FakeServices::prior() {
   };
   prior_.why = tell_why;
   return &prior_;
+}
+
+// Of half of the trials, so that a plugin meets the first module of a batch, too.
+const void* FakeServices::history() {
+  history_.struct_size = sizeof history_;
+  history_.modules = trial_.setup.seed % 2 == 0 ? 3 : 0;
+  history_.context = this;
+  history_.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
+    FakeServices& services = self(context);
+    return services.answer([&]() -> relign_status {
+      if (!shift || axes != services.trial_.setup.axes) return services.refuse("expected room for one number per axis");
+      if (back < 1 || back > services.history_.modules) return services.refuse("the batch has no such module");
+      Random random(back, 2);
+      std::generate(shift, shift + axes, [&random] { return 0.01 * random.normal(); });
+      return RELIGN_OK;
+    });
+  };
+  history_.why = tell_why;
+  return &history_;
 }
 
 const void* FakeServices::run() {

@@ -38,6 +38,7 @@ class FakeServices {
   const void* reference();
   const void* measures();
   const void* prior();
+  const void* history();
   const void* run();
   const void* model();
   const void* prepared();
@@ -59,6 +60,7 @@ class FakeServices {
   relign_measures_service measures_{};
   trials::FieldMeasures fields_;
   relign_prior_service prior_{};
+  relign_history_service history_{};
   relign_run_service run_{};
   relign_model_service model_{};
   relign_pretraining_service prepared_{};

@@ -96,6 +96,7 @@ struct Batch::Implementation {
     slot.state.commanded_pose = slot.stage->reached_pose();
     slot.assembly->capture(slot.state.true_pose,
                            frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::capture), frame);
+    slot.stage->wait((facts.machine_time.exposure_ms + facts.machine_time.readout_ms) / 1000);
     slot.state.measured_rmse = relign::images::rmse(frame, reference.data(), pixels);
   }
 
@@ -141,7 +142,7 @@ void Batch::reset(const std::vector<Draw>& draws) {
     slot.state.instance = std::move(instances[k]);
     const trials::Perturbations& drawn = slot.state.instance.perturbations;
     slot.assembly.emplace(in.scenes[named[k] % in.scenes.size()]->mount(drawn.elements_json));
-    slot.stage.emplace(in.facts, drawn, drawn.start, in.setup.limits);
+    slot.stage.emplace(in.facts, slot.state.instance, drawn.start, in.setup.limits);
     in.capture(named[k]);
   });
 }

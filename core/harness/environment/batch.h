@@ -36,6 +36,7 @@ struct BatchSetup {
 // Error(bad_input). Use from one thread at a time.
 //
 // Frame i of an instance has the seed of step i of a trial: equal moves give the frames of a trial.
+// Drift of the stage follows the scene's own machine times.
 class Batch {
  public:
   // Creates one scene object per thread. Throws Error(bad_input) for a station, and as plugin_host does.

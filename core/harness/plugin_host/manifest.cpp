@@ -38,9 +38,10 @@ struct NamedKnowledge {
   std::uint32_t bit;
   const char* name;
 };
-constexpr NamedKnowledge kObservations[] = {{RELIGN_OBSERVES_IMAGES, "images"}, {RELIGN_OBSERVES_MERIT, "merit"},
-                                            {RELIGN_OBSERVES_START, "start"},   {RELIGN_OBSERVES_BOX, "box"},
-                                            {RELIGN_OBSERVES_DESIGN, "design"}, {RELIGN_OBSERVES_LEVEL, "level"}};
+constexpr NamedKnowledge kObservations[] = {{RELIGN_OBSERVES_IMAGES, "images"},  {RELIGN_OBSERVES_MERIT, "merit"},
+                                            {RELIGN_OBSERVES_START, "start"},    {RELIGN_OBSERVES_BOX, "box"},
+                                            {RELIGN_OBSERVES_DESIGN, "design"},  {RELIGN_OBSERVES_LEVEL, "level"},
+                                            {RELIGN_OBSERVES_HISTORY, "history"}};
 
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {

@@ -66,7 +66,7 @@ struct Manifest {
   std::string summary;
   std::vector<Parameter> parameters;
   std::vector<Preset> presets;
-  std::vector<std::string> observes;  // images, merit, start, box, design, level
+  std::vector<std::string> observes;  // images, merit, start, box, design, level, history
   bool oracle = false;
   std::string reproducible = "anywhere";  // or "this_cpu"
   std::string license;

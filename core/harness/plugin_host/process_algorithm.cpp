@@ -13,9 +13,10 @@ struct NamedBit {
   std::uint32_t bit;
   const char* name;
 };
-constexpr NamedBit kObservationNames[] = {{RELIGN_OBSERVES_IMAGES, "images"}, {RELIGN_OBSERVES_MERIT, "merit"},
-                                          {RELIGN_OBSERVES_START, "start"},   {RELIGN_OBSERVES_BOX, "box"},
-                                          {RELIGN_OBSERVES_DESIGN, "design"}, {RELIGN_OBSERVES_LEVEL, "level"}};
+constexpr NamedBit kObservationNames[] = {{RELIGN_OBSERVES_IMAGES, "images"},  {RELIGN_OBSERVES_MERIT, "merit"},
+                                          {RELIGN_OBSERVES_START, "start"},    {RELIGN_OBSERVES_BOX, "box"},
+                                          {RELIGN_OBSERVES_DESIGN, "design"},  {RELIGN_OBSERVES_LEVEL, "level"},
+                                          {RELIGN_OBSERVES_HISTORY, "history"}};
 
 // Not by a JSON library: doubles need their canonical text here, and a step should cost microseconds.
 std::string run_line(const relign_task& task) {

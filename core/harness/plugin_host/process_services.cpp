@@ -93,6 +93,20 @@ Json ask_prior(const Json& request, const relign_prior_service& prior) {
   return {{"message", "result"}, {"drawn", Json::parse(drawn.text(), nullptr, false)}};
 }
 
+// Of the last `most` modules, newest first.
+Json ask_history(const Json& request, const relign_history_service& history, std::uint32_t axes) {
+  const auto most = whole_number(request, "most");
+  if (!most) return no_whole_number("most");
+  Json shifts = Json::array();
+  std::vector<double> shift(axes);
+  for (std::uint32_t back = 1; back <= history.modules && back <= *most; ++back) {
+    const relign_status status = history.cure_shift(history.context, back, shift.data(), axes);
+    if (status != RELIGN_OK) return failure_answer(status, history);
+    shifts.push_back(shift);
+  }
+  return {{"message", "result"}, {"cure_shifts", std::move(shifts)}};
+}
+
 // The members of a message "observation"; null for null.
 Json to_json(const relign_observation* observation, std::uint32_t axes) {
   if (!observation) return nullptr;
@@ -115,6 +129,8 @@ Json ProcessServices::answer(const Json& request) {
   if (asked && id == RELIGN_SERVICE_MEASURES)
     return ask_measures(request, *static_cast<const relign_measures_service*>(asked));
   if (asked && id == RELIGN_SERVICE_PRIOR) return ask_prior(request, *static_cast<const relign_prior_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_HISTORY)
+    return ask_history(request, *static_cast<const relign_history_service*>(asked), trial_.task->axes);
   if (asked && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(asked));
   if (asked && id == RELIGN_SERVICE_MODEL) return ask_model(request, *static_cast<const relign_model_service*>(asked));
   if (asked && id == RELIGN_SERVICE_PREPARED)

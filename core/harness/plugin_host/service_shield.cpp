@@ -35,6 +35,14 @@ const void* ShieldedServices::shielded(std::string_view id, const void* service)
     prior_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
     return &prior_.outer;
   }
+  if (id == RELIGN_SERVICE_HISTORY) {
+    using Table = relign_history_service;
+    fill(history_, service);
+    history_.outer.modules = history_.inner->modules;
+    history_.outer.cure_shift = pass<Table, &Table::cure_shift, std::uint32_t, double*, std::uint32_t>;
+    history_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
+    return &history_.outer;
+  }
   if (id == RELIGN_SERVICE_RUN) {
     using Table = relign_run_service;
     fill(run_, service);

@@ -64,6 +64,7 @@ class ShieldedServices {
   CallbackShield* shield_;
   Pair<relign_measures_service> measures_;
   Pair<relign_prior_service> prior_;
+  Pair<relign_history_service> history_;
   Pair<relign_run_service> run_;
   Pair<relign_model_service> model_;
   Pair<relign_pretraining_service> prepared_;

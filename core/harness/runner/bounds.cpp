@@ -58,13 +58,13 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
     for (std::size_t level = 0; level < suite.levels.size(); ++level) {
       const std::string& name = suite.levels[level].name;
       const fs::path file = results / scene_folder(prepared, scene) / "next_image" / (name + ".json");
-      const std::string key = short_hash(suite.levels[level].choice.identity + "\n" + std::to_string(suite.seed));
+      const std::string key = short_hash(suite.levels[level].choice.identity + "\n" + suite.seed_json().dump());
       if (holds(file, key)) continue;
       const auto first = first_instances(prepared, scene, level);
       if (first.empty() || !ran.count(first.begin()->second->id)) continue;
       Json known_by = key_of_scene(prepared, scene);
       known_by["level"] = {plugin_host::plugin_hash(*suite.levels[level].choice.plugin),
-                           suite.levels[level].choice.identity, suite.seed};
+                           suite.levels[level].choice.identity, suite.seed_json()};
       for (const auto& [instance, trial] : first) known_by["instances"].push_back(instance);
       const KeptResult kept(options.cache_folder, "next_image", std::move(known_by));
       Json lenses = kept.read();

@@ -4,13 +4,15 @@
 #include <set>
 #include <system_error>
 
+#include "base/json_members.h"
+
 namespace relign::runner {
 namespace fs = std::filesystem;
 
 struct EarlierRun::Outdated {
   std::set<std::string> trials;
   std::map<std::string, std::size_t> changed;  // plugin id -> trials
-  std::size_t renamed = 0, retried = 0;
+  std::size_t renamed = 0, retried = 0, anonymous = 0;
 };
 
 EarlierRun::EarlierRun(const PreparedPlan& plan, const RunOptions& options, const std::vector<std::size_t>& selected,
@@ -57,9 +59,12 @@ void EarlierRun::check(std::size_t place, const records::FinishedTrial& before, 
   if (other_scene) remove_scene_files(trial.scene);
   const bool retried = options_.retry_failed && !records::ended_well(before.end);
   if (retried) ++outdated.retried;
+  // Which plugins made it is unknown: the files of times/ are lost.
+  const bool anonymous = before.plugins.algorithm.empty() && !now.algorithm.empty();
+  if (anonymous) ++outdated.anonymous;
   const bool renamed =
       before.scene != suite_.scenes[trial.scene].name || before.noise_level != suite_.levels[trial.level].name;
-  if (other_scene || other_level || other_algorithm || other_pretraining || retried) {
+  if (other_scene || other_level || other_algorithm || other_pretraining || retried || anonymous) {
     outdated.trials.insert(trial.id);
   } else if (renamed) {
     ++outdated.renamed;
@@ -74,6 +79,9 @@ void EarlierRun::report(const Outdated& outdated) const {
   if (outdated.retried > 0)
     reporter_.message(std::to_string(outdated.retried) +
                       (outdated.retried == 1 ? " failed trial runs" : " failed trials run") + " again");
+  if (outdated.anonymous > 0)
+    reporter_.message("times/ does not tell which plugins made " + std::to_string(outdated.anonymous) +
+                      (outdated.anonymous == 1 ? " finished trial; it runs again" : " finished trials; they run again"));
   if (outdated.renamed > 0)
     reporter_.message("scenes or noise levels were renamed in the suite: " + std::to_string(outdated.renamed) +
                       (outdated.renamed == 1 ? " trial runs again" : " trials run again"));
@@ -117,6 +125,11 @@ void EarlierRun::mark_changed_analysis(Json& manifest) const {
   manifest["analysis_began_with"] = first;
   reporter_.message(
       "the suite's analysis plan has changed since the first of these results; the report marks it as changed");
+}
+
+void EarlierRun::keep_secret(Json& manifest) const {
+  if (suite_.commitment.empty() || text_of(manifest_, "commitment") != suite_.commitment) return;
+  if (const std::string secret = text_of(manifest_, "secret"); !secret.empty()) manifest["secret"] = secret;
 }
 
 EarlierRun::Remaining EarlierRun::remaining() const {

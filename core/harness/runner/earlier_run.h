@@ -29,6 +29,9 @@ class EarlierRun {
   // An analysis plan that was changed after the first results is not pre-registered: marks it in the new manifest.
   void mark_changed_analysis(Json& manifest) const;
 
+  // A secret that was published stays published.
+  void keep_secret(Json& manifest) const;
+
   // The selected trials that are not finished.
   struct Remaining {
     std::vector<std::size_t> places;

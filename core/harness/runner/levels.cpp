@@ -12,8 +12,8 @@ void check_levels(const suites::Suite& suite, const std::vector<trials::SceneFac
     for (std::size_t scene = 0; scene < facts.size(); ++scene) {
       const plugin_host::HostServices own = services(level.name);
       try {
-        trials::draw_instance(level.choice, level.name, facts[scene], suite.scenes[scene].name, own, suite.seed,
-                              suite.first_instance);
+        trials::draw_instance(level.choice, level.name, facts[scene], suite.scenes[scene].name, own,
+                              suite.draw_seeds().instances, suite.first_instance);
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::bad_input) throw;
         mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());

@@ -190,22 +190,21 @@ class Pictures {
     const auto white = static_cast<float>(job.facts.image_white);
     const auto preview = [&](unsigned step, const std::vector<double>& true_pose) {
       const fs::path file = folder / frame_name(step);
-      if (!fs::exists(file)) images::write_preview(file, seen(job, record, true_pose, step), white);
+      if (!fs::exists(file)) images::write_preview(file, seen(job, true_pose, step), white);
     };
     preview(0, record.steps.front().true_pose);
     if (last.step > 0) preview(last.step, last.recommended_true_pose);
     if (fs::exists(folder / film_name())) return;
     std::vector<images::Image> film;
     for (const std::size_t place : film_frames(record.steps.size()))
-      film.push_back(seen(job, record, record.steps[place].true_pose, record.steps[place].step));
+      film.push_back(seen(job, record.steps[place].true_pose, record.steps[place].step));
     images::write_film(folder / film_name(), film, kFilmTile, white);
   }
 
-  images::Image seen(const TrialJob& job, const records::TrialRecord& record, const std::vector<double>& true_pose,
-                     unsigned step) {
+  images::Image seen(const TrialJob& job, const std::vector<double>& true_pose, unsigned step) {
     const TrialRunner::Placed placed = runner_.place(job);
     images::Image frame(job.facts.image_width, job.facts.image_height);
-    placed.assembly->capture(true_pose, frame_seed(record.instance_seed, step, FrameStream::capture),
+    placed.assembly->capture(true_pose, frame_seed(placed.instance.seed, step, FrameStream::capture),
                              frame.values.data());
     return frame;
   }

@@ -99,7 +99,7 @@ PretrainingEntry Pretrainer::make(const plugin_host::Choice& algorithm, const Tr
   source.algorithm = algorithm;
   source.algorithm_name = algorithm.plugin->id;  // seeds do not depend on the name in a suite
   source.budget = wanted.steps;
-  source.suite_seed = kPretrainingSeed;
+  source.seeds = {kPretrainingSeed, kPretrainingSeed};
   source.pretraining = &state;
   source.prepared = data_of(inner);
   for (state.source = 0; state.source < wanted.sources; ++state.source) {

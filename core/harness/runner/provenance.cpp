@@ -176,10 +176,12 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                    {"spec", suite.spec},
                    {"targets", suite.targets},
                    {"machine_time", suites::machine_time_json(suite.machine_time)}};
+  if (!suite.cycle.is_null()) manifest["cycle"] = suite.cycle;
   if (!suite.analysis.is_null()) {
     manifest["analysis"] = suite.analysis;
     manifest["analysis_hash"] = sha256_hex(canonical_json(suite.analysis));
   }
+  if (!suite.commitment.empty()) manifest["commitment"] = suite.commitment;
   if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
   return manifest;
 }

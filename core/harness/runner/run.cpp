@@ -80,6 +80,7 @@ class Run {
     Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
     earlier.compare_with(manifest);
     earlier.mark_changed_analysis(manifest);
+    earlier.keep_secret(manifest);
     writer_.write_manifest(manifest);
     const EarlierRun::Remaining remaining = earlier.remaining();
     reporter_.set_trials(selected_.size(), remaining.finished, remaining.failed);
@@ -168,6 +169,10 @@ class Run {
 
 }  // namespace
 
-RunSummary run(const PreparedPlan& prepared, const RunOptions& options) { return Run(prepared, options).execute(); }
+RunSummary run(const PreparedPlan& prepared, const RunOptions& options) {
+  if (const suites::Suite& suite = prepared.plan.suite; !suite.commitment.empty() && !suite.seeds)
+    throw Error(ErrorKind::internal, "a sealed suite was run without its secret");
+  return Run(prepared, options).execute();
+}
 
 }  // namespace relign::runner

@@ -46,7 +46,7 @@ trials::Terms terms_of(const TrialJob& job) {
           .mtf_limits = job.mtf_limits,
           .limits = job.limits,
           .budget = job.budget,
-          .algorithm_seed = algorithm_seed(job.suite_seed, job.algorithm_name, job.instance),
+          .algorithm_seed = algorithm_seed(job.seeds.algorithms, job.algorithm_name, job.instance),
           .machine_time = job.machine_time};
 }
 
@@ -89,7 +89,7 @@ records::TrialRecord begin_record(const TrialJob& job) {
   record.method = job.method;
   record.training = job.training;
   record.instance = job.instance;
-  record.instance_seed = instance_seed(job.suite_seed, domain_of(job), job.instance);
+  if (!job.sealed) record.instance_seed = instance_seed(job.seeds.instances, domain_of(job), job.instance);
   record.budget = job.budget;
   return record;
 }
@@ -122,7 +122,8 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
   job.mtf_limits = limits_of(spec);
   job.criteria = criteria_of(spec, job.facts);
-  job.suite_seed = suite.seed;
+  job.seeds = suite.draw_seeds();
+  job.sealed = !suite.commitment.empty();
   job.instance = trial.instance;
   return job;
 }
@@ -207,11 +208,11 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
     bench_->level_key = level_key;
   }
   const SeedDomain domain = domain_of(job);
-  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " + std::to_string(job.suite_seed) +
-                                  " " + std::to_string(job.instance);
+  const std::string mounted_key = std::to_string(static_cast<unsigned>(domain)) + " " +
+                                  std::to_string(job.seeds.instances) + " " + std::to_string(job.instance);
   if (bench_->mounted_key != mounted_key) {
     bench_->unmount();
-    bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.suite_seed, domain, job.instance);
+    bench_->instance = trials::draw_instance(*bench_->level, job.facts, job.seeds.instances, domain, job.instance);
     if (!job.facts.owns_stage) {
       bench_->assembly =
           std::make_unique<plugin_host::MountedAssembly>(on.mount(bench_->instance.perturbations.elements_json));
@@ -296,6 +297,11 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
       record.glued_mse.push_back(truth.mse);
       record.glued_mse_error.push_back(truth.standard_error);
     }
+    for (const trials::Truth& truth : result.best_truths) {
+      record.best_mse.push_back(truth.mse);
+      record.best_mse_error.push_back(truth.standard_error);
+    }
+    record.best_uncured_mse = result.best_uncured_mse;
     record.mtf = mtf_record(result.mtf.glued);
     record.uncured_mtf = mtf_record(result.mtf.uncured);
     record.best_mtf = mtf_record(result.best_mtf.glued);

@@ -36,7 +36,8 @@ struct TrialJob {
   double mtf_lp_per_mm = 0;          // of the specification; 0: no MTF
   trials::MtfLimits mtf_limits;      // of the specification, for merit mtf
   trials::Criteria criteria;         // of the specification, judged after every step
-  std::uint64_t suite_seed = 1;
+  suites::Seeds seeds;
+  bool sealed = false;  // the record keeps no seed
   std::uint64_t instance = 0;
   std::shared_ptr<const trials::PreparedByIdentity> prepared = nullptr;  // pretrained data of its algorithms
   // Not null: pretraining on `instance`, a source instance (pretraining.h).

@@ -18,6 +18,7 @@
 #include "runner/trial_runner.h"
 #include "runner/trial_selection.h"
 #include "runner/verify_folder.h"
+#include "suites/secret.h"
 
 namespace relign::runner {
 namespace fs = std::filesystem;
@@ -178,6 +179,14 @@ suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options
     suites::Suite suite =
         suites::read_suite(JsonSource::from_text(stored.text, stored.file), folder.empty() ? "." : folder, catalog);
     suite.name = stored.name;
+    if (const std::string& secret = options.secret.empty() ? stored.secret : options.secret;
+        !suite.commitment.empty()) {
+      if (secret.empty())
+        throw Error(ErrorKind::bad_input,
+                    "these results are sealed; who has the secret can replay them with --secret "
+                    "FILE, or publish it in them with relign-bench unseal");
+      suites::unseal(suite, secret);
+    }
     return suite;
   } catch (const Error& error) {
     std::error_code code;

@@ -26,6 +26,7 @@ struct VerifyOptions {
   bool add_rules = false;
   // The folder to which relative paths of the suite refer; empty: that of the suite file in the manifest.
   std::filesystem::path suite_folder;
+  std::string secret;    // of a sealed suite; empty: the manifest's
   unsigned workers = 0;  // 0: all cores
   std::filesystem::path cache_folder;
   const std::atomic<bool>* stop = nullptr;

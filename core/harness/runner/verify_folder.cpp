@@ -30,6 +30,7 @@ std::vector<StoredSuite> suites_of(const Json& manifest) {
     suites.push_back({text_of(suite, "text"), text_of(suite, "file"), text_of(suite, "name")});
   if (suites.empty())
     suites.push_back({text_of(manifest, "suite"), text_of(manifest, "suite_file"), text_of(manifest, "suite_name")});
+  for (StoredSuite& suite : suites) suite.secret = text_of(manifest, "secret");
   return suites;
 }
 

@@ -21,6 +21,7 @@ struct ChosenTrial {
 // A suite of the folder; a merged folder may have several.
 struct StoredSuite {
   std::string text, file, name;
+  std::string secret = {};  // of a sealed suite, once published
 };
 std::vector<StoredSuite> suites_of(const Json& manifest);
 

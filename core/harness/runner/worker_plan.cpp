@@ -48,7 +48,9 @@ Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes) {
     algorithm["training"] = entry.training;
     algorithms.push_back(std::move(algorithm));
   }
-  return {{"seed", suite.seed},
+  const suites::Seeds seeds = suite.draw_seeds();
+  return {{"seeds", {seeds.instances, seeds.algorithms}},
+          {"commitment", suite.commitment},
           {"limits", suite.limits},
           {"spec", suite.spec},
           {"machine_time", suites::machine_time_json(suite.machine_time)},
@@ -61,7 +63,8 @@ Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes) {
 WorkerPlan worker_plan_from_json(const Json& json) {
   WorkerPlan plan;
   suites::Suite& suite = plan.prepared.plan.suite;
-  suite.seed = json.at("seed").get<std::uint64_t>();
+  suite.seeds = {json.at("seeds").at(0).get<std::uint64_t>(), json.at("seeds").at(1).get<std::uint64_t>()};
+  suite.commitment = json.at("commitment").get<std::string>();
   suite.limits = json.at("limits").get<std::string>();
   suite.spec = json.at("spec");
   const Json& times = json.at("machine_time");

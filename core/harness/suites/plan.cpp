@@ -48,7 +48,7 @@ std::string instance_set_hash(const Suite& suite, const std::vector<std::string>
   return short_hash(canonical_json({{"instance_set", kTrialIdVersion},
                                     {"scenes", scenes},
                                     {"noise_levels", levels},
-                                    {"seed", suite.seed},
+                                    {"seed", suite.seed_json()},
                                     {"first_instance", suite.first_instance},
                                     {"instances", suite.instances}}));
 }
@@ -81,7 +81,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
                             {"scene", identity_json(suite.scenes[scene].choice.identity)},
                             {"scene_data", identity_json(scene_identity[scene])},
                             {"noise_level", identity_json(suite.levels[level].choice.identity)},
-                            {"suite_seed", suite.seed},
+                            {"suite_seed", suite.seed_json()},
                             {"limits", suite.limits},
                             {"machine_time", machine_time},
                             {"algorithm", identity_json(entry.choice.identity)},
@@ -101,7 +101,8 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
           trial.algorithm = algorithm;
           trial.instance = std::uint64_t{suite.first_instance} + count;
           ingredients["instance"] = trial.instance;
-          ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);
+          if (suite.commitment.empty())
+            ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);
           trial.id = short_hash(canonical_json(ingredients));
           plan.trials.push_back(std::move(trial));
         }

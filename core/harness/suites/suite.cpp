@@ -9,6 +9,7 @@
 #include "base/limits.h"
 #include "base/text.h"
 #include "plugin_host/training.h"
+#include "suites/secret.h"
 
 namespace relign::suites {
 namespace {
@@ -91,6 +92,9 @@ class SuiteReader {
     if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
       top_.complain("name", mistake);
     suite.seed = static_cast<std::uint64_t>(top_.integer("seed", 1, 0, std::numeric_limits<std::int64_t>::max()));
+    suite.commitment = top_.string("commitment", "");
+    if (top_.has("commitment") && !is_commitment(suite.commitment))
+      top_.complain("commitment", "expected \"sha256:\" and 64 hexadecimal digits, as relign-bench seal prints it");
     suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMaxInstances));
     suite.first_instance =
         static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
@@ -119,6 +123,7 @@ class SuiteReader {
     if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kMinMemoryMb)
       top_.complain("trial_memory_mb", "must be at least " + std::to_string(kMinMemoryMb) + ", the need of a worker");
     suite.machine_time = machine_time();
+    suite.cycle = cycle();
     suite.spec = spec();
     suite.targets = targets();
     suite.analysis = analysis(suite);
@@ -371,6 +376,13 @@ class SuiteReader {
   MachineTimeKeys machine_time() {
     if (!top_.get("machine_time")) return {};
     return read_machine_time(source_, top_.pointer_to("machine_time"), problems_);
+  }
+
+  Json cycle() {
+    const Json* value = top_.get("cycle");
+    if (!value) return nullptr;
+    check_cycle(source_, top_.pointer_to("cycle"), problems_);
+    return *value;
   }
 
   Json spec() {

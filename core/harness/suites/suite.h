@@ -42,11 +42,18 @@ Json analysis_json(const Json& written);
 // The given machine times, with the keys of the suite file.
 Json machine_time_json(const MachineTimeKeys& times);
 
+// What every draw of a suite follows from.
+struct Seeds {
+  std::uint64_t instances = 1, algorithms = 1;
+};
+
 struct Suite {
   std::string name;  // "name" in the file, else its stem
   std::string file;  // as given
   std::string text;  // verbatim, for the results
   std::uint64_t seed = 1;
+  std::string commitment;      // of a sealed suite (secret.h), else empty
+  std::optional<Seeds> seeds;  // of a sealed suite whose secret is known
   unsigned instances = 100;
   unsigned first_instance = 0;
   std::string limits = "soft";  // or "hard"
@@ -56,10 +63,17 @@ struct Suite {
   double trial_seconds = 3600;   // time limit of a trial
   unsigned trial_memory_mb = 0;  // memory limit of its worker; 0: four fifths of the machine's memory
   MachineTimeKeys machine_time;  // absent members keep the scene's values
+  Json cycle;                    // null when absent
   Json spec;                     // null when absent
   Json analysis;                 // analysis_json, null when absent
   // RMSE targets in descending order; empty: the default of the statistics.
   std::vector<double> targets;
+
+  // While the secret of a sealed suite is unknown, instances that it does not evaluate.
+  Seeds draw_seeds() const { return seeds.value_or(Seeds{seed, seed}); }
+
+  // What identifies the draws: the commitment or the seed.
+  Json seed_json() const { return commitment.empty() ? Json(seed) : Json(commitment); }
 };
 
 // Throws Error(bad_input) that lists every mistake. Adds home and random when they are missing.

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <relign/random.hpp>
 
 #include "base/text.h"
 
@@ -71,6 +72,52 @@ Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts
   return elements;
 }
 
+std::vector<double> read_shares(ObjectReader& reader, const char* key, std::size_t axes, double lowest) {
+  const std::vector<double> values = reader.numbers(key, axes, std::vector<double>(axes, 0.0));
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!(values[i] >= lowest && values[i] <= 1))
+      reader.complain(key, "value " + std::to_string(i) + " is " + shortest(values[i]) + "; expected " +
+                               shortest(lowest) + " to 1 (fractions of the travel)");
+  return values;
+}
+
+// Empty if all errors are 0.
+std::optional<StageErrors> read_stage(const JsonSource& source, ObjectReader& top, std::size_t axes,
+                                      std::vector<Problem>& problems) {
+  if (!top.get("stage")) return std::nullopt;
+  ObjectReader reader(source, "/stage", problems);
+  StageErrors stage;
+  stage.backlash = read_shares(reader, "backlash", axes, 0);
+  stage.repeatability = read_shares(reader, "repeatability", axes, 0);
+  stage.encoder_step = read_shares(reader, "encoder_step", axes, 0);
+  stage.drift = read_shares(reader, "drift", axes, -1);
+  const auto all_zero = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return value == 0; });
+  };
+  if (!all_zero(stage.drift) && !reader.has("drift_seconds"))
+    reader.complain_missing("drift_seconds", "the time constant of 'drift'");
+  stage.drift_seconds = reader.number("drift_seconds", 1, 1e-3, 1e9);
+  reader.reject_unknown();
+  if (all_zero(stage.backlash) && all_zero(stage.repeatability) && all_zero(stage.encoder_step) &&
+      all_zero(stage.drift))
+    return std::nullopt;
+  return stage;
+}
+
+std::optional<ModuleBatch> read_batch(const JsonSource& source, ObjectReader& top, std::size_t axes,
+                                      std::vector<Problem>& problems) {
+  if (!top.get("batch")) return std::nullopt;
+  constexpr std::int64_t kMaxBatch = 1000;
+  ObjectReader reader(source, "/batch", problems);
+  ModuleBatch batch;
+  if (!reader.has("size")) reader.complain_missing("size", "the number of modules in a batch");
+  batch.size = static_cast<std::uint32_t>(reader.integer("size", 1, 1, kMaxBatch));
+  batch.cure_shift = reader.numbers("cure_shift", axes, std::vector<double>(axes, 0.0));
+  batch.inspection = read_shares(reader, "inspection", axes, 0);
+  reader.reject_unknown();
+  return batch;
+}
+
 Perturbations read(const JsonSource& source, const SceneFacts& scene) {
   std::vector<Problem> problems;
   ObjectReader top(source, "", problems);
@@ -80,6 +127,8 @@ Perturbations read(const JsonSource& source, const SceneFacts& scene) {
   perturbations.distortion = read_distortion(top, scene.axes.size());
   perturbations.elements_json = canonical_json(read_elements(source, top, scene, problems));
   perturbations.cure_shift = top.numbers("cure_shift", scene.axes.size(), {});
+  perturbations.stage = read_stage(source, top, scene.axes.size(), problems);
+  perturbations.batch = read_batch(source, top, scene.axes.size(), problems);
   top.reject_unknown();
   throw_if_any(problems);
   return perturbations;
@@ -110,9 +159,39 @@ Instance draw_instance(plugin_host::NoiseLevel& level, const SceneFacts& scene, 
                        SeedDomain domain, std::uint64_t number) {
   Instance instance;
   instance.number = number;
+  instance.suite_seed = suite_seed;
+  instance.domain = domain;
   instance.seed = instance_seed(suite_seed, domain, number);
-  instance.perturbations = read_perturbations(level.draw(instance.seed, scene.text), scene, "");
+  Perturbations& drawn = instance.perturbations = read_perturbations(level.draw(instance.seed, scene.text), scene, "");
+  if (!drawn.batch) return instance;
+  const std::uint64_t seed = batch_seed(suite_seed, domain, number / drawn.batch->size);
+  const std::optional<ModuleBatch> shared = read_perturbations(level.draw(seed, scene.text), scene, "").batch;
+  if (!shared || shared->size != drawn.batch->size)
+    throw Error(ErrorKind::plugin_failed,
+                "the noise level drew batches of different sizes; expected one for all draws");
+  drawn.batch = shared;
+  drawn.cure_shift.resize(scene.axes.size(), 0.0);
+  for (std::size_t i = 0; i < drawn.cure_shift.size(); ++i) drawn.cure_shift[i] += shared->cure_shift[i];
   return instance;
+}
+
+std::uint32_t earlier_modules(const Instance& instance) {
+  const std::optional<ModuleBatch>& batch = instance.perturbations.batch;
+  return batch ? static_cast<std::uint32_t>(instance.number % batch->size) : 0;
+}
+
+std::vector<double> inspected_shift(plugin_host::NoiseLevel& level, const SceneFacts& scene, const Instance& instance,
+                                    std::uint32_t back) {
+  if (back < 1 || back > earlier_modules(instance))
+    throw Error(ErrorKind::internal, "the batch has no such module before this one");
+  const std::uint64_t seed = instance_seed(instance.suite_seed, instance.domain, instance.number - back);
+  std::vector<double> shift = read_perturbations(level.draw(seed, scene.text), scene, "").cure_shift;
+  shift.resize(scene.axes.size(), 0.0);
+  const ModuleBatch& batch = *instance.perturbations.batch;
+  Random errors(frame_seed(seed, 0, FrameStream::inspection));
+  for (std::size_t i = 0; i < shift.size(); ++i)
+    shift[i] += batch.cure_shift[i] + batch.inspection[i] * errors.normal();
+  return shift;
 }
 
 Instance draw_instance(const plugin_host::Choice& level, const std::string& level_name, const SceneFacts& scene,

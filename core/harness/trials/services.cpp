@@ -32,6 +32,7 @@ const void* Services::get(std::string_view id) {
   if (id == RELIGN_SERVICE_REFERENCE) return reference();
   if (id == RELIGN_SERVICE_MEASURES) return measures();
   if (id == RELIGN_SERVICE_PRIOR) return prior();
+  if (id == RELIGN_SERVICE_HISTORY) return history();
   if (id == RELIGN_SERVICE_RUN) return run();
   if (id == RELIGN_SERVICE_MODEL) return model();
   if (id == RELIGN_SERVICE_PREPARED) return prepared();
@@ -95,6 +96,14 @@ std::string perturbations_json(const Perturbations& perturbations) {
   Json json = {
       {"start", perturbations.start}, {"distortion", rows}, {"elements", Json::parse(perturbations.elements_json)}};
   if (!perturbations.cure_shift.empty()) json["cure_shift"] = perturbations.cure_shift;
+  if (const std::optional<StageErrors>& stage = perturbations.stage)
+    json["stage"] = {{"backlash", stage->backlash},
+                     {"repeatability", stage->repeatability},
+                     {"encoder_step", stage->encoder_step},
+                     {"drift", stage->drift},
+                     {"drift_seconds", stage->drift_seconds}};
+  if (const std::optional<ModuleBatch>& batch = perturbations.batch)
+    json["batch"] = {{"size", batch->size}, {"cure_shift", batch->cure_shift}, {"inspection", batch->inspection}};
   return canonical_json(json);
 }
 
@@ -109,13 +118,37 @@ const void* Services::prior() {
     return shared.answer_unless_stopped([&] {
       // The training domain shares no seed with benchmark instances, whatever the number.
       const SceneFacts& scene = shared.host.setup().scene;
-      const std::uint64_t seed = instance_seed(0, SeedDomain::training, number);
-      const std::string w = std::get<SimulatedLens>(shared.host.setup().stage).level.draw(seed, scene.text);
-      return write_text(drawn, perturbations_json(read_perturbations(w, scene, "")));
+      plugin_host::NoiseLevel& level = std::get<SimulatedLens>(shared.host.setup().stage).level;
+      const Instance made = draw_instance(level, scene, 0, SeedDomain::training, number);
+      return write_text(drawn, perturbations_json(made.perturbations));
     });
   };
   prior_.why = tell_why;
   return &prior_;
+}
+
+const void* Services::history() {
+  if (!shared_.grants(RELIGN_OBSERVES_HISTORY)) return nullptr;
+  history_.struct_size = sizeof history_;
+  history_.context = &shared_;
+  history_.modules = simulated_lens() ? earlier_modules(shared_.host.setup().instance) : 0;
+  history_.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer_unless_stopped([&]() -> relign_status {
+      const TrialSetup& setup = shared.host.setup();
+      const auto* lens = std::get_if<SimulatedLens>(&setup.stage);
+      const std::uint32_t modules = lens ? earlier_modules(setup.instance) : 0;
+      if (!shift || axes != setup.scene.axes.size()) return shared.refuse("expected room for one number per axis");
+      if (back < 1 || back > modules)
+        return shared.refuse("found module " + std::to_string(back) + " before this one; expected 1 to " +
+                             std::to_string(modules));
+      const std::vector<double> measured = inspected_shift(lens->level, setup.scene, setup.instance, back);
+      std::copy(measured.begin(), measured.end(), shift);
+      return RELIGN_OK;
+    });
+  };
+  history_.why = tell_why;
+  return &history_;
 }
 
 const void* Services::run() {

@@ -61,6 +61,7 @@ class Services {
   const void* reference();
   const void* measures();
   const void* prior();
+  const void* history();
   const void* run();
   const void* model();
   const void* prepared();
@@ -69,6 +70,7 @@ class Services {
   relign_reference_service reference_{};
   relign_measures_service measures_{};
   relign_prior_service prior_{};
+  relign_history_service history_{};
   std::unique_ptr<RunService> run_;
   std::unique_ptr<ModelService> model_;
   std::unique_ptr<PretrainingService> prepared_;

@@ -18,7 +18,7 @@ class SimulatedStage final : public Stage {
       : assembly_(assembly),
         setup_(setup),
         machine_time_(setup.terms.machine_time),
-        motion_(setup.scene, setup.instance.perturbations, rules.commanded_start, setup.terms.limits, machine_time_) {}
+        motion_(setup.scene, setup.instance, rules.commanded_start, setup.terms.limits, machine_time_) {}
 
   Arrival start() override { return {motion_.commanded_pose(), motion_.true_pose(), 0, 0, 0}; }
 
@@ -32,7 +32,9 @@ class SimulatedStage final : public Stage {
 
   double capture(unsigned step, float* pixels) override {
     assembly_.capture(motion_.true_pose(), frame_seed(setup_.instance.seed, step, FrameStream::capture), pixels);
-    return (machine_time_.exposure_ms + machine_time_.readout_ms) / 1000;
+    const double seconds = (machine_time_.exposure_ms + machine_time_.readout_ms) / 1000;
+    motion_.wait(seconds);
+    return seconds;
   }
 
   VirtualMove would_reach(const std::vector<double>& commanded) const override {

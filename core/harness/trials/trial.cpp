@@ -94,7 +94,12 @@ void measure_mtf(plugin_host::MountedAssembly& assembly, double lp_per_mm, const
     if (shifts) mtf.uncured = at(step.true_pose);
     return mtf;
   };
-  result.best_mtf = of_step(*best);
+  if (host.best_moves().empty()) {
+    result.best_mtf = of_step(*best);
+  } else {
+    result.best_mtf.glued = at(host.best_moves().back().true_pose);
+    if (shifts) result.best_mtf.uncured = at(host.best_moves().back().uncured_true_pose);
+  }
   result.current_mtf = of_step(result.steps.back());
 }
 
@@ -128,7 +133,11 @@ TrialResult run_trial(const TrialSetup& setup) {
   result.seconds_after_last_step = host.seconds_after_last_step();
   const auto begin = std::chrono::steady_clock::now();
   result.uncured_mse = host.uncured_truth().mse;
-  if (result.end != End::stopped) result.glued_truths = host.glued_truths();
+  if (result.end != End::stopped) {
+    result.glued_truths = host.glued_truths();
+    result.best_truths = host.best_truths();
+    result.best_uncured_mse = host.best_uncured_truth().mse;
+  }
   result.steps = host.take_steps();
   const auto* lens = std::get_if<SimulatedLens>(&setup.stage);
   const Scoring* scoring = setup.scoring();

@@ -136,8 +136,13 @@ struct TrialResult {
   // Noise-free, at the last recommendation before curing; NaN where curing shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
   // Noise-free, for each step in order: after curing at its commanded pose. The scores of the recommendation rules
-  // "best" and "current" (statistics/rules.h). Empty where curing shifts nothing: then commanded_truth holds them.
+  // "best" (but see below) and "current" (statistics/rules.h). Empty where curing shifts nothing: then commanded_truth
+  // holds them.
   std::vector<Truth> glued_truths;
+  // Noise-free, for each step in order: after a move back to the pose of the lowest measured RMSE so far, and curing.
+  // The scores of the rule "best" where the pose depends on the moves before (Perturbations::stage); else empty.
+  std::vector<Truth> best_truths;
+  double best_uncured_mse = std::numeric_limits<double>::quiet_NaN();  // the last of them before curing
   // At one pose, after and before curing.
   struct GluedMtf {
     std::optional<plugin_host::MountedAssembly::FieldMtf> glued, uncured;

@@ -54,6 +54,7 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
       reference_(packed(setup.reference)),
       pixels_(reference_.size()),
       best_merit_(std::numeric_limits<double>::infinity()),
+      lowest_measured_(std::numeric_limits<double>::infinity()),
       left_host_(Clock::now()),
       thread_(std::this_thread::get_id()) {
   describe_task();
@@ -232,6 +233,10 @@ void TrialHost::capture() {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;
   }
+  if (pending_.measured_rmse < lowest_measured_) {
+    lowest_measured_ = pending_.measured_rmse;
+    lowest_measured_pose_ = pending_.commanded_pose;
+  }
 }
 
 // ---- the record of a step ---------------------------------------------------------------------
@@ -245,6 +250,7 @@ void TrialHost::close_step() {
   pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
   pending_.recommended_truth = truth_at(move.true_pose, pending_.number, FrameStream::truth_recommended);
   uncured_true_pose_ = move.uncured_true_pose;
+  if (setup_->instance.perturbations.stage) best_moves_.push_back(stage_->would_reach(lowest_measured_pose_));
   pending_.truth_seconds = seconds_since(start);
   steps_.push_back(pending_);
   if (setup_->callbacks.on_step) setup_->callbacks.on_step(pending_, pixels_.data());
@@ -283,6 +289,20 @@ std::vector<Truth> TrialHost::glued_truths() {
   for (const Step& step : steps_)
     truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
   return truths;
+}
+
+std::vector<Truth> TrialHost::best_truths() {
+  std::vector<Truth> truths;
+  if (!setup_->scoring() || !stage_->has_ground_truth()) return truths;
+  for (std::size_t i = 0; i < best_moves_.size(); ++i)
+    truths.push_back(truth_at(best_moves_[i].true_pose, steps_[i].number, FrameStream::truth_recommended));
+  return truths;
+}
+
+Truth TrialHost::best_uncured_truth() {
+  if (best_moves_.empty() || best_moves_.back().uncured_true_pose.empty())
+    return {std::numeric_limits<double>::quiet_NaN(), 0};
+  return truth_at(best_moves_.back().uncured_true_pose, pending_.number, FrameStream::truth_recommended);
 }
 
 void TrialHost::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

@@ -54,6 +54,11 @@ class TrialHost final : public TrialView {
   // TrialResult::glued_truths. Call it last: a pose is scored once, and a recommended pose must keep the estimate of
   // its own step.
   std::vector<Truth> glued_truths();
+  std::vector<Truth> best_truths();  // TrialResult::best_truths
+  Truth best_uncured_truth();        // NaN where that does not apply
+  // Moves back to the pose of the lowest measured RMSE, after each step; empty where each commanded pose has one true
+  // pose.
+  const std::vector<Stage::VirtualMove>& best_moves() const { return best_moves_; }
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
   bool was_stopped() const { return stopped_; }  // by the stop flag of TrialSetup::services
@@ -122,6 +127,9 @@ class TrialHost final : public TrialView {
   std::optional<std::vector<double>> own_recommendation_;
   std::vector<double> best_measured_pose_;
   double best_merit_ = 0;
+  std::vector<double> lowest_measured_pose_;  // by RMSE, while best_measured_pose_ is by merit
+  double lowest_measured_ = 0;
+  std::vector<Stage::VirtualMove> best_moves_;
   std::vector<double> uncured_true_pose_;        // at the last recommendation, see Stage::VirtualMove
   std::map<std::vector<double>, Truth> truths_;  // by true pose
 

@@ -61,6 +61,7 @@
 #include "scene/noise_free.h"
 #include "scene/optimum.h"
 #include "scene/stage.h"
+#include "services/history.h"
 #include "services/measures.h"
 #include "services/model.h"
 #include "services/prepared.h"
@@ -125,7 +126,8 @@ enum {
   RELIGN_OBSERVES_START = 1 << 2, /* the true start pose: commanded coordinates are the stage's own, nominal pose 0.5 */
   RELIGN_OBSERVES_BOX = 1 << 3,   /* the box to search */
   RELIGN_OBSERVES_DESIGN = 1 << 4, /* the scene's design */
-  RELIGN_OBSERVES_LEVEL = 1 << 5   /* the noise level's distribution */
+  RELIGN_OBSERVES_LEVEL = 1 << 5,  /* the noise level's distribution */
+  RELIGN_OBSERVES_HISTORY = 1 << 6 /* since 1.4: what inspection measured on earlier modules of the batch */
 };
 
 /* The facts of one trial. Valid during run. */
@@ -208,8 +210,14 @@ typedef struct relign_noise_level_interface {
   /* Writes one draw of the perturbations W, a pure function of its arguments. scene_json: what the scene's describe
    * wrote. Writes, for n axes, {"start": [n values in 0..1], "distortion": [[n x n]],
    * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and if glue matters
-   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. RELIGN_FAILED: cannot draw
-   * for this scene. [object-thread] */
+   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Since 1.4, optionally errors
+   * of the stage beyond the distortion, "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n],
+   * "drift": [n], "drift_seconds": s}, each member optional, in fractions of the travel: full width of the play,
+   * standard deviation after a move, resolution of the encoder (0: not rounded), and drift in the end, signed, with the
+   * time constant s of machine time. And "batch": {"size": 25, "cure_shift": [n], "inspection": [n]}: instances come in
+   * batches of that size, the same in all draws; the host adds to "cure_shift" the batch's mean, "cure_shift" of the
+   * draw with the batch's own seed; "inspection" is the standard deviation with which inspection measures a cure shift.
+   * RELIGN_FAILED: cannot draw for this scene. [object-thread] */
   relign_status (*draw)(relign_noise_level* self, uint64_t seed, relign_text scene_json, const relign_text_sink* drawn);
   /* [object-thread] */
   void (*destroy)(relign_noise_level* self);

@@ -110,8 +110,8 @@ class Prior {
  public:
   explicit Prior(const relign_prior_service* service) : service_(service) {}
 
-  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...] where
-  // the level draws one.
+  // Draw `number` as JSON: {"start": [...], "distortion": [[...]], "elements": {...}}, and "cure_shift": [...], of
+  // which the batch's mean is a part, "stage": {...} and "batch": {...} where the level draws them.
   std::string draw(std::uint64_t number) const {
     border::Collector drawn;
     border::check_service(service_, service_->draw(service_->context, number, drawn.sink()), "prior");
@@ -120,6 +120,25 @@ class Prior {
 
  private:
   const relign_prior_service* service_;
+};
+
+// "relign.history/1": what inspection measured on earlier modules of the batch.
+class History {
+ public:
+  History(const relign_history_service* service, std::uint32_t axes) : service_(service), axes_(axes) {}
+
+  // Earlier modules of this batch; 0 for its first, on a station, and at a level without batches.
+  std::uint32_t modules() const { return service_->modules; }
+  // Measured shift of the module `back` places before this one, from 1: true pose after curing minus that before.
+  Pose cure_shift(std::uint32_t back) const {
+    Pose shift(axes_);
+    border::check_service(service_, service_->cure_shift(service_->context, back, shift.data(), axes_), "history");
+    return shift;
+  }
+
+ private:
+  const relign_history_service* service_;
+  std::uint32_t axes_;
 };
 
 // A lens of one's own in the model; unmounted by its destructor.
@@ -249,6 +268,11 @@ inline Measures Trial::measures() const {
 
 inline Prior Trial::prior() const {
   return Prior(offered<relign_prior_service>(RELIGN_SERVICE_PRIOR, RELIGN_OBSERVES_LEVEL, "level"));
+}
+
+inline History Trial::history() const {
+  return History(offered<relign_history_service>(RELIGN_SERVICE_HISTORY, RELIGN_OBSERVES_HISTORY, "history"),
+                 static_cast<std::uint32_t>(axes()));
 }
 
 inline Model Trial::model() const {

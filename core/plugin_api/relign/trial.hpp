@@ -37,6 +37,7 @@ struct Observation {
 
 class Measures;
 class Prior;
+class History;
 class Model;
 class Pretraining;
 struct RunOutcome;
@@ -83,6 +84,7 @@ class Trial {
   ImageView reference() const;      // O*; needs "images". Valid during run
   Measures measures() const;        // MTF, contrast, centroid, ... of the last capture; needs "images"
   Prior prior() const;              // draws from the noise level; needs "level"
+  History history() const;          // inspection of earlier modules of the batch; needs "history"
   Model model() const;              // a simulator of the scene's design; needs "design"
   Pretraining pretraining() const;  // data from source instances; needs "prepare". Never throws: older hosts have none
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.

@@ -116,6 +116,9 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
     comparison.numbers("glued_mse", was.glued_mse, is.glued_mse);
     comparison.numbers("glued_mse_error", was.glued_mse_error, is.glued_mse_error);
   }
+  comparison.numbers("best_mse", was.best_mse, is.best_mse);
+  comparison.numbers("best_mse_error", was.best_mse_error, is.best_mse_error);
+  comparison.number("best_uncured_mse", was.best_uncured_mse, is.best_uncured_mse);
   if (std::isfinite(was.best_mtf.centre) && std::isfinite(is.best_mtf.centre)) {
     mtf("best_mtf_centre", "best_mtf_corner", was.best_mtf, is.best_mtf);
     mtf("best_uncured_mtf_centre", "best_uncured_mtf_corner", was.best_uncured_mtf, is.best_uncured_mtf);

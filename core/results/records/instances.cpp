@@ -52,7 +52,7 @@ std::vector<std::string> different_scenes_and_levels(const Json& a, const Json& 
 
 std::vector<std::string> different_instances(const Json& a, const Json& b, const std::string& in_a,
                                              const std::string& in_b) {
-  std::vector<std::string> messages = differing(a, b, {"seed"}, in_a, in_b);
+  std::vector<std::string> messages = differing(a, b, {"seed", "commitment"}, in_a, in_b);
   for (std::string& message : different_scenes_and_levels(a, b, false, in_a, in_b))
     messages.push_back(std::move(message));
   return messages;

@@ -68,11 +68,12 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
   const std::string a = first_folder_.string(), b = folder.string();
   std::vector<std::string> different;
   if (text_of(first_, "instance_set") != text_of(manifest, "instance_set"))
-    different = differing(first_, manifest, {"instance_set", "seed", "first_instance", "instances"}, a, b);
+    different =
+        differing(first_, manifest, {"instance_set", "seed", "commitment", "first_instance", "instances"}, a, b);
   for (const std::string& message : different_scenes_and_levels(first_, manifest, true, a, b))
     different.push_back(message);
   // Not part of the instance set, but results that differ in them are not comparable.
-  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time"}, a, b))
+  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time", "cycle"}, a, b))
     different.push_back(message);
   if (!different.empty())
     throw Error(ErrorKind::bad_input,
@@ -95,6 +96,7 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
     // A suite that lists the algorithm overrides one where it was added automatically.
     if (!member(entry, "added").is_boolean() || !entry["added"].get<bool>()) known["added"] = false;
   }
+  if (manifest.contains("secret")) first_["secret"] = manifest["secret"];
   if (member(first_, "spec") != member(manifest, "spec")) other_specs_.push_back(b);
   if (member(first_, "analysis") != member(manifest, "analysis")) other_analyses_.push_back(b);
   Json& learnt = first_["prepared"];

@@ -131,6 +131,17 @@ StepRecord read_step(const Json& line) {
   return step;
 }
 
+// Values per step with their standard errors; leaves both empty where the line lacks them.
+void read_per_step(const Json& line, const std::string& key, std::vector<double>& values, std::vector<double>& errors) {
+  const auto found = line.find(key);
+  if (found == line.end()) return;
+  values = read_numbers(*found);
+  errors = read_numbers(line.at(key + "_error"));
+  if (values.size() != line.at("steps").get<std::size_t>())
+    throw Error(ErrorKind::bad_input, "the line is damaged: " + key + " has " + std::to_string(values.size()) +
+                                          " values for " + line.at("steps").dump() + " steps");
+}
+
 MtfRecord read_mtf(const Json& line, const std::string& prefix) {
   MtfRecord mtf;
   if (const auto centre = line.find(prefix + "centre"); centre != line.end()) mtf.centre = read_number(*centre);
@@ -167,14 +178,9 @@ TrialRecord read_closing(const Json& line) {
   record.mtf = read_mtf(line, "mtf_");
   record.uncured_mtf = read_mtf(line, "uncured_mtf_");
   record.own_optimum_mtf = read_mtf(line, "own_optimum_mtf_");
-  if (const auto glued = line.find("glued_mse"); glued != line.end()) {
-    record.glued_mse = read_numbers(*glued);
-    record.glued_mse_error = read_numbers(line.at("glued_mse_error"));
-    if (record.glued_mse.size() != line.at("steps").get<std::size_t>())
-      throw Error(ErrorKind::bad_input, "the line is damaged: glued_mse has " +
-                                            std::to_string(record.glued_mse.size()) + " values for " +
-                                            line.at("steps").dump() + " steps");
-  }
+  read_per_step(line, "glued_mse", record.glued_mse, record.glued_mse_error);
+  read_per_step(line, "best_mse", record.best_mse, record.best_mse_error);
+  if (const auto mse = line.find("best_uncured_mse"); mse != line.end()) record.best_uncured_mse = read_number(*mse);
   record.best_mtf = read_mtf(line, "best_mtf_");
   record.best_uncured_mtf = read_mtf(line, "best_uncured_mtf_");
   record.current_mtf = read_mtf(line, "current_mtf_");
@@ -270,6 +276,8 @@ std::string closing_line(const TrialRecord& record, std::size_t steps) {
   add_mtf(line, "mtf_", record.mtf);
   add_mtf(line, "uncured_mtf_", record.uncured_mtf);
   if (!record.glued_mse.empty()) line.add("glued_mse", record.glued_mse).add("glued_mse_error", record.glued_mse_error);
+  if (!record.best_mse.empty()) line.add("best_mse", record.best_mse).add("best_mse_error", record.best_mse_error);
+  if (std::isfinite(record.best_uncured_mse)) line.add("best_uncured_mse", record.best_uncured_mse);
   add_mtf(line, "best_mtf_", record.best_mtf);
   add_mtf(line, "best_uncured_mtf_", record.best_uncured_mtf);
   add_mtf(line, "current_mtf_", record.current_mtf);

@@ -57,6 +57,10 @@ struct TrialRecord {
   // Noise-free, one value per step: after curing, if the lens were fixed at that step's commanded pose. Not written
   // where curing shifts nothing, because it equals the step's commanded_mse; older records lack it as well.
   std::vector<double> glued_mse, glued_mse_error;
+  // Noise-free, one value per step: after a move back to the pose of the lowest measured RMSE so far, and curing.
+  // Written only where the stage has errors beyond the distortion, so that a pose depends on the moves before.
+  std::vector<double> best_mse, best_mse_error;
+  double best_uncured_mse = std::numeric_limits<double>::quiet_NaN();  // the last before curing; not written if NaN
   // At the last recommendation after curing, at the same before curing, and at the lens's own best pose.
   MtfRecord mtf, uncured_mtf, own_optimum_mtf;
   // The first two at the step of the lowest measured RMSE, and at the last step.

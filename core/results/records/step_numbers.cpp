@@ -99,6 +99,7 @@ void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps) {
       steps[i].glued_mse = steps[i].commanded_mse;
     else if (closing.glued_mse.size() == steps.size())
       steps[i].glued_mse = closing.glued_mse[i];
+    if (closing.best_mse.size() == steps.size()) steps[i].best_mse = closing.best_mse[i];
   }
 }
 

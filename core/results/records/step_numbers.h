@@ -19,8 +19,10 @@ struct StepNumbers {  // as in StepRecord
   std::vector<double> recommended_true_pose;
   double merit = 0;
   // After curing at the commanded pose: TrialRecord::glued_mse, or commanded_mse where curing shifts nothing. NaN where
-  // the record lacks it. set_glued sets it from the trial's closing line.
+  // the record lacks it. set_glued sets it, and best_mse, from the trial's closing line.
   double glued_mse = std::numeric_limits<double>::quiet_NaN();
+  // TrialRecord::best_mse; NaN where the record has none: then the glued_mse at the step of the lowest measured RMSE.
+  double best_mse = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct TrialRecord;

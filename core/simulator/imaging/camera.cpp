@@ -102,6 +102,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   mse_shares_ = allocate_samples(kMseSamples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles().size());
+  find_spans();
   emitter_ = scene.emitter.plane();
   if (scene.diffraction) diffraction_.emplace(scene);
   if (settings.transport != Transport::ghost) return;
@@ -111,6 +112,28 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
 }
 
 Camera::~Camera() = default;
+
+void Camera::find_spans() {
+  const Sensor& sensor = scene_->sensor;
+  std::vector<char> row_read(static_cast<std::size_t>(sensor.width));
+  for (int row = 0; row < sensor.height; ++row) {
+    std::fill(row_read.begin(), row_read.end(), static_cast<char>(sensor.windows.empty()));
+    for (const PixelBox& window : sensor.windows)
+      if (row >= window.row && row < window.row + window.rows)
+        std::fill_n(row_read.begin() + window.column, window.columns, static_cast<char>(1));
+    for (int column = 0; column < sensor.width; ++column) {
+      if (!row_read[static_cast<std::size_t>(column)]) continue;
+      if (column == 0 || !row_read[static_cast<std::size_t>(column) - 1]) spans_.push_back({column, row, 0, 1});
+      ++spans_.back().columns;
+    }
+  }
+}
+
+double Camera::share_read_out() const {
+  double read = 0;
+  for (const PixelBox& span : spans_) read += span.columns;
+  return read / static_cast<double>(scene_->sensor.pixels());
+}
 
 void Camera::set_capture(Sampler sampler, int samples) {
   if (samples < static_cast<int>(views_.size()))
@@ -184,6 +207,7 @@ RayPath Camera::ray_path(const View& view) const {
 template <class Body>
 void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body) {
   const int width = scene_->sensor.width;
+  if (!scene_->sensor.windows.empty()) std::fill_n(pixels, scene_->sensor.pixels(), 0.0F);
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const auto at = static_cast<std::size_t>(index);
     Workspace& work = *workspaces_[thread];
@@ -226,8 +250,10 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
   if (!scene_->sensor.electronics) return;
   const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::sampled;
   const int width = scene_->sensor.width;
-  parallel_->for_each(scene_->sensor.height, [&](int row, unsigned thread) {
-    read_out(*scene_->sensor.electronics, shot_noise, seed, row * width, width, pixels + row * width,
+  parallel_->for_each(static_cast<int>(spans_.size()), [&](int index, unsigned thread) {
+    const PixelBox& span = spans_[static_cast<std::size_t>(index)];
+    const int first = span.row * width + span.column;
+    read_out(*scene_->sensor.electronics, shot_noise, seed, first, span.columns, pixels + first,
              workspaces_[thread]->words);
   });
 }

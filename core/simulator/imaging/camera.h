@@ -110,6 +110,10 @@ class Camera {
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
+  // Parts of rows: the pixels that are read out, and their share of all.
+  const std::vector<PixelBox>& spans() const { return spans_; }
+  double share_read_out() const;
+
   // For tests: changes sampler and sample count of capture().
   void set_capture(Sampler sampler, int samples);
 
@@ -145,6 +149,7 @@ class Camera {
   // an image without them.
   void capture_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
+  void find_spans();
   // Renders an image from each view's share of a pixel's samples: body(source, path, tile, samples) traces the rays of
   // a tile and returns the factor for the sum of a pixel's rays.
   enum class Pixels { lit, all };
@@ -155,7 +160,8 @@ class Camera {
   CaptureSettings settings_;
   Parallel* parallel_;
   optics::BlockTracer* tracer_;
-  std::vector<View> views_;  // one per wavelength
+  std::vector<View> views_;      // one per wavelength
+  std::vector<PixelBox> spans_;  // what the electronics read out: parts of rows
   std::vector<int> capture_shares_, mse_shares_;
   // transport ghost
   std::optional<GhostImage> ghosts_;

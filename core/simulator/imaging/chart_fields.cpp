@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "imaging/pupil_tiles.h"
 #include "imaging/ray_bundle.h"
 #include "imaging/target.h"
 #include "optics/elementary.h"
@@ -212,6 +213,43 @@ images::EdgeFields fields_of(const SceneFile& scene) {
   images::EdgeFields fields;
   for (ChartField& field : chart_fields(scene)) fields.push_back(std::move(field.field));
   return fields;
+}
+
+std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels) {
+  const images::EdgeFields fields = fields_of(scene);
+  if (fields.empty())
+    throw Error(ErrorKind::bad_input, "scene '" + scene.name +
+                                          "': windows need fields to be around: list 'fields' in the scene file, or "
+                                          "choose target camera_chart or slanted_edges");
+  const Sensor& sensor = scene.sensor;
+  const int tile = tile_pixels(sensor);
+  // Of one axis: first pixel and number of pixels.
+  const auto snapped = [tile](double low, double high, int count) {
+    const int first = std::max(0, static_cast<int>(std::floor(low)) / tile * tile);
+    const int end = std::min(count, (static_cast<int>(std::ceil(high)) + tile - 1) / tile * tile);
+    return std::pair{first, end - first};
+  };
+  std::vector<PixelBox> windows;
+  for (const images::EdgeField& field : fields) {
+    double low_x = sensor.width, high_x = 0, low_y = sensor.height, high_y = 0;
+    const auto cover = [&](double left, double top, double width, double height) {
+      low_x = std::min(low_x, left);
+      high_x = std::max(high_x, left + width);
+      low_y = std::min(low_y, top);
+      high_y = std::max(high_y, top + height);
+    };
+    for (const auto& region : {field.tangential, field.sagittal})
+      if (region)
+        cover(static_cast<double>(region->x), static_cast<double>(region->y), static_cast<double>(region->width),
+              static_cast<double>(region->height));
+    const double middle_x = field.mark ? field.mark->x_px : (low_x + high_x) / 2;
+    const double middle_y = field.mark ? field.mark->y_px : (low_y + high_y) / 2;
+    cover(middle_x - pixels / 2.0, middle_y - pixels / 2.0, pixels, pixels);
+    const auto [column, columns] = snapped(std::max(0.0, low_x), high_x, sensor.width);
+    const auto [row, rows] = snapped(std::max(0.0, low_y), high_y, sensor.height);
+    windows.push_back({column, row, columns, rows});
+  }
+  return windows;
 }
 
 std::vector<FieldPoint> points_of_fields(const SceneFile& scene) {

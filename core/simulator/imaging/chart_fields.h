@@ -29,6 +29,10 @@ struct ChartField {
 // pixels. Empty for other targets, and where the squares have fewer than 40 pixels a side.
 std::vector<ChartField> chart_fields(const SceneFile& scene);
 
+// A window around each field: `pixels` a side around its mark, or its regions if these are larger, in whole tiles and
+// inside the sensor. Throws Error(bad_input) for a scene without fields.
+std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels);
+
 // Those that the scene file lists, else those of the chart.
 images::EdgeFields fields_of(const SceneFile& scene);
 

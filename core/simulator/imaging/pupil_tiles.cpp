@@ -99,14 +99,29 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
   optics::set_first_frame(start, path, sensor.place(tile.column + 0.5 * tile.columns, tile.row + 0.5 * tile.rows));
 }
 
+int tile_pixels(const Sensor& sensor) {
+  return std::clamp(std::min(sensor.width, sensor.height) / kMinTilesAcross, 1, kTilePixels);
+}
+
 PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&scene), parallel_(&parallel) {
   for (unsigned thread = 0; thread < parallel.threads(); ++thread)
     blocks_.push_back(std::make_unique<optics::RayBlock>());
   const int width = scene.sensor.width, height = scene.sensor.height;
-  tile_pixels_ = std::clamp(std::min(width, height) / kMinTilesAcross, 1, kTilePixels);
+  tile_pixels_ = tile_pixels(scene.sensor);
   across_ = (width + tile_pixels_ - 1) / tile_pixels_;
   down_ = (height + tile_pixels_ - 1) / tile_pixels_;
   corners_.resize(static_cast<std::size_t>((across_ + 1) * (down_ + 1)));
+  is_used_.assign(corners_.size(), 0);
+  visibilities_.resize(static_cast<std::size_t>(across_ * down_), Visibility::nothing);
+  // Whether a window has a pixel less than `margin` pixels beside the box.
+  const auto in_a_window = [&scene](const PixelBox& box, int margin) {
+    const std::vector<PixelBox>& windows = scene.sensor.windows;
+    return windows.empty() || std::any_of(windows.begin(), windows.end(), [&](const PixelBox& window) {
+             return box.column - margin < window.column + window.columns &&
+                    box.column + box.columns + margin > window.column && box.row - margin < window.row + window.rows &&
+                    box.row + box.rows + margin > window.row;
+           });
+  };
   for (int row = 0; row < down_; ++row)
     for (int column = 0; column < across_; ++column) {
       Tile tile;
@@ -114,14 +129,17 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
       tile.box.row = row * tile_pixels_;
       tile.box.columns = std::min(tile_pixels_, width - tile.box.column);
       tile.box.rows = std::min(tile_pixels_, height - tile.box.row);
-      tiles_.push_back(tile);
+      if (in_a_window(tile.box, 0)) tiles_.push_back(tile);
+      if (!in_a_window(tile.box, tile_pixels_)) continue;
+      around_.push_back(tile);
+      for (const int across : {column, column + 1})
+        for (const int down : {row, row + 1}) is_used_[corner_at(across, down)] = 1;
     }
-  visibilities_.resize(tiles_.size());
 }
 
 std::array<const TileCorner*, 4> PupilTiles::corners_of(const Tile& tile) const {
-  const int column = tile.box.column / tile_pixels_, row = tile.box.row / tile_pixels_;
-  const auto corner = [&](int c, int r) { return &corners_[static_cast<std::size_t>(r * (across_ + 1) + c)]; };
+  const auto [column, row] = cell_of(tile);
+  const auto corner = [&](int c, int r) { return &corners_[corner_at(c, r)]; };
   return {corner(column, row), corner(column + 1, row), corner(column, row + 1), corner(column + 1, row + 1)};
 }
 
@@ -142,7 +160,7 @@ void PupilTiles::fill_table(MountedLens& lens, std::size_t which, const optics::
   const optics::Motion to_lens = optics::inverse(lens_to_world);
   for (int row = 0; row <= down_; ++row)
     for (int column = 0; column <= across_; ++column)
-      table.add_missing(to_lens.point(corner_place(column, row)), missing_);
+      if (is_used_[corner_at(column, row)]) table.add_missing(to_lens.point(corner_place(column, row)), missing_);
   if (missing_.empty()) return;
   parallel_->for_each(static_cast<int>(missing_.size()), [&](int item, unsigned thread) {
     table.fill(missing_[static_cast<std::size_t>(item)], *blocks_[thread]);
@@ -195,7 +213,8 @@ void PupilTiles::fit_corners(int row, const optics::Motion& lens_to_world) {
   const optics::PupilSearch& search = table_->search();
   std::array<Vec3, 2 * kSupports> directions{};
   for (int column = 0; column <= across_; ++column) {
-    TileCorner& corner = corners_[static_cast<std::size_t>(row * (across_ + 1) + column)];
+    if (!is_used_[corner_at(column, row)]) continue;
+    TileCorner& corner = corners_[corner_at(column, row)];
     const Vec3 place = to_lens.point(corner_place(column, row));
     const optics::PassingRegion region = table_->at(place);
     corner.empty = region.empty;
@@ -283,7 +302,7 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
                                const optics::EmitterPlane& emitter, optics::RayBlock& block) {
   ProbeBlock rays(corners_, ops, emitter, block);
   for (int column = 0; column <= across_; ++column) {
-    const auto owner = static_cast<std::size_t>(row * (across_ + 1) + column);
+    const std::size_t owner = corner_at(column, row);
     const TileCorner& corner = corners_[owner];
     if (corner.empty) continue;
     const Vec3 start = path.into_first_frame.point(corner_place(column, row));
@@ -404,19 +423,22 @@ void PupilTiles::find_unlit_tiles(double half_emitter) {
   blurry_ = false;
   for (const TileCorner& corner : corners_)
     blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
-  for (std::size_t i = 0; i < tiles_.size(); ++i) visibilities_[i] = visibility(tiles_[i], half_emitter);
-  for (int row = 0; row < down_; ++row)
-    for (int column = 0; column < across_; ++column) {
-      const auto at = static_cast<std::size_t>(row * across_ + column);
-      bool neighbour = false;
-      for (int r = std::max(0, row - 1); r <= std::min(down_ - 1, row + 1); ++r)
-        for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
-          neighbour |= visibilities_[static_cast<std::size_t>(r * across_ + c)] == Visibility::emitter;
-      bool passes = false;
-      for (const TileCorner* corner : corners_of(tiles_[at])) passes |= !corner->empty;
-      tiles_[at].unlit = !passes || visibilities_[at] == Visibility::nothing ||
-                         (visibilities_[at] == Visibility::unknown && !neighbour && !blurry_);
-    }
+  const auto visibility_at = [this](int column, int row) -> Visibility& {
+    return visibilities_[static_cast<std::size_t>(row * across_ + column)];
+  };
+  for (const Tile& tile : around_)
+    visibility_at(cell_of(tile).column, cell_of(tile).row) = visibility(tile, half_emitter);
+  for (Tile& tile : tiles_) {
+    const auto [column, row] = cell_of(tile);
+    bool neighbour = false;
+    for (int r = std::max(0, row - 1); r <= std::min(down_ - 1, row + 1); ++r)
+      for (int c = std::max(0, column - 1); c <= std::min(across_ - 1, column + 1); ++c)
+        neighbour |= visibility_at(c, r) == Visibility::emitter;
+    bool passes = false;
+    for (const TileCorner* corner : corners_of(tile)) passes |= !corner->empty;
+    const Visibility here = visibility_at(column, row);
+    tile.unlit = !passes || here == Visibility::nothing || (here == Visibility::unknown && !neighbour && !blurry_);
+  }
 }
 
 void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,

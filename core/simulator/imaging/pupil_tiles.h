@@ -29,12 +29,6 @@ constexpr int kTilePixels = 12;                     // per side, at most
 constexpr int kProbes = 1 + optics::kSupports / 2;  // probe rays from each corner of tiles to the emitter
 constexpr int kMaxSamples = 4096;                   // directions per pixel
 
-// Pixels [column, column + columns) x [row, row + rows).
-struct PixelBox {
-  int column = 0, row = 0;
-  int columns = 0, rows = 0;
-};
-
 struct Tile {
   PixelBox box;
   PixelBox lit;  // contains every pixel of `box` that the emitter can light; undefined in unlit tiles
@@ -59,6 +53,9 @@ struct TileCorner {
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
                 const optics::BackwardPath& path);
 
+// The sides of a sensor's tiles, in pixels.
+int tile_pixels(const Sensor& sensor);
+
 class PupilTiles {
  public:
   // Both must outlive the tiles.
@@ -68,6 +65,7 @@ class PupilTiles {
   // second call on.
   void fit(MountedLens& lens, const optics::Motion& lens_to_world, const optics::BackwardPath& path,
            const std::vector<optics::Op>& ops, const optics::EmitterPlane& emitter, std::size_t which = 0);
+  // Of a sensor with windows only the tiles in these.
   const std::vector<Tile>& tiles() const { return tiles_; }
 
  private:
@@ -87,6 +85,13 @@ class PupilTiles {
   std::array<const TileCorner*, 4> corners_of(const Tile& tile) const;  // left and right above, then below
   optics::Vec3 corner_place(int tile_column, int tile_row) const;
 
+  // A tile's place in the grid.
+  struct Cell {
+    int column = 0, row = 0;
+  };
+  Cell cell_of(const Tile& tile) const { return {tile.box.column / tile_pixels_, tile.box.row / tile_pixels_}; }
+  std::size_t corner_at(int column, int row) const { return static_cast<std::size_t>(row * (across_ + 1) + column); }
+
   const SceneFile* scene_;
   const optics::PassingTable* table_ = nullptr;  // of the current lens
   Parallel* parallel_;
@@ -94,10 +99,12 @@ class PupilTiles {
   int across_, down_;       // tiles
   std::size_t points_ = 0;  // vertices of each corner's polygon
   std::vector<TileCorner> corners_;
+  std::vector<char> is_used_;  // per corner: of one of the tiles, or of one beside them
   std::vector<Tile> tiles_;
+  std::vector<Tile> around_;                               // of the grid: the tiles and those beside them
   bool blurry_ = false;                                    // hits spread over a large part of the emitter
   std::vector<int> missing_;                               // in the table
-  std::vector<Visibility> visibilities_;                   // one per tile
+  std::vector<Visibility> visibilities_;                   // one per tile of the grid
   std::vector<std::unique_ptr<optics::RayBlock>> blocks_;  // one per thread
 };
 

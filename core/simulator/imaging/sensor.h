@@ -19,6 +19,12 @@ struct Electronics {
   int bits = 0;                     // of the converter; 0: grey values are not rounded
 };
 
+// Pixels [column, column + columns) x [row, row + rows).
+struct PixelBox {
+  int column = 0, row = 0;
+  int columns = 0, rows = 0;
+};
+
 // The part of a sensor that is read out: width x height square pixels. Row 0 is at the largest world y.
 struct Sensor {
   double z_mm = 0;  // world
@@ -27,6 +33,8 @@ struct Sensor {
   int width = 0, height = 0;       // pixels
   double left_mm = 0, top_mm = 0;  // world x and y of the corner where pixel (0, 0) begins
   std::optional<Electronics> electronics;
+  // Only these are read out, other pixels of every image are 0: whole tiles (pupil_tiles.h). Empty: all.
+  std::vector<PixelBox> windows;
 
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
   // World position at `column`, `row`, counted in pixels from that corner.

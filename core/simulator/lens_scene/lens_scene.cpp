@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/chart_fields.h"
@@ -127,6 +128,18 @@ Parts read_parts(const Parameters& given) {
   return parts;
 }
 
+void read_windows_only(Parts& parts, int pixels) {
+  const auto refuse = [&parts](bool has, const std::string& what) {
+    if (has)
+      throw Error(ErrorKind::bad_input,
+                  "scene '" + parts.scene.name + "': windows cannot be combined with " + what + "; use whole frames");
+  };
+  refuse(parts.scene.diffraction, "diffraction in images");
+  refuse(parts.settings.transport == imaging::Transport::ghost, "transport 'ghost'");
+  refuse(parts.errors.has_value(), "imaging errors");
+  parts.scene.sensor.windows = imaging::windows_around_fields(parts.scene, pixels);
+}
+
 LensScene::LensScene(const Parameters& given, Parts parts, const std::string& library)
     : settings_(parts.settings),
       scene_(std::move(parts.scene)),
@@ -170,7 +183,7 @@ std::string LensScene::describe() {
                       {"elements", elements},
                       {"geometry", geometry},
                       {"files", files}};
-  if (!scene_.machine_time.is_null()) description["machine_time"] = scene_.machine_time;
+  if (!scene_.machine_time.is_null()) description["machine_time"] = machine_time();
   if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
   if (const images::EdgeFields fields = imaging::fields_of(scene_); !fields.empty()) {
     description["fields"] = images::to_json(fields);
@@ -197,9 +210,21 @@ std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json
   return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
 }
 
-// The level of a lit pixel: the 99th percentile of O*.
+// The scene file's; only pixels that are read out take time.
+Json LensScene::machine_time() const {
+  Json times = scene_.machine_time;
+  if (const auto readout = times.find("readout_ms"); readout != times.end() && !scene_.sensor.windows.empty())
+    *readout = readout->get<double>() * shared_.camera.share_read_out();
+  return times;
+}
+
+// The level of a lit pixel: the 99th percentile of O*, of the pixels that are read out.
 float LensScene::white() const {
-  std::vector<float> values = reference_.mean;
+  std::vector<float> values;
+  for (const imaging::PixelBox& span : shared_.camera.spans()) {
+    const auto first = reference_.mean.begin() + span.row * scene_.sensor.width + span.column;
+    values.insert(values.end(), first, first + span.columns);
+  }
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
   std::nth_element(values.begin(), place, values.end());
   return *place > 0 ? *place : 1.0F;

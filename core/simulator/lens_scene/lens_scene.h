@@ -27,6 +27,10 @@ struct Parts {
   std::string tracer_hash;                       // of everything that the tracer's images depend on besides the scene
 };
 
+// Reads out only windows of this size around the scene's fields. Throws Error(bad_input) for a scene whose images need
+// more than the light of their own pixels.
+void read_windows_only(Parts& parts, int pixels);
+
 // Settings and scene, from the parameters "transport", "sampler", "samples", "scene", "ambient_index", "target",
 // "rotation_z" and "pixels".
 Parts read_parts(const Parameters& given);
@@ -55,6 +59,7 @@ class LensScene : public Scene {
     imaging::FieldMtfMeter meter;
   };
   float white() const;
+  Json machine_time() const;
 
   imaging::CaptureSettings settings_;
   imaging::SceneFile scene_;

@@ -15,6 +15,7 @@ using relign::Problem;
 constexpr double kLargestShiftUm = 1e6;
 constexpr double kLargestTiltArcmin = 45 * 60;
 constexpr std::size_t kMaxAxes = 64;
+constexpr std::int64_t kMaxBatch = 1000;
 
 template <class Value>
 struct Named {
@@ -67,6 +68,7 @@ ElementLimits read_element(const relign::JsonSource& source, const std::string& 
   return element;
 }
 
+// `key`: pointer without the first slash.
 PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, Law law,
                      std::vector<Problem>& problems) {
   ObjectReader reader(source, "/" + key, problems);
@@ -79,18 +81,57 @@ PoseLimits read_pose(const relign::JsonSource& source, const std::string& key, L
   return pose;
 }
 
-bool all_zero(const PoseLimits& pose) {
+bool all_zero(const std::vector<double>& shift_um, const std::vector<double>& tilt_arcmin) {
   const auto zero = [](double limit) { return limit == 0; };
-  return std::all_of(pose.shift_um.begin(), pose.shift_um.end(), zero) &&
-         std::all_of(pose.tilt_arcmin.begin(), pose.tilt_arcmin.end(), zero);
+  return std::all_of(shift_um.begin(), shift_um.end(), zero) &&
+         std::all_of(tilt_arcmin.begin(), tilt_arcmin.end(), zero);
 }
 
-// For keys of effects that trials do not simulate.
-void refuse_unless_zero(ObjectReader& reader, const std::string& key, const std::string& what) {
-  if (reader.number(key, 0, 0, kLargestShiftUm) == 0) return;
-  reader.complain(key, what +
-                           " is not simulated, only 0 is allowed: in a trial a commanded pose always has the same true "
-                           "pose, whatever the path");
+// A number for all axes of a kind, or a list.
+std::vector<double> read_axis_values(ObjectReader& reader, const std::string& key, double largest, bool& one) {
+  const Json* given = reader.get(key);
+  one = !given || given->is_number();
+  return one ? std::vector<double>{reader.number(key, 0, 0, largest)} : limits(reader, key, 0, largest);
+}
+
+AxisValues read_axis_values(ObjectReader& reader, const std::string& name) {
+  AxisValues values;
+  values.key = reader.pointer_to(name + "_um");
+  values.shift_um = read_axis_values(reader, name + "_um", kLargestShiftUm, values.one_shift);
+  values.tilt_arcmin = read_axis_values(reader, name + "_arcmin", kLargestTiltArcmin, values.one_tilt);
+  return values;
+}
+
+Movement read_movement(const relign::JsonSource& source, std::vector<Problem>& problems) {
+  ObjectReader reader(source, "/movement", problems);
+  Movement movement;
+  movement.cross_talk = reader.number("cross_talk", 0, 0, 0.5);
+  movement.backlash = read_axis_values(reader, "backlash");
+  movement.repeatability = read_axis_values(reader, "repeatability");
+  movement.resolution = read_axis_values(reader, "resolution");
+  movement.drift = read_axis_values(reader, "drift");
+  const bool drifts = !all_zero(movement.drift.shift_um, movement.drift.tilt_arcmin);
+  if (drifts && !reader.has("drift_seconds"))
+    reader.complain_missing("drift_seconds", "the time constant of 'drift_um' and 'drift_arcmin'");
+  const double seconds = reader.number("drift_seconds", 1, 1e-3, 1e9);
+  movement.drift_seconds = drifts ? seconds : 0;
+  movement.pivot_um = limits(reader, "pivot_um", 3, kLargestShiftUm);
+  reader.reject_unknown();
+  return movement;
+}
+
+Batch read_batch(const relign::JsonSource& source, Law law, std::vector<Problem>& problems) {
+  ObjectReader reader(source, "/batch", problems);
+  Batch batch;
+  if (!reader.has("size")) reader.complain_missing("size", "modules per batch");
+  batch.size = static_cast<unsigned>(reader.integer("size", 1, 1, kMaxBatch));
+  if (reader.get("cure_shift"))
+    batch.cure_shift = read_pose(source, "batch/cure_shift", law, problems);
+  else
+    reader.complain_missing("cure_shift", "limits of the mean cure shift of a batch");
+  batch.inspection = read_axis_values(reader, "inspection");
+  reader.reject_unknown();
+  return batch;
 }
 
 }  // namespace
@@ -122,15 +163,9 @@ Tolerances read_tolerances(const relign::JsonSource& source) {
   else
     top.complain_missing("start", "limits of the start around the nominal pose");
   if (top.get("cure_shift")) read.cure_shift = read_pose(source, "cure_shift", read.law, problems);
-  if (read.cure_shift && all_zero(*read.cure_shift)) read.cure_shift.reset();
-
-  if (top.get("movement")) {
-    ObjectReader movement(source, "/movement", problems);
-    read.cross_talk = movement.number("cross_talk", 0, 0, 0.5);
-    refuse_unless_zero(movement, "backlash_um", "backlash");
-    refuse_unless_zero(movement, "repeatability_um", "a random error of every move");
-    movement.reject_unknown();
-  }
+  if (read.cure_shift && all_zero(read.cure_shift->shift_um, read.cure_shift->tilt_arcmin)) read.cure_shift.reset();
+  if (top.get("batch")) read.batch = read_batch(source, read.law, problems);
+  if (top.get("movement")) read.movement = read_movement(source, problems);
   top.reject_unknown();
   relign::throw_if_any(problems);
   return read;

@@ -1,4 +1,6 @@
 // tolerances: perturbations W within the limits of a tolerance file. See README.md.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
@@ -9,6 +11,7 @@
 namespace {
 
 using relign::Json;
+using tolerances::AxisValues;
 using tolerances::ElementLimits;
 using tolerances::Law;
 using tolerances::Pivot;
@@ -19,6 +22,9 @@ using tolerances::PoseLimits;
 constexpr std::uint64_t kStartStream = 1;
 constexpr std::uint64_t kMovementStream = 2;
 constexpr std::uint64_t kCureStream = 3;
+constexpr std::uint64_t kDriftStream = 4;
+constexpr std::uint64_t kPivotStream = 5;
+constexpr std::uint64_t kBatchStream = 6;
 constexpr std::uint64_t kFirstElementStream = 16;
 
 class Tolerances final : public relign::NoiseLevel {
@@ -31,9 +37,16 @@ class Tolerances final : public relign::NoiseLevel {
     const Json scene = Json::parse(scene_json);
     Json drawn;
     drawn["start"] = draw_start(seed, scene);
-    drawn["distortion"] = draw_distortion(seed, scene.at("axes").size());
+    drawn["distortion"] = draw_distortion(seed, scene);
     drawn["elements"] = draw_elements(seed, scene);
     if (limits_.cure_shift) drawn["cure_shift"] = draw_pose(seed, kCureStream, *limits_.cure_shift, scene);
+    if (limits_.batch) {
+      const std::vector<double> measured = shares_of(limits_.batch->inspection, scene);
+      drawn["batch"] = {{"size", limits_.batch->size},
+                        {"cure_shift", draw_pose(seed, kBatchStream, limits_.batch->cure_shift, scene)}};
+      if (!measured.empty()) drawn["batch"]["inspection"] = measured;
+    }
+    if (Json stage = draw_stage(seed, scene); !stage.is_null()) drawn["stage"] = std::move(stage);
     return drawn.dump();
   }
 
@@ -72,19 +85,103 @@ class Tolerances final : public relign::NoiseLevel {
                                        std::to_string(of_kind.size()) + " numbers, none for axis '" +
                                        axis.at("name").get<std::string>() +
                                        "' of the scene; must have one per axis in " + (tilts_lens ? "degrees" : "mm"));
-      const double limit = of_kind[index] / (tilts_lens ? 60 : 1000);  // degrees or mm
-      const double travel = axis.at("upper").get<double>() - axis.at("lower").get<double>();
-      shares.push_back(limit * deviate(random, limits.law) / travel + 0.0);  // no negative zero
+      const double limit = of_kind[index] / (tilts_lens ? 60 : 1000);                 // degrees or mm
+      shares.push_back(limit * deviate(random, limits.law) / travel_of(axis) + 0.0);  // no negative zero
     }
     return shares;
   }
 
-  std::vector<std::vector<double>> draw_distortion(std::uint64_t seed, std::size_t axes) const {
+  // In shares of the travel; empty if all are 0.
+  std::vector<double> shares_of(const AxisValues& values, const Json& scene) const {
+    std::vector<double> shares;
+    std::size_t shifts = 0, tilts = 0;
+    bool any = false;
+    for (const Json& axis : scene.at("axes")) {
+      const bool tilts_lens = axis.at("unit") == "deg";
+      const std::vector<double>& of_kind = tilts_lens ? values.tilt_arcmin : values.shift_um;
+      std::size_t index = tilts_lens ? tilts++ : shifts++;
+      if (tilts_lens ? values.one_tilt : values.one_shift) index = 0;
+      if (index >= of_kind.size())
+        complain(values.key, "of the lists of this error, the one of axes in " +
+                                 std::string(tilts_lens ? "degrees" : "mm") + " has " + std::to_string(of_kind.size()) +
+                                 " numbers, none for axis '" + axis.at("name").get<std::string>() +
+                                 "' of the scene; must have one per axis, or a number instead of a list");
+      shares.push_back(of_kind[index] / (tilts_lens ? 60 : 1000) / travel_of(axis));
+      if (shares.back() > 1)
+        complain(values.key,
+                 "the value for axis '" + axis.at("name").get<std::string>() + "' of the scene exceeds its travel");
+      any = any || shares.back() != 0;
+    }
+    return any ? shares : std::vector<double>();
+  }
+
+  // Null if the stage has no errors beyond the distortion.
+  Json draw_stage(std::uint64_t seed, const Json& scene) const {
+    const tolerances::Movement& movement = limits_.movement;
+    Json stage;
+    const auto add = [&stage](const char* key, const std::vector<double>& shares) {
+      if (!shares.empty()) stage[key] = shares;
+    };
+    add("backlash", shares_of(movement.backlash, scene));
+    add("repeatability", shares_of(movement.repeatability, scene));
+    add("encoder_step", shares_of(movement.resolution, scene));
+    std::vector<double> drift = shares_of(movement.drift, scene);
+    relign::Random random(seed, kDriftStream);
+    for (double& share : drift) share = share * deviate(random, limits_.law) + 0.0;
+    add("drift", drift);
+    if (!drift.empty()) stage["drift_seconds"] = movement.drift_seconds;
+    return stage;
+  }
+
+  static double travel_of(const Json& axis) { return axis.at("upper").get<double>() - axis.at("lower").get<double>(); }
+
+  // A stage that rotates about a point at q from the scene's pivot displaces the lens by q - R q, for small angles by
+  // q x w with the rotation vector w.
+  void add_pivot(std::uint64_t seed, const Json& scene, std::vector<std::vector<double>>& distortion) const {
+    const std::vector<double>& limit_um = limits_.movement.pivot_um;
+    if (limit_um[0] == 0 && limit_um[1] == 0 && limit_um[2] == 0) return;
+    relign::Random random(seed, kPivotStream);
+    std::array<double, 3> q_mm{};
+    for (std::size_t i = 0; i < 3; ++i) q_mm[i] = limit_um[i] / 1000 * deviate(random, limits_.law);
+    const Json& axes = scene.at("axes");
+    const auto place = [&axes](const std::string& name) {
+      return static_cast<std::size_t>(
+          std::find_if(axes.begin(), axes.end(), [&](const Json& axis) { return axis.at("name") == name; }) -
+          axes.begin());
+    };
+    const char* const shifts[] = {"x", "y", "z"};
+    const char* const tilts[] = {"Rx", "Ry", "Rz"};
+    for (std::size_t column = 0; column < axes.size(); ++column)
+      if (axes[column].at("unit") == "deg" &&
+          std::none_of(std::begin(tilts), std::end(tilts), [&](const char* name) { return place(name) == column; }))
+        complain("/movement/pivot_um", "the rotation of axis '" + axes[column].at("name").get<std::string>() +
+                                           "' of the scene is unknown; must be named Rx, Ry or Rz");
+    for (std::size_t tilt = 0; tilt < 3; ++tilt) {
+      const std::size_t column = place(tilts[tilt]);
+      if (column == axes.size()) continue;
+      const double radians = travel_of(axes[column]) * 0.017453292519943295;
+      // e_tilt turns the next axis towards the one after it: (q x e_x) = (0, q_z, -q_y), and in turn.
+      const std::size_t next = (tilt + 1) % 3, last = (tilt + 2) % 3;
+      const std::pair<std::size_t, double> moved[] = {{next, q_mm[last]}, {last, -q_mm[next]}};
+      for (const auto& [shift, mm_per_radian] : moved) {
+        const std::size_t row = place(shifts[shift]);
+        if (row == axes.size() && mm_per_radian != 0)
+          complain("/movement/pivot_um", std::string("the offset moves the lens along '") + shifts[shift] +
+                                             "', which is not an axis of the scene");
+        if (row < axes.size()) distortion[row][column] += mm_per_radian * radians / travel_of(axes[row]);
+      }
+    }
+  }
+
+  std::vector<std::vector<double>> draw_distortion(std::uint64_t seed, const Json& scene) const {
+    const std::size_t axes = scene.at("axes").size();
     relign::Random random(seed, kMovementStream);
     std::vector<std::vector<double>> distortion(axes, std::vector<double>(axes));
     for (std::size_t row = 0; row < axes; ++row)
       for (std::size_t column = 0; column < axes; ++column)
-        distortion[row][column] = (row == column ? 1.0 : 0.0) + limits_.cross_talk * deviate(random, limits_.law);
+        distortion[row][column] =
+            (row == column ? 1.0 : 0.0) + limits_.movement.cross_talk * deviate(random, limits_.law);
+    add_pivot(seed, scene, distortion);
     return distortion;
   }
 

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "base/error.h"
@@ -185,15 +186,143 @@ TEST_F(TolerancesTest, ZeroLimitsGiveNominalDraw) {
 TEST_F(TolerancesTest, ReportsAllErrorsWithPositions) {
   const std::string text = refusal(R"({"use": "tolerances",
  "elements": {"L3": {"shift_um": [10, 10], "tilt_arcmin": [-3, 3], "pivot": "front", "shift_mm": 1}},
- "movement": {"cross_talk": 2, "backlash_um": 20},
+ "movement": {"cross_talk": 2, "backlash_um": -20, "drift_arcmin": 1, "resolution_arcmin": "fine", "pivot_um": [1, 2]},
  "limits_are_sigmas": 0, "colour": 1})");
   EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found '-3'"),
                           HasSubstr("found 'front', allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
                           HasSubstr("/movement/cross_talk"), HasSubstr("missing key 'start'"), HasSubstr("colour")));
-  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:3:47: /movement/backlash_um"), HasSubstr("only 0 is allowed")));
+  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:3:47: /movement/backlash_um"), HasSubstr("/movement/pivot_um"),
+                          HasSubstr("missing key 'drift_seconds'"), HasSubstr("/movement/resolution_arcmin")));
   EXPECT_THAT(refusal("{\"use\": \"tolerances\"}"), HasSubstr("missing key 'elements'"));
   EXPECT_THAT(refusal(R"({"use": "tolerances", "elements": 3, "start": {"shift_um": 4}})"),
               AllOf(HasSubstr("/elements: expected an object"), HasSubstr("/start/shift_um: expected a list")));
+}
+
+std::string moving(const std::string& movement) {
+  return R"({"use": "tolerances", "elements": {}, )" + kStart + R"(, "movement": )" + movement + "}";
+}
+
+TEST_F(TolerancesTest, GivesErrorsOfTheStageInSharesOfTheTravel) {
+  // Travels are 2 mm and 10 degrees, so that 20 um and 6 arcmin are 0.01.
+  const Json stage = draw(written(moving(R"({"backlash_um": 20, "backlash_arcmin": 6, "repeatability_um": [1, 2, 3],
+                                             "resolution_arcmin": [0.6, 1.2]})")),
+                          1)["stage"];
+  EXPECT_EQ(stage.size(), 3u);
+  const auto expect = [&](const char* key, const std::vector<double>& shares) {
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(stage[key][i].get<double>(), shares[i], 1e-15) << key << i;
+  };
+  expect("backlash", {0.01, 0.01, 0.01, 0.01, 0.01});
+  expect("repeatability", {0.0005, 0.001, 0.0015, 0, 0});
+  expect("encoder_step", {0, 0, 0, 0.001, 0.002});
+  EXPECT_FALSE(draw(written(moving(R"({"cross_talk": 0.01})")), 1).contains("stage"));
+  // Nothing else of a draw changes.
+  Json with = draw(level("tolerances-stepper-stage"), 4), without = draw(level("tolerances-precision"), 4);
+  EXPECT_EQ(with["start"], without["start"]);
+  EXPECT_EQ(with["elements"], without["elements"]);
+}
+
+TEST_F(TolerancesTest, DrawsDriftForEveryInstance) {
+  auto made = written(moving(R"({"drift_um": [20, 0, 40], "drift_arcmin": 6, "drift_seconds": 900})"));
+  std::vector<Sample> drift(5);
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    const Json stage = Json::parse(made.draw(seed, kScene))["stage"];
+    ASSERT_EQ(stage["drift_seconds"], 900);
+    for (std::size_t i = 0; i < 5; ++i) drift[i].add(stage["drift"][i]);
+  }
+  const double limits[] = {0.01, 0, 0.02, 0.01, 0.01};
+  for (std::size_t i = 0; i < 5; ++i)
+    if (limits[i] > 0)
+      drift[i].expect(limits[i], 0.9733369 / 9);
+    else
+      EXPECT_EQ(drift[i].largest, 0);
+}
+
+// Displacement in mm of the scene's pivot where the stage rotates about a point at q from it: q - Rx Ry q.
+std::array<double, 3> displaced(const std::array<double, 3>& q, double rx_deg, double ry_deg) {
+  const optics::Prescription lens = [] {
+    optics::Prescription at_origin;
+    at_origin.name = "test";
+    at_origin.elements = {{"L1", {}}};
+    return at_origin;
+  }();
+  const optics::Assembly rotated(lens, {{"L1", {{0, 0, 0}, {rx_deg, ry_deg}}}});
+  const optics::Vec3 moved = rotated.placement(0).point({q[0], q[1], q[2]});
+  return {q[0] - moved.x, q[1] - moved.y, q[2] - moved.z};
+}
+
+TEST_F(TolerancesTest, RotatesTheStageAboutItsRealPivot) {
+  auto made = written(moving(R"({"pivot_um": [300, 200, 500]})"));
+  const double per_degree = 180 / 3.14159265358979323846;
+  Sample samples[3];
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    const Json d = Json::parse(made.draw(seed, kScene))["distortion"];
+    const auto mm_per_radian = [&](std::size_t row, std::size_t column) {  // travels of 2 mm and 10 degrees
+      return d[row][column].get<double>() * 2 / 10 * per_degree;
+    };
+    const std::array<double, 3> q = {mm_per_radian(2, 4), -mm_per_radian(2, 3), mm_per_radian(1, 3)};
+    for (std::size_t i = 0; i < 3; ++i) samples[i].add(q[i]);
+    if (seed >= 20) continue;
+    const double rx = 0.03, ry = -0.05;  // degrees
+    const std::array<double, 3> exact = displaced(q, rx, ry);
+    for (std::size_t row = 0; row < 3; ++row)
+      EXPECT_NEAR((mm_per_radian(row, 3) * rx + mm_per_radian(row, 4) * ry) / per_degree, exact[row], 1e-6);
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(d[i][i], 1.0);
+  }
+  const double limits[] = {0.3, 0.2, 0.5};
+  for (std::size_t i = 0; i < 3; ++i) samples[i].expect(limits[i], 0.9733369 / 9);
+}
+
+TEST_F(TolerancesTest, DrawsTheMeanOfABatchFromEverySeed) {
+  const std::string base = R"({"use": "tolerances", "elements": {}, )" + kStart +
+                           R"(, "cure_shift": {"shift_um": [1, 1, 1], "tilt_arcmin": [0, 0]})";
+  auto made = written(base + R"(, "batch": {"size": 25, "inspection_um": [0.5, 0.5, 1], "inspection_arcmin": 0.6,
+      "cure_shift": {"shift_um": [20, 10, 0], "tilt_arcmin": [6, 6], "law": "uniform"}}})");
+  std::vector<Sample> mean(5);
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    const Json batch = Json::parse(made.draw(seed, kScene))["batch"];
+    ASSERT_EQ(batch["size"], 25);
+    for (std::size_t i = 0; i < 5; ++i) mean[i].add(batch["cure_shift"][i]);
+  }
+  const double limits[] = {0.01, 0.005, 0, 0.01, 0.01}, inspection[] = {0.00025, 0.00025, 0.0005, 0.001, 0.001};
+  Json drawn = Json::parse(made.draw(7, kScene));
+  for (std::size_t i = 0; i < 5; ++i) {
+    if (limits[i] > 0) mean[i].expect(limits[i], 1.0 / 3);
+    EXPECT_NEAR(drawn["batch"]["inspection"][i].get<double>(), inspection[i], 1e-15);
+  }
+  EXPECT_EQ(mean[2].largest, 0);
+  // A module's own shift does not depend on the batch.
+  drawn.erase("batch");
+  EXPECT_EQ(drawn, draw(written(base + "}"), 7));
+}
+
+TEST_F(TolerancesTest, RejectsMalformedBatches) {
+  const auto batch = [&](const std::string& text) {
+    return refusal(R"({"use": "tolerances", "elements": {}, )" + kStart + R"(, "batch": )" + text + "}");
+  };
+  EXPECT_THAT(batch("{}"), AllOf(HasSubstr("missing key 'size'"), HasSubstr("missing key 'cure_shift'")));
+  EXPECT_THAT(batch(R"({"size": 0, "cure_shift": {"shift_um": [-1]}, "inspection_um": -1, "modules": 2})"),
+              AllOf(HasSubstr("/batch/size"), HasSubstr("/batch/cure_shift/shift_um: found '-1'"),
+                    HasSubstr("/batch/inspection_um"), HasSubstr("/batch/modules: unknown key")));
+  EXPECT_THAT(batch(R"({"size": 25, "cure_shift": {"shift_um": [1, 1], "tilt_arcmin": [1, 1]}})"),
+              AllOf(HasSubstr("/batch/cure_shift"), HasSubstr("none for axis 'z'")));
+  EXPECT_THAT(batch(R"({"size": 25, "cure_shift": {"shift_um": [1, 1, 1], "tilt_arcmin": [1, 1]},
+                       "inspection_um": [1]})"),
+              AllOf(HasSubstr("/batch/inspection_um"), HasSubstr("none for axis 'y'")));
+}
+
+TEST_F(TolerancesTest, RejectsStagesThatDoNotFitTheScene) {
+  EXPECT_THAT(refusal(moving(R"({"repeatability_um": [1, 1]})")),
+              AllOf(HasSubstr("/movement/repeatability_um"), HasSubstr("has 2 numbers, none for axis 'z'")));
+  EXPECT_THAT(refusal(moving(R"({"backlash_um": 3000})")), HasSubstr("axis 'x' of the scene exceeds its travel"));
+  const char* const others = R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1},
+                                           {"name": "phi", "unit": "deg", "lower": 0, "upper": 1}]})";
+  const std::string start = R"("start": {"shift_um": [1], "tilt_arcmin": [1]}, )";
+  const std::string pivot =
+      R"({"use": "tolerances", "elements": {}, )" + start + R"("movement": {"pivot_um": [1, 1, 1]}})";
+  EXPECT_THAT(refusal(pivot, others), AllOf(HasSubstr("/movement/pivot_um"), HasSubstr("'phi'")));
+  const char* const without_y = R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1},
+                                              {"name": "Rx", "unit": "deg", "lower": 0, "upper": 1}]})";
+  EXPECT_THAT(refusal(pivot, without_y), HasSubstr("moves the lens along 'y', which is not an axis"));
 }
 
 TEST_F(TolerancesTest, RejectsScenesThatDoNotFitTheFile) {

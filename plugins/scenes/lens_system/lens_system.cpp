@@ -10,6 +10,8 @@ lens_scene::Parts parts(const relign::Parameters& given) {
   parts.settings.sensor_albedo = given.number("sensor_albedo");
   if (const std::string file = given.text("imaging_errors"); !file.empty())
     parts.errors = relign::imaging::read_imaging_errors(file);
+  if (const long pixels = given.integer("windows"); pixels > 0)
+    lens_scene::read_windows_only(parts, static_cast<int>(pixels));
   return parts;
 }
 

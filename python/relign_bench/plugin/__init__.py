@@ -15,7 +15,8 @@
 class is the manifest (`python3 guess.py --manifest` prints it): its name is the id, its docstring or the module's is the
 summary, and these class attributes add the rest:
 
-    observes      what an algorithm observes: "images", "merit", "start", "box", "design", "level"
+    observes      what an algorithm observes: "images", "merit", "start", "box", "design", "level",
+                  "history"
     presets       {"guess-wide": {"first_stride": 0.3}}
     prepare       {"sources": 10, "steps": 100}: an algorithm with pretraining on other instances (trial.pretraining())
     id, summary, license, citation, reproducible ("anywhere" or "this_cpu")

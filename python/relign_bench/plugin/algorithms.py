@@ -16,8 +16,8 @@ class Algorithm(Plugin):
     """Base of Optimizer and Agent; derive from one of them.
 
     Attributes:
-        observes: What a trial shows to the algorithm: "images", "merit", "start", "box", "design", "level". Key "observes" of
-            the manifest.
+        observes: What a trial shows to the algorithm: "images", "merit", "start", "box", "design", "level",
+            "history". Key "observes" of the manifest.
     """
 
     observes: ClassVar[Sequence[str]] = ()

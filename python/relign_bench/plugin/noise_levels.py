@@ -24,6 +24,11 @@ class NoiseLevel(Plugin):
         Returns:
             {"start": [true pose, n values in 0..1], "distortion": [[n x n]: true move = distortion @ commanded move],
             "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}} for n axes, and where the lens shifts while
-            its glue cures, "cure_shift": [n shares of the travel].
+            its glue cures, "cure_shift": [n shares of the travel]. For a stage with errors beyond the distortion also
+            "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n], "drift": [n], "drift_seconds": time
+            constant}, each optional, in shares of the travel: full width of the play, standard deviation after a move,
+            resolution, drift in the end (signed). For instances in batches "batch": {"size": modules, "cure_shift": [n: mean
+            of a batch, added to those of its modules; taken from the draw with the batch's own seed], "inspection": [n:
+            standard deviation of a measured cure shift]}.
         """
         raise self._missing("draw(self, seed, scene)")

@@ -202,9 +202,23 @@ class Trial:
             number: Number of the draw.
 
         Returns:
-            {"start", "distortion", "elements"}, and "cure_shift" where the level draws one.
+            {"start", "distortion", "elements"}, and "cure_shift", "stage" and "batch" where the level draws them.
         """
         return self._service("relign.prior/1", "draw", number=number)["drawn"]
+
+    def history(self, most: int = 1000) -> list[tuple[float, ...]]:
+        """What inspection measured on earlier modules of the batch. Needs "history".
+
+        Args:
+            most: Only the last so many modules.
+
+        Returns:
+            One tuple per module, newest first: its true pose after the glue cured minus that before, with the errors of
+            inspection, in shares of the travel. Empty for the first module of a batch, on a station, and at a noise level
+            without batches.
+        """
+        answer = self._service("relign.history/1", "cure_shifts", most=most)
+        return [tuple(shift) for shift in answer.get("cure_shifts", [])]
 
     def model(self) -> Model:
         """A simulator of the scene's design, for any offsets and seeds. Needs "design"."""

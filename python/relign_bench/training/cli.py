@@ -86,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = make_parser().parse_args(arguments)
     try:
         return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export}[given.verb](given)
-    except (ValueError, OSError, ImportError) as problem:
+    except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
         print(f"error: {problem}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -176,6 +176,8 @@ def _imitate(given: argparse.Namespace) -> int:
     from .imitate import Recipe, Training
 
     recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
+    if given.randomise is not None and not given.randomise.strip():
+        raise ValueError("--randomise: expected a file of imaging errors or 'default', found ''")
     randomise = pathlib.Path(__file__).with_name("randomisation.json") if given.randomise == "default" else given.randomise
     training = Training(recipe, given.out, given.threads, log, randomise)
     training.run()
@@ -226,13 +228,17 @@ def _export(given: argparse.Namespace) -> int:
 def _adapt(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
+    from ..conventions import to_bytes
     from . import adapt
     from .imitate import recipe_of
     from .instances import InstanceSet
 
     recipe = recipe_of(given.folder)
-    white = InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size).white
-    captures = adapt.read_captures(given.images, given.white, recipe.size, white)
+    if not (pathlib.Path(given.folder) / "checkpoint.pt").is_file():
+        raise ValueError(f"'{given.folder}' has no checkpoint.pt: the run has not made a pass yet")
+    scene = InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size)
+    captures = adapt.read_captures(given.images, given.white, recipe.size, scene.white)
+    adapt.check_captures(captures, to_bytes(scene.reference, scene.white), f"'{given.images}'")
     adaptation = adapt.Adaptation(given.folder, captures, given.out, with_settings(adapt.Recipe(seed=given.seed), given.set),
                                   given.threads, log)
     return show(given, export_imitation(adaptation.run(), pathlib.Path(given.out) / "adapted", adaptation.cost()),
@@ -331,7 +337,8 @@ def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
 MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
                "visited", "gamma", "gae_lambda")
 MAY_BE_NEGATIVE = ("first_log_std",)
-SHARES = ("near", "visited", "gamma", "gae_lambda")
+AT_LEAST = {"optimum_samples": 16}
+SHARES = ("levels", "near", "visited", "gamma", "gae_lambda")
 
 
 def check_value(setting: str, name: str, value: Any) -> None:
@@ -346,6 +353,8 @@ def check_value(setting: str, name: str, value: Any) -> None:
         if not math.isfinite(number) or number < 0 or (number == 0 and name not in MAY_BE_ZERO):
             expected = "a non-negative number" if name in MAY_BE_ZERO else "a positive number"
             raise ValueError(f"--set {setting}: {name} must be {expected}")
+        if number < AT_LEAST.get(name, 0):
+            raise ValueError(f"--set {setting}: {name} must be at least {AT_LEAST[name]}")
         if name in SHARES and number > 1:
             raise ValueError(f"--set {setting}: {name} must be from 0 to 1")
 

@@ -179,6 +179,9 @@ class Training:
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
                  log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None) -> None:
         errors = pathlib.Path(randomise).read_bytes() if randomise else b""
+        if randomise:  # before the folder has a recipe: a mistake in the file shall not be part of one
+            InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size, threads=threads,
+                        scene_parameters={"imaging_errors": str(pathlib.Path(randomise).resolve())})
         recipe.randomise = hashlib.sha256(errors).hexdigest() if errors else recipe.randomise
         if recipe.precision not in PRECISIONS:
             raise ValueError(f"precision '{recipe.precision}' must be one of {', '.join(PRECISIONS)}")
@@ -222,10 +225,10 @@ class Training:
                      f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
 
-    def instances(self, slots: int = SLOTS, family: str = "training") -> InstanceSet:
-        """Instances of the recipe's levels, imaged with its errors."""
+    def instances(self, slots: int = SLOTS, family: str = "training", errors: bool = True) -> InstanceSet:
+        """Instances of the recipe's levels, imaged with its errors or ideally."""
         return InstanceSet(self.recipe.scene, self.recipe.levels, slots, self.recipe.size, family, self.threads,
-                           {"imaging_errors": self.imaging_errors} if self.imaging_errors else None)
+                           {"imaging_errors": self.imaging_errors} if errors and self.imaging_errors else None)
 
     def run(self) -> StridedNet:
         """Trains to the end; returns the network."""

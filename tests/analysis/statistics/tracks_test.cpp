@@ -53,6 +53,14 @@ TEST(Tracks, ScoreThePoseOfTheRule) {
   EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, IsNan(), IsNan()));
 }
 
+TEST(Tracks, ScoreGoingBackToTheBestPoseAsAMoveOfItsOwn) {
+  std::vector<records::StepNumbers> some = steps();
+  const double best[] = {0.25, 0.16, 0.01};
+  for (std::size_t i = 0; i < 3; ++i) some[i].best_mse = best[i];
+  EXPECT_THAT(track_values(some, 0, Track::recommended_best), ElementsAre(0.5, DoubleEq(0.4), DoubleEq(0.1)));
+  EXPECT_THAT(track_values(some, 0, Track::recommended_current), ElementsAre(0.5, 0.625, 0.125));
+}
+
 TEST(Tracks, ExcessNeedsTheOwnOptimum) {
   EXPECT_THAT(track_values(steps(), kNaN, Track::excess), ElementsAre(IsNan(), IsNan(), IsNan()));
   EXPECT_THAT(track_values(steps(), 0.125 * 0.125, Track::excess),

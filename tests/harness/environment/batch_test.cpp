@@ -46,8 +46,13 @@ class BatchOf : public testing::Test {
   std::filesystem::path cache_;
 };
 
-TEST_F(BatchOf, MatchesFramesPosesAndGroundTruthOfATrial) {
-  const BatchSetup same = setup(2, 2);
+class BatchAt : public BatchOf, public testing::WithParamInterface<const char*> {};
+// A linear stage, and one whose errors depend on the moves before and on machine time.
+INSTANTIATE_TEST_SUITE_P(Levels, BatchAt, testing::Values("rho0.25", "tolerances-stepper-stage"));
+
+TEST_P(BatchAt, MatchesFramesPosesAndGroundTruthOfATrial) {
+  BatchSetup same = setup(2, 2);
+  same.level = catalog_.resolve_or_throw(Kind::noise_level, GetParam());
   // The trial: eight random poses on benchmark instance 5.
   plugin_host::HostServices services;
   services.cache_folder = cache_;

@@ -119,7 +119,7 @@ TEST_F(PretrainingTest, UsesNoBenchmarkInstanceAsSource) {
   const PreparedPlan of = plan(R"("toy-learner")");
   TrialRunner runner({1, {}, {}});
   TrialJob job = make_job(of, of.plan.trials[0]);
-  job.suite_seed = 0;
+  job.seeds = {0, 0};
   trials::PretrainingState state;
   state.sources = 1;
   for (std::uint64_t number = 0; number < 4; ++number) {

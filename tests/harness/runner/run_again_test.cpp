@@ -89,6 +89,16 @@ TEST_F(RunAgainTest, RunsTrialsOfAChangedPluginAgain) {
   EXPECT_NE(read_file(folder_ / "before/trials/0000.jsonl"), read_file(folder_ / "a/trials/0000.jsonl"));
 }
 
+TEST_F(RunAgainTest, RunsTrialsOfUnknownPluginsAgain) {
+  run(prepared(suite_text(kWalkers)), options("a"));
+  const auto whole = contents("a");
+  fs::remove_all(folder_ / "a/times");
+  const RunSummary summary = run(prepared(suite_text(kWalkers)), options("a"));
+  EXPECT_THAT(messages_, ElementsAre("times/ does not tell which plugins made 36 finished trials; they run again"));
+  EXPECT_EQ(summary.reused, 0U);
+  EXPECT_EQ(contents("a"), whole);
+}
+
 TEST_F(RunAgainTest, RunsTrialsOfARenamedLevelAgain) {
   const auto text = [](const char* name) {
     return R"({"scenes": ["toy-scene"], "algorithms": ["toy-walker"], "instances": 3, "steps": 2, "noise_levels": [

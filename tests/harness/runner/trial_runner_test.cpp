@@ -64,7 +64,7 @@ TEST_F(TrialRunnerTest, JobsHaveTheSettingsOfTheSuite) {
   EXPECT_EQ(job.limits, trials::Limits::hard);
   EXPECT_EQ(job.machine_time.settle_ms, 7);
   EXPECT_EQ(job.machine_time.exposure_ms, 15);  // the scene's
-  EXPECT_EQ(job.suite_seed, 5U);
+  EXPECT_EQ(job.seeds.instances, 5U);
   EXPECT_EQ(job.instance, 1U);
   EXPECT_EQ(job.budget, 5U);
 }

@@ -292,6 +292,8 @@ TEST_F(SuiteReaderTest, NamesEachMistake) {
         << targets;
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"settle": 1})")),
               HasSubstr("/machine_time/settle: unknown key"));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "cycle": {"load_s": -1, "cure": 3, "computing": 1})")),
+              AllOf(HasSubstr("/cycle/load_s"), HasSubstr("/cycle/cure: unknown key"), HasSubstr("/cycle/computing")));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"speed_mm_per_s": 0})")),
               HasSubstr("/machine_time/speed_mm_per_s: expected a number"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "limits": "none")")), HasSubstr("allowed: soft, hard"));

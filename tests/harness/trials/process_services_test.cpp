@@ -64,7 +64,7 @@ class ProcessServices : public test::FolderTest {
 TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   const Json script = Json::parse(R"([["reference"], ["measure", "mean"], ["measure", "contrast"], ["list"],
       ["fields", {"cycles_per_pixel": 0.1}],
-      ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["draw", 7], ["draw", 8],
+      ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["draw", 7], ["draw", 8], ["history"],
       ["model", {}, [0.5, 0.5, 0.5], 18446744073709551615],
       ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.1234567890123, 0.5, 0.5], 1], ["keep_lens"],
       ["step", [0.4, 0.58, 0.5]], ["measure", "mean"],
@@ -79,13 +79,20 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   for (ServiceTrial* trial : {&library, &python})
     trial->facts.fields = {{"left", images::Mark{1, 1, 16}, images::Region{0, 0, 1, 2}, {}},
                            {"right", {}, {}, images::Region{2, 0, 1, 2}}};
+  for (ServiceTrial* trial : {&library, &python}) {
+    trial->level = std::make_unique<plugin_host::NoiseLevel>(
+        fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
+    trial->instance.perturbations.batch = ModuleBatch{5, {0, 0.01, 0}, {0.001, 0.001, 0}};
+  }
   const TrialResult in_library = library.run();
   expect_equal(in_library, python.run());
   EXPECT_THAT(in_library.steps, SizeIs(6));
   EXPECT_THAT(library.logged("refused"), IsEmpty());
   EXPECT_THAT(library.logged("run"), SizeIs(4));
   EXPECT_THAT(library.logged("model"), SizeIs(2));
-  for (const char* word : {"reference", "measure", "list", "draw", "model", "step", "run", "seen", "answer", "refused"})
+  EXPECT_THAT(library.answer("history"), SizeIs(3));
+  for (const char* word :
+       {"reference", "measure", "list", "draw", "history", "model", "step", "run", "seen", "answer", "refused"})
     EXPECT_EQ(library.logged(word), python.logged(word)) << word;
   // The inner algorithm's seeds are equal, too.
   EXPECT_EQ(library.logged("task"), python.logged("task"));

@@ -4,6 +4,7 @@
 //   fields ARGUMENTS                   logs the fields of the last capture
 //   list                               logs the names of the measures
 //   draw NUMBER                        logs the draw, a text
+//   history [BACK]                     logs the measured shifts of all earlier modules, or of one
 //   run PARAMETER STEPS [PARAMETERS]   logs the outcome
 //   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
 //   model_nap MS                       captures in the model for that long
@@ -69,6 +70,12 @@ class ServiceUser final : public relign::Optimizer {
       log(verb, Json::parse(trial.measures().list()));
     } else if (verb == "draw") {
       log(verb, trial.prior().draw(action.at(1)));  // as text: numbers would be read in the plugin's rounding mode
+    } else if (verb == "history") {
+      const relign::History history = trial.history();
+      if (action.size() > 1) return log(verb, history.cure_shift(action.at(1).get<std::uint32_t>()));
+      Json shifts = Json::array();
+      for (std::uint32_t back = 1; back <= history.modules(); ++back) shifts.push_back(history.cure_shift(back));
+      log(verb, shifts);
     } else if (verb == "run") {
       const relign::RunOutcome outcome = trial.run(action.at(1).get<std::string>(), action.at(2).get<unsigned>(),
                                                    action.size() > 3 ? action.at(3).dump() : "");

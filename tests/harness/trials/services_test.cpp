@@ -93,12 +93,13 @@ TEST(Services, RejectsInvalidMeasuresWithMessage) {
 
 TEST(Services, RequireDeclaredObservations) {
   ServiceTrial trial(
-      R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1]])",
+      R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1],
+          ["history"]])",
       "service_user_ignorant");
   trial.run();
-  const char* const words[] = {"\"images\"", "\"images\"", "\"level\"", "\"design\"", "\"algorithm\""};
-  ASSERT_THAT(trial.logged("refused"), SizeIs(5));
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
+  const char* const words[] = {"\"images\"", "\"images\"", "\"level\"", "\"design\"", "\"algorithm\"", "\"history\""};
+  ASSERT_THAT(trial.logged("refused"), SizeIs(6));
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
 }
 
 TEST(Services, DeclaringImagesGrantsNeitherMeritNorStart) {
@@ -126,6 +127,8 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   EXPECT_EQ(drawn["elements"], Json::parse(R"({"L1": {"shift_mm": [0.1, 0, 0], "tilt_deg": [0, 0]}})"));
   EXPECT_EQ(drawn["distortion"], Json::parse("[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"));
   EXPECT_EQ(drawn["cure_shift"], Json({0.01, 0.0, 0.0}));
+  EXPECT_EQ(drawn["stage"], Json::parse(R"({"backlash": [0.01, 0, 0], "repeatability": [0, 0, 0],
+      "encoder_step": [0, 0, 0], "drift": [0, -0.5, 0], "drift_seconds": 60})"));
   const auto start_of = [&](std::uint64_t seed) {
     return Json::parse(trial.level->draw(seed, trial.facts.text)).at("start");
   };
@@ -135,6 +138,44 @@ TEST(Services, PriorDrawsUseTrainingSeedsAndRepeatInEveryTrial) {
   for (std::uint64_t suite_seed = 0; suite_seed < 3; ++suite_seed)
     for (std::uint64_t number = 0; number < 100; ++number)
       EXPECT_NE(drawn["start"], start_of(instance_seed(suite_seed, SeedDomain::benchmark, number)));
+}
+
+// ---- history ----------------------------------------------------------------------------------------
+
+TEST(Services, HistoryHasTheEarlierModulesOfTheBatch) {
+  const auto run_of = [](std::uint64_t number, const std::string& script) {
+    auto trial = std::make_unique<ServiceTrial>(script);
+    trial->level = std::make_unique<plugin_host::NoiseLevel>(
+        fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
+    trial->instance = draw_instance(*trial->level, trial->facts, 2, SeedDomain::benchmark, number);
+    trial->run();
+    return trial;
+  };
+  const auto last = run_of(9, R"([["history"], ["history", 2], ["history", 0], ["history", 5]])");
+  const Json shifts = last->answer("history");
+  ASSERT_THAT(shifts, SizeIs(4));
+  for (std::uint32_t back = 1; back <= 4; ++back)
+    EXPECT_EQ(shifts[back - 1], Json(inspected_shift(*last->level, last->facts, last->instance, back)));
+  EXPECT_EQ(last->answer("history", 1), shifts[1]);
+  EXPECT_THAT(last->answer("refused").get<std::string>(), HasSubstr("found module 0"));
+  EXPECT_THAT(last->answer("refused", 1).get<std::string>(), HasSubstr("expected 1 to 4"));
+  EXPECT_EQ(run_of(5, R"([["history"]])")->answer("history"), Json::array());
+  ServiceTrial without(R"([["history"]])");
+  without.run();
+  EXPECT_EQ(without.answer("history"), Json::array());
+}
+
+TEST(Services, PriorDrawsHaveBatches) {
+  ServiceTrial trial(R"([["draw", 5], ["draw", 9], ["draw", 10]])");
+  trial.level = std::make_unique<plugin_host::NoiseLevel>(
+      fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial.services);
+  trial.run();
+  std::vector<Json> draws;
+  for (std::size_t i = 0; i < 3; ++i) draws.push_back(Json::parse(trial.answer("draw", i).get<std::string>()));
+  EXPECT_EQ(draws[0]["cure_shift"], draws[1]["cure_shift"]);
+  EXPECT_NE(draws[0]["cure_shift"], draws[2]["cure_shift"]);
+  EXPECT_EQ(draws[0]["batch"]["cure_shift"][1], draws[0]["cure_shift"][1]);
+  EXPECT_EQ(draws[0]["batch"]["size"], 5);
 }
 
 // ---- run ----------------------------------------------------------------------------------------------
@@ -172,6 +213,21 @@ TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
   EXPECT_EQ(trial.answer("task", 1)["budget"], 2);
   EXPECT_NE(trial.answer("task")["seed"], trial.answer("task", 1)["seed"]);
   EXPECT_EQ(trial.logged("answer"), (std::vector<Json>{"stop", "stop", "stop"}));
+}
+
+TEST(Services, InnerRunMovesTheSameStageWithItsErrors) {
+  const auto run = [](const std::string& script) {
+    ServiceTrial trial(script);
+    trial.instance.perturbations.stage = StageErrors{{0.02, 0, 0}, {0.01, 0.01, 0}, {0, 0, 0}, {0, 0.01, 0}, 1};
+    return trial.run().steps;
+  };
+  const std::vector<Step> nested = run(R"([["step", [0.4, 0.58, 0.5]],
+      ["run", "then", 2, {"script": [["step", 0.45, 0.57, 0.5], ["step", 0.42, 0.58, 0.5]]}], ["step", [0.4, 0.6, 0.5]]])");
+  const std::vector<Step> direct = run(R"([["step", [0.4, 0.58, 0.5]], ["step", [0.45, 0.57, 0.5]],
+      ["step", [0.42, 0.58, 0.5]], ["step", [0.4, 0.6, 0.5]]])");
+  ASSERT_THAT(nested, SizeIs(5));
+  ASSERT_THAT(direct, SizeIs(5));
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(nested[k].true_pose, direct[k].true_pose) << k;
 }
 
 TEST(Services, InnerRunThatReturnsEarlyLeavesTheRestOfTheBudget) {

@@ -25,8 +25,8 @@ SceneFacts scene_with(std::size_t axes) {
   return scene;
 }
 
-Perturbations perturbations(std::vector<double> start, std::vector<double> distortion) {
-  return {std::move(start), std::move(distortion), "{}"};
+Instance perturbations(std::vector<double> start, std::vector<double> distortion) {
+  return {0, 0, {std::move(start), std::move(distortion), "{}"}};
 }
 
 auto near(const std::vector<double>& expected) { return Pointwise(DoubleNear(1e-14), expected); }
@@ -182,7 +182,7 @@ struct RandomStage {
   }
   Random random;
   SceneFacts scene;
-  Perturbations drawn;
+  Instance drawn;
   std::optional<StageMotion> stage;
 };
 

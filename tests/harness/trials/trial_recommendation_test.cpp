@@ -78,6 +78,53 @@ TEST(Recommendation, ScoresEveryStepAfterCuring) {
   EXPECT_EQ(there.run().steps[2].recommended_truth.mse, result.glued_truths[2].mse);
 }
 
+const StageErrors kStageErrors = {{0.02, 0.01, 0}, {0.002, 0.001, 0.003}, {0.001, 0, 0}, {0.01, -0.01, 0}, 2};
+
+// The stage has errors, so that the end of a move depends on the moves before.
+TEST(Recommendation, IsJudgedByTheMoveThatWouldFollow) {
+  const auto run = [](const char* script) {
+    TrialFixture trial(script);
+    trial.instance.perturbations.stage = kStageErrors;
+    return trial.run().steps;
+  };
+  const std::vector<Step> steps = run(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.46, 0.5, 0.52],
+                                          ["step", 0.6, 0.5, 0.5], ["step", 0.6, 0.5, 0.5],
+                                          ["recommend", 0.6, 0.5, 0.5]])");
+  const std::vector<Step> after_one = run(R"([["step", 0.4, 0.5, 0.5], ["step", 0.46, 0.5, 0.52]])");
+  const std::vector<Step> after_two =
+      run(R"([["step", 0.4, 0.5, 0.5], ["step", 0.6, 0.5, 0.5], ["step", 0.46, 0.5, 0.52]])");
+  ASSERT_THAT(steps, SizeIs(4));
+  EXPECT_EQ(steps[1].true_pose, after_one[1].true_pose);
+  EXPECT_EQ(steps[1].recommended_true_pose, after_one[2].true_pose);
+  EXPECT_EQ(steps[2].recommended_true_pose, after_two[3].true_pose);
+  EXPECT_NE(steps[2].recommended_true_pose, steps[1].recommended_true_pose) << "from the other side";
+  EXPECT_NE(steps[3].true_pose, steps[2].true_pose) << "the stage drifts";
+  EXPECT_EQ(steps[3].recommended_true_pose, steps[3].true_pose) << "no move is needed";
+}
+
+TEST(Recommendation, OfTheBestStepIsAMoveOfItsOwn) {
+  const auto run = [](const char* more, std::vector<double> cure_shift = {}) {
+    TrialFixture trial(std::string(R"([["step", 0.45, 0.5, 0.5], ["step", 0.7, 0.5, 0.5])") + more + "]");
+    trial.terms.merit = Merit::rmse;
+    trial.instance.perturbations.stage = kStageErrors;
+    trial.instance.perturbations.cure_shift = std::move(cure_shift);
+    return trial.run();
+  };
+  const TrialResult result = run(R"(, ["recommend", 0.7, 0.5, 0.5])"), back = run(R"(, ["step", 0.45, 0.5, 0.5])");
+  ASSERT_THAT(result.best_truths, SizeIs(3));
+  EXPECT_EQ(result.best_truths[0].mse, result.steps[0].commanded_truth.mse) << "no move is needed";
+  EXPECT_EQ(result.best_truths[1].mse, result.steps[1].commanded_truth.mse);
+  EXPECT_NE(result.best_truths[2].mse, result.steps[1].commanded_truth.mse);
+  EXPECT_NEAR(result.best_truths[2].mse, back.steps[3].commanded_truth.mse, 1e-12);
+  EXPECT_TRUE(std::isnan(result.best_uncured_mse)) << "curing shifts nothing";
+  EXPECT_THAT(result.glued_truths, SizeIs(0)) << "equals commanded_truth";
+  const TrialResult cured = run("", {0.05, 0, 0});
+  EXPECT_NE(cured.best_truths[2].mse, result.best_truths[2].mse);
+  EXPECT_NEAR(cured.best_uncured_mse, result.best_truths[2].mse, 1e-12);
+  TrialFixture linear(R"([["step", 0.45, 0.5, 0.5]])");
+  EXPECT_THAT(linear.run().best_truths, SizeIs(0));
+}
+
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
   TrialFixture trial(R"([["step", 0.4, 0.5, 0.5], ["step", 0.3, 0.5, 0.5], ["recommend", 0.5, 0.5, 0.5]])");
   trial.terms.budget = 1;

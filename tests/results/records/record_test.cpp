@@ -7,6 +7,8 @@
 #include <limits>
 
 #include "error_text.h"
+#include "records/compare.h"
+#include "records/step_numbers.h"
 #include "sample_records.h"
 
 namespace relign::records {
@@ -69,6 +71,27 @@ TEST(Record, WritesScoresOfOtherRulesOnlyWhereCuringShiftsTheLens) {
   EXPECT_TRUE(with_members_of(earlier, record).glued_mse.empty());
   EXPECT_EQ(with_members_of(record, record).glued_mse, record.glued_mse);
   record.glued_mse.pop_back();
+  EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
+}
+
+TEST(Record, WritesScoresOfMovesBackOnlyWhereTheStageHasErrors) {
+  TrialRecord record = sample_trial("0123456789abcdef");
+  EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("best_mse")));
+  record.best_mse.assign(record.steps.size(), 0.25);
+  record.best_mse_error.assign(record.steps.size(), 0.5);
+  record.best_uncured_mse = 0.125;
+  TrialRecord again = read_trial_line(lines_of(to_lines(record)).back(), "here").trial;
+  again.steps = record.steps;
+  EXPECT_EQ(to_lines(again), to_lines(record));
+  EXPECT_EQ(again.best_uncured_mse, 0.125);
+  EXPECT_FALSE(first_difference(record, again, 0));
+  again.best_mse.back() = 0.375;
+  ASSERT_TRUE(first_difference(record, again, 0));
+  EXPECT_THAT(first_difference(record, again, 0)->field, HasSubstr("best_mse"));
+  std::vector<StepNumbers> steps(record.steps.size());
+  set_glued(record, steps);
+  EXPECT_EQ(steps.back().best_mse, 0.25);
+  record.best_mse.pop_back();
   EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
 }
 

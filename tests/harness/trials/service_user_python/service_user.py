@@ -29,7 +29,7 @@ def log(what, value):
 
 class ServiceUser(Optimizer):
     id = "service_user_python"
-    observes = ("images", "merit", "start", "box", "design", "level")
+    observes = ("images", "merit", "start", "box", "design", "level", "history")
     script = parameter([], description="A list of what to do: [verb, values...].")
     then = parameter("../fake_optimizer", type="algorithm", description="Runs on the verb run.")
 
@@ -57,6 +57,9 @@ class ServiceUser(Optimizer):
 
     def on_draw(self, trial, which):
         log("draw", json.dumps(trial.draw_prior(which), separators=(",", ":"), sort_keys=True))
+
+    def on_history(self, trial):
+        log("history", trial.history())
 
     def on_model(self, trial, offsets, pose, seed):
         with trial.model().mount(offsets) as lens:

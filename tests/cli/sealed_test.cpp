@@ -1,0 +1,129 @@
+// seal, unseal, and runs of sealed suites on the command line.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/program.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class CliSealed : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Outcome sealed = call({"seal", "-o", "secret.txt", "--json"});
+    ASSERT_EQ(sealed.exit_code, 0) << sealed.err;
+    json suite = json::parse(kSmallestSuite);
+    suite["name"] = "sealed";
+    suite["commitment"] = json::parse(sealed.out)["commitment"];
+    place_.write("sealed.json", suite.dump());
+  }
+  Outcome call(const std::vector<std::string>& arguments, const Options& options = {}) {
+    return relign_bench(place_, arguments, options);
+  }
+  std::string secret() const { return place_.read("secret.txt").substr(0, 64); }
+  // Everything that a run wrote as text.
+  std::string all_text(const std::string& folder) const {
+    std::string text;
+    for (const fs::directory_entry& file : fs::recursive_directory_iterator(place_.path(folder)))
+      if (file.is_regular_file()) text += place_.read(fs::relative(file.path(), place_.folder()).string());
+    return text;
+  }
+  Workplace place_;
+};
+
+TEST_F(CliSealed, SecretIsForItsOwnerAndNeverOverwritten) {
+  struct stat status = {};
+  ASSERT_EQ(stat(place_.path("secret.txt").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777U, 0600U);
+  const Outcome again = call({"seal", "-o", "secret.txt"});
+  EXPECT_EQ(again.exit_code, 2);
+  EXPECT_THAT(again.err, HasSubstr("a secret that is overwritten is lost"));
+}
+
+TEST_F(CliSealed, RunNeedsTheSecretAndKeepsIt) {
+  const Outcome without = call({"run", "sealed.json", "-o", "a"});
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_THAT(without.err, HasSubstr("suite 'sealed' is sealed: its instances need the secret"));
+  place_.write("wrong.txt", std::string(64, '0'));
+  const Outcome wrong = call({"run", "sealed.json", "-o", "a", "--secret", "wrong.txt"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("this is not the secret of suite 'sealed'"));
+  EXPECT_FALSE(fs::exists(place_.path("a")));
+  EXPECT_EQ(call({"validate", "sealed.json"}).exit_code, 0);
+
+  const Outcome run = call({"run", "sealed.json", "-o", "a", "--secret", "secret.txt"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, Not(HasSubstr("relign-bench try")));
+  EXPECT_THAT(all_text("a"), Not(HasSubstr(secret())));
+  EXPECT_THAT(place_.read("a/trials/0000.jsonl"), HasSubstr("\"instance_seed\":\"0\""));
+  ASSERT_EQ(call({"run", "sealed.json", "-o", "b"}, {{{"RELIGN_SECRET", secret()}}}).exit_code, 0);
+  EXPECT_EQ(place_.read("b/trials/0000.jsonl"), place_.read("a/trials/0000.jsonl"));
+
+  // Another secret draws other instances.
+  const std::string commitment = json::parse(place_.read("sealed.json"))["commitment"];
+  const std::string other = json::parse(call({"seal", "-o", "third.txt", "--json"}).out)["commitment"];
+  std::string suite = place_.read("sealed.json");
+  suite.replace(suite.find(commitment), commitment.size(), other);
+  place_.write("third.json", suite);
+  ASSERT_EQ(call({"run", "third.json", "-o", "c", "--secret", "third.txt"}).exit_code, 0);
+  const auto start = [&](const char* folder) {
+    const std::string lines = place_.read(std::string(folder) + "/trials/0000.jsonl");
+    return json::parse(lines.substr(0, lines.find('\n')))["true_pose"];
+  };
+  EXPECT_NE(start("c"), start("a"));
+}
+
+TEST_F(CliSealed, AnybodyCanVerifyOnceTheSecretIsPublished) {
+  ASSERT_EQ(call({"run", "sealed.json", "-o", "a", "--secret", "secret.txt"}).exit_code, 0);
+  const Outcome early = call({"verify", "a"});
+  EXPECT_EQ(early.exit_code, 2);
+  EXPECT_THAT(early.err, HasSubstr("these results are sealed"));
+  EXPECT_THAT(call({"verify", "a", "--secret", "secret.txt"}).out, HasSubstr("the results are reproduced"));
+  place_.write("wrong.txt", std::string(64, '0'));
+  EXPECT_THAT(call({"unseal", "a", "--secret", "wrong.txt"}).err, HasSubstr("this is not the secret of 'a'"));
+  EXPECT_THAT(call({"unseal", "a"}).err, HasSubstr("'a' is sealed: its instances need the secret"));
+
+  ASSERT_EQ(call({"unseal", "a", "--secret", "secret.txt"}).exit_code, 0);
+  EXPECT_EQ(json::parse(place_.read("a/manifest.json"))["secret"], secret());
+  const Outcome verified = call({"verify", "a"});
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_THAT(verified.out, AllOf(HasSubstr("8 equal bit for bit"), HasSubstr("the results are reproduced")));
+  // A later run of the same folder does not take it back.
+  ASSERT_EQ(call({"run", "sealed.json", "-o", "a", "--secret", "secret.txt"}).exit_code, 0);
+  EXPECT_EQ(json::parse(place_.read("a/manifest.json"))["secret"], secret());
+  ASSERT_EQ(call({"report", "a"}).exit_code, 0);
+  EXPECT_THAT(place_.read("a/report.html"), HasSubstr(secret()));
+}
+
+TEST_F(CliSealed, ShardsOfASealedPlanMergeToTheSameResults) {
+  ASSERT_EQ(call({"run", "sealed.json", "-o", "one", "--secret", "secret.txt"}).exit_code, 0);
+  ASSERT_EQ(call({"plan", "sealed.json", "--shards", "2"}).exit_code, 0);
+  for (const char* shard : {"0/2", "1/2"}) {
+    const Outcome part = call({"run", "--plan", "plan.json", "--shard", shard, "--secret", "secret.txt"});
+    ASSERT_EQ(part.exit_code, 0) << part.err;
+  }
+  ASSERT_EQ(call({"merge", "results/sealed", "-o", "merged"}).exit_code, 0);
+  EXPECT_EQ(place_.read("merged/trials/0000.jsonl"), place_.read("one/trials/0000.jsonl"));
+  ASSERT_EQ(call({"unseal", "merged", "--secret", "secret.txt"}).exit_code, 0);
+  EXPECT_THAT(call({"verify", "merged"}).out, HasSubstr("the results are reproduced"));
+}
+
+TEST_F(CliSealed, UnsealedSuitesTakeNoSecret) {
+  place_.write("plain.json", kSmallestSuite);
+  EXPECT_THAT(call({"run", "plain.json", "--secret", "secret.txt"}).err, HasSubstr("is not sealed"));
+  place_.write(
+      "bad.json",
+      R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["compass"], "commitment": "sha256:1"})");
+  EXPECT_THAT(call({"run", "bad.json"}).err, HasSubstr("expected \"sha256:\" and 64 hexadecimal digits"));
+}
+
+}  // namespace
+}  // namespace relign::cli_test
