@@ -238,7 +238,7 @@ void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_opti
     bench_->design.clear();
     if (job.criteria.needs_fields()) {
       plugin_host::MountedAssembly perfect = bench_->scene->mount("{}");
-      bench_->design = trials::measure_fields(perfect, job.facts, job.criteria, job.facts.nominal_pose);
+      bench_->design = trials::measure_fields(perfect, job.facts, job.criteria.lp_per_mm, job.facts.nominal_pose);
     }
     bench_->design_key = bench_->scene_key;
   }
