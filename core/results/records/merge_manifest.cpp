@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/limits.h"
 #include "base/text.h"
 #include "records/instances.h"
 #include "records/processor.h"
@@ -179,8 +180,8 @@ unsigned ManifestJoin::shards() const {
     if (plan.is_null()) plan = shard;
     if (member(shard, "plan") != member(plan, "plan")) return 0;
   }
-  constexpr std::uint64_t kMaxShards = 10'000'000;  // as many as trials: bounds the memory for a damaged file
-  return plan.is_null() ? 0 : static_cast<unsigned>(std::min(plan["of"].get<std::uint64_t>(), kMaxShards));
+  // As many as trials: bounds the memory for a damaged file.
+  return plan.is_null() ? 0 : static_cast<unsigned>(std::min<std::uint64_t>(plan["of"].get<std::uint64_t>(), kMaxTrials));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {
