@@ -81,7 +81,8 @@ TEST(CliSpecification, IsJudgedAfterEveryStep) {
 TEST(CliSpecification, NamesWhatAnOptimumNeedsNoFieldsFor) {
   const Workplace place;
   json suite = chart_suite();
-  suite["scenes"] = json::array({json{{"use", "relign_od"}, {"parameters", {{"pixels", 40}, {"rotation_z", true}}}}});
+  suite["scenes"] = json::array(
+      {json{{"use", "relign_od"}, {"name", "small"}, {"parameters", {{"pixels", 40}, {"rotation_z", true}}}}});
   suite["noise_levels"] = {"rho0.25"};
   suite["instances"] = 1;
   suite["spec"] = {{"pose_um", 100}, {"tilt_arcmin", 100}};

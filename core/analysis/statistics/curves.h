@@ -22,7 +22,7 @@ struct CurvePoint {
   // Of the specification: medians over the trials, and the share of those that meet everything; NaN without.
   records::ByCriterion<double> criteria = records::Specification::none();
   double in_spec = kMissing;
-  double cycle_seconds = kMissing;             // of a whole cycle (cycle.h) that ends alignment here, from medians
+  double cycle_seconds = kMissing;  // of a whole cycle (cycle.h) that ends alignment here, from medians
 };
 
 struct Curve {

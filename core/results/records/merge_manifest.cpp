@@ -181,7 +181,8 @@ unsigned ManifestJoin::shards() const {
     if (member(shard, "plan") != member(plan, "plan")) return 0;
   }
   // As many as trials: bounds the memory for a damaged file.
-  return plan.is_null() ? 0 : static_cast<unsigned>(std::min<std::uint64_t>(plan["of"].get<std::uint64_t>(), kMaxTrials));
+  return plan.is_null() ? 0
+                        : static_cast<unsigned>(std::min<std::uint64_t>(plan["of"].get<std::uint64_t>(), kMaxTrials));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {

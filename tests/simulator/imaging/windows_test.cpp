@@ -87,9 +87,7 @@ TEST(Windows, HoldMarkAndRegionsOfTheirField) {
   }
 }
 
-TEST(Windows, NeedFields) {
-  EXPECT_THROW(windows_around_fields(relign_od_scene(), 128), Error);
-}
+TEST(Windows, NeedFields) { EXPECT_THROW(windows_around_fields(relign_od_scene(), 128), Error); }
 
 }  // namespace
 }  // namespace relign::imaging
