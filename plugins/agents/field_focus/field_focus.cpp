@@ -1,7 +1,5 @@
 // field-focus: centre by the marks, sweep the focus, level the plane of best focus, verify. See README.md.
-#include <cstdio>
-#include <cstdlib>
-#define RELIGN_MIN_HOST_MINOR 5
+#include <limits>
 #include <relign/plugin.hpp>
 
 #include "focus_curves.hpp"
@@ -22,17 +20,20 @@ constexpr std::size_t kFocusAxis = 2, kFirstTilt = 3, kTurn = 5;
 constexpr std::uint64_t kDesignSeed = 0xF0C5;  // noise of the design's images: the same in every trial
 constexpr double kTiltStride = 0.1;            // share of the travel, for the differences of the design
 constexpr double kLateralStride = 0.02;
-constexpr double kNear = 0.5;       // of the spacing of marks: how far a mark may be from its place in the reference
+constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark may be from its place in the reference
+constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
+constexpr std::size_t kSmoothable = 18;  // curves
 constexpr std::size_t kMaxDesigns = 4;
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
 
 // What the design says about a chart: how marks move and how the focus of a field changes with the pose.
 struct Design {
-  std::vector<Mark> marks;                      // as the reference shows them
-  double limit = 0;                             // how far a mark may be from its place, pixels
-  Eigen::MatrixXd motion;                       // Shift x axes, per share of the travel
-  std::vector<Eigen::Vector2d> slopes;          // by mark: share of the focus axis per share of the tilts
+  std::vector<Mark> marks;                 // as the reference shows them
+  double half_width = 0, half_height = 0;  // of the image, pixels
+  double limit = 0;                        // how far a mark may be from its place, pixels
+  Eigen::MatrixXd motion;                  // Shift x axes, per share of the travel
+  std::vector<Eigen::Vector2d> slopes;     // by mark: share of the focus axis per share of the tilts; none: no chart
 };
 
 std::vector<float> pixels_of(const relign::ImageView& image) {
@@ -89,10 +90,10 @@ class Study {
 
   Design operator()(const std::vector<float>& reference) const {
     Design design;
+    design.half_width = 0.5 * static_cast<double>(width_), design.half_height = 0.5 * static_cast<double>(height_);
     design.marks = find_marks(reference, width_, height_);
-    if (design.marks.size() < 3)
-      throw std::runtime_error("the reference image shows " + std::to_string(design.marks.size()) +
-                               " dark squares on white; must be 3 or more");
+    keep_fields(design.marks);
+    if (design.marks.size() < 3) return design;
     double spacing = static_cast<double>(width_);
     for (const Mark& one : design.marks)
       for (const Mark& other : design.marks)
@@ -124,6 +125,20 @@ class Study {
   }
 
  private:
+  // The centre, and marks near 0.8 and 0.45 of the way to sides and corners, as fields are defined in docs/services.md.
+  void keep_fields(std::vector<Mark>& marks) const {
+    std::vector<Mark> kept;
+    const double x = 0.5 * static_cast<double>(width_), y = 0.5 * static_cast<double>(height_);
+    const auto keep = [&](double u, double v) {
+      const Mark* mark = nearest(marks, x + u * x, y + v * y, x);
+      if (mark && !nearest(kept, mark->x_px, mark->y_px, 1)) kept.push_back(*mark);
+    };
+    for (const double v : {-0.8, 0.0, 0.8})
+      for (const double u : {-0.8, 0.0, 0.8}) keep(u, v);
+    for (const double v : {-0.45, 0.45})
+      for (const double u : {-0.45, 0.45}) keep(u, v);
+    marks = std::move(kept);
+  }
   std::vector<float> image(Eigen::Index axis, double step, double defocus) const {
     Eigen::VectorXd pose = nominal_;
     if (axis >= 0) pose[axis] += step;
@@ -164,17 +179,25 @@ class Study {
 class FieldFocus final : public relign::Agent {
  public:
   explicit FieldFocus(const relign::Parameters& given)
-      : frequency_("{\"cycles_per_pixel\": " + std::to_string(given.number("cycles_per_pixel")) + "}"),
+      : log_(given),
+        frequency_(given.number("cycles_per_pixel")),
         stride_(given.number("stride")),
         sweep_(static_cast<int>(given.integer("sweep"))),
         worst_(given.boolean("worst_field")) {}
 
   void run(relign::Trial& trial) override {
-    if (trial.axes() < kTurn)
-      throw std::runtime_error("the scene has " + std::to_string(trial.axes()) +
-                               " axes; must have 5 or more: x, y, z and two tilts");
     trial_ = &trial;
-    design_ = study();
+    if (trial.axes() >= kTurn) design_ = study();
+    if (!design_ || design_->slopes.empty()) {
+      log_.warn("stays at the start: needs 5 axes or more and 3 dark squares on white; the scene has " +
+                std::to_string(trial.axes()) + " axes, its reference image shows " +
+                std::to_string(design_ ? design_->marks.size() : 0) + " squares");
+      const relign::Observation start = trial.first();
+      trial.step(start.pose);
+      return;
+    }
+    for (auto& channels : channels_)
+      for (const auto& slope : design_->slopes) channels.insert(channels.end(), 2, Channel{slope, {}, {}});
     take(trial.first());
     if (coarse() && fine()) approach();
   }
@@ -193,22 +216,39 @@ class FieldFocus final : public relign::Agent {
   void take(const relign::Observation& observation) {
     pose_ = observation.pose;
     const relign::ImageView image = observation.image();
-    const auto shift = shift_of(*design_, find_marks(pixels_of(image), image.width(), image.height()));
-    if (shift) shift_ = *shift, shift_pose_ = pose_;
-    const std::vector<relign::FieldMeasure> fields = trial_->measures().fields(frequency_);
-    if (channels_.empty()) channels_.resize(2 * fields.size());
+    const std::vector<Mark> marks = find_marks(pixels_of(image), image.width(), image.height());
+    if (const auto shift = shift_of(*design_, marks)) shift_ = *shift, shift_pose_ = pose_;
     const Focus focus(pose_[kFocusAxis], pose_[kFirstTilt], pose_[kFirstTilt + 1]);
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      const Mark* mark = field_focus::nearest(design_->marks, fields[i].mark_x_px - shift_[0],
-                                              fields[i].mark_y_px - shift_[1], design_->limit);
-      if (!mark) continue;
-      for (std::size_t direction = 0; direction < 2; ++direction) {
-        Channel& channel = channels_[2 * i + direction];
-        channel.slope = design_->slopes[static_cast<std::size_t>(mark - design_->marks.data())];
-        const double mtf = direction == 0 ? fields[i].tangential : fields[i].sagittal;
-        if (std::isfinite(mtf)) channel.samples.push_back({focus, mtf});
-      }
+    for (std::size_t i = 0; i < design_->marks.size(); ++i) {
+      const Mark& place = design_->marks[i];
+      const Mark* mark = nearest(marks, place.x_px, place.y_px, kCentred * place.side_px);
+      for (std::size_t direction = 0; mark && direction < 2; ++direction)
+        for (std::size_t k = 0; k < 2; ++k) {
+          const double mtf = edge_mtf(*mark, direction == 0, frequency_ / (k == 0 ? 2 : 1), image);
+          if (std::isfinite(mtf)) channels_[k][2 * i + direction].samples.push_back({focus, mtf});
+        }
     }
+  }
+
+  // Mean over the two opposite edges of a mark, left and right or top and bottom; NaN without any.
+  double edge_mtf(const Mark& mark, bool upright, double frequency, const relign::ImageView& image) const {
+    const double along = 0.7 * mark.side_px, across = 0.55 * mark.side_px;
+    double sum = 0;
+    int edges = 0;
+    for (const double side : {-0.5, 0.5}) {
+      const double width = upright ? across : along, height = upright ? along : across;
+      const double x = mark.x_px + (upright ? side * mark.side_px : 0) - 0.5 * width;
+      const double y = mark.y_px + (upright ? 0 : side * mark.side_px) - 0.5 * height;
+      if (!(x >= 0) || !(y >= 0) || x + width > static_cast<double>(image.width()) ||
+          y + height > static_cast<double>(image.height()))
+        continue;
+      const auto whole = [](double value) { return std::to_string(static_cast<int>(value)); };
+      const double mtf = trial_->measures().measure(
+          "mtf", "{\"cycles_per_pixel\": " + std::to_string(frequency) + ", \"x\": " + whole(x) +
+                     ", \"y\": " + whole(y) + ", \"width\": " + whole(width) + ", \"height\": " + whole(height) + "}");
+      if (std::isfinite(mtf)) sum += mtf, ++edges;
+    }
+    return edges > 0 ? sum / edges : std::numeric_limits<double>::quiet_NaN();
   }
 
   // The pose with this focus and tilts at which the image is centred and upright.
@@ -238,10 +278,12 @@ class FieldFocus final : public relign::Agent {
 
   // The best pose by the samples so far; nothing before there are curves.
   std::optional<Focus> solve(const std::optional<Focus>& near) {
-    const int fitted = fit(channels_, near, stride_);
-    if (fitted < 3) return std::nullopt;
-    const Focus plane = plane_of_best_focus(channels_);
-    return worst_ ? best_of_worst(channels_, plane, stride_) : plane;
+    std::vector<Channel>& channels = channels_[near ? 1 : 0];
+    const double reach = near ? 0.5 * stride_ : stride_;
+    if (fit(channels, near, reach) < 3) return std::nullopt;
+    smooth(channels);
+    const Focus plane = plane_of_best_focus(channels);
+    return worst_ && near ? best_of_worst(channels, plane, reach) : plane;
   }
 
   // Sweeps upwards; extends the sweep while more than a third of the channels are sharpest at its end.
@@ -259,13 +301,35 @@ class FieldFocus final : public relign::Agent {
     if (!solution) return false;
     solution_ = *solution;
     trial_->recommend(centred(solution_));
-    dbg("coarse");
     return true;
+  }
+
+  // Aberrations are smooth over the image, so one least-squares fit averages the noise of single edges: best focus and
+  // peak are linear with slopes that both directions share, plus quadratic terms of each. The width becomes the mean.
+  void smooth(std::vector<Channel>& channels) const {
+    std::vector<std::size_t> fitted;
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      if (channels[i].curve) fitted.push_back(i);
+    if (fitted.size() < kSmoothable) return;
+    const auto count = static_cast<Eigen::Index>(fitted.size());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 10), values(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const std::size_t at = fitted[static_cast<std::size_t>(i)];
+      const Mark& mark = design_->marks[at / 2];
+      const double u = mark.x_px / design_->half_width - 1;
+      const double v = mark.y_px / design_->half_width - design_->half_height / design_->half_width;
+      rows(i, 0) = u, rows(i, 1) = v;
+      rows.row(i).segment<4>(at % 2 == 0 ? 2 : 6) << 1, u * u, u * v, v * v;
+      values.row(i) << channels[at].curve->peak, channels[at].curve->centre, channels[at].curve->width;
+    }
+    const Eigen::MatrixXd smoothed = rows * rows.colPivHouseholderQr().solve(values);
+    for (Eigen::Index i = 0; i < count; ++i)
+      channels[fitted[static_cast<std::size_t>(i)]].curve = {smoothed(i, 0), smoothed(i, 1), values.col(2).mean()};
   }
 
   bool sharpest_at(double z) const {
     std::size_t there = 0, all = 0;
-    for (const Channel& channel : channels_) {
+    for (const Channel& channel : channels_[0]) {
       const field_focus::Sample* highest = nullptr;
       for (const auto& sample : channel.samples)
         if (!highest || sample.mtf > highest->mtf) highest = &sample;
@@ -279,30 +343,16 @@ class FieldFocus final : public relign::Agent {
   // At the solution's tilts: captures on both sides of the focus, upwards.
   bool fine() {
     const Focus middle = solution_;
-    for (const double k : {-0.7, -0.25, 0.25}) {
-      if (!go(centred(middle + Focus(k * stride_, 0, 0)))) return false;
+    for (const double k : {-0.5, -0.3, 0.0, 0.3, 0.5}) {
+      if (!go(centred(Focus(middle[0] + k * stride_, solution_[1], solution_[2])))) return false;
       update();
     }
     return true;
   }
 
-  void dbg(const char* what) const {
-    if (!std::getenv("FFDBG")) return;
-    std::fprintf(stderr, "%s pose", what);
-    for (double a : pose_) std::fprintf(stderr, " %.4f", a);
-    std::fprintf(stderr, " shift %.2f %.2f %.5f sol %.4f %.4f %.4f\n", shift_[0], shift_[1], shift_[2], solution_[0], solution_[1], solution_[2]);
-    for (std::size_t i = 0; i < channels_.size(); ++i) {
-      const auto& c = channels_[i];
-      std::fprintf(stderr, "  ch %zu slope %.3f %.3f", i, c.slope[0], c.slope[1]);
-      if (c.curve) std::fprintf(stderr, " peak %.3f c %.4f w %.4f at sol %.3f:", std::exp(c.curve->peak), c.curve->centre, c.curve->width, c.curve->at(c.defocus(solution_)));
-      for (const auto& m : c.samples) std::fprintf(stderr, " (%.4f %.3f)", c.defocus(m.pose), m.mtf);
-      std::fprintf(stderr, "\n");
-    }
-  }
   void update() {
     if (const auto solution = solve(solution_)) solution_ = *solution;
     trial_->recommend(centred(solution_));
-    dbg("update");
   }
 
   // Every axis approaches its goal from below in small moves, so that the play of the stage is taken up.
@@ -317,13 +367,15 @@ class FieldFocus final : public relign::Agent {
 
   static constexpr double kApproach = 0.004;  // share of the travel
 
-  std::string frequency_;
+  relign::Parameters log_;
+  double frequency_;  // cycles per pixel
   double stride_;
   int sweep_;
   bool worst_;
   relign::Trial* trial_ = nullptr;
   std::shared_ptr<const Design> design_;
-  std::vector<Channel> channels_;  // by field: tangential, sagittal
+  // At half the frequency for the first sweep, then at the frequency; by mark: upright edges, level edges.
+  std::vector<Channel> channels_[2];
   Pose pose_, shift_pose_;
   Shift shift_ = Shift::Zero();
   Focus solution_ = Focus::Zero();

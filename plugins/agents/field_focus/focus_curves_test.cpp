@@ -73,8 +73,8 @@ TEST(FocusCurves, MaximisesWorstField) {
   };
   const Focus plane = plane_of_best_focus(channels), found = best_of_worst(channels, plane, 0.06);
   const Focus compromise = lens.optimum - Focus(0.5 * (0.15 * 0.15 + 0.1 * 0.1), 0, 0);
-  EXPECT_GT(worst(found), worst(plane) + 1e-4);
-  EXPECT_NEAR(worst(found), worst(compromise), 2e-3);
+  EXPECT_GT(worst(found), worst(plane) + 1e-3);
+  EXPECT_NEAR(worst(found), worst(compromise), 1e-2);
   expect_near(found, compromise, 0.006, 0.01);
 }
 
@@ -101,10 +101,10 @@ TEST(Marks, FindsSquaresAloneWithTheirCentres) {
     for (std::size_t row = y; row < y + rows; ++row)
       for (std::size_t column = x; column < x + columns; ++column) pixels[row * kWidth + column] = 0;
   };
-  dark(20, 30, 21, 19);  // a mark
+  dark(20, 30, 21, 19);                      // a mark
   dark(70, 20, 3, 31), dark(56, 34, 31, 3);  // a cross
-  dark(0, 0, 15, 15);    // at the border
-  dark(100, 60, 4, 4);   // too small
+  dark(0, 0, 15, 15);                        // at the border
+  dark(100, 60, 4, 4);                       // too small
   const std::vector<Mark> marks = find_marks(pixels, kWidth, kHeight);
   ASSERT_EQ(marks.size(), 1u);
   EXPECT_DOUBLE_EQ(marks[0].x_px, 30);
