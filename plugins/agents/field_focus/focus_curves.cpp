@@ -8,9 +8,9 @@ namespace {
 
 constexpr double kLowest = 0.12;    // MTF below which contrast may be reversed
 constexpr double kOfPeak = 0.3;     // share of a channel's highest MTF below which the curve is not Gaussian
-constexpr double kWidthPrior = 10;  // the median width counts as much as so many samples of MTF 1
+constexpr double kWidthPrior = 0.1;  // weight of the median width; a capture in focus and one a reach away have 1 each
 constexpr double kSharpness = 80;   // of the soft minimum: channels within 1 / 80 of the lowest count
-constexpr double kNever = 0.05;     // share of the reach at which weights cannot be told from zero
+constexpr double kFloor = 0.05;     // root of the weight that samples far from the focus keep
 
 // Normal equations of log m = p0 + p1 s + p2 s^2, s = (zeta - middle) / reach.
 struct Parabola {
@@ -31,7 +31,7 @@ Parabola sum_up(const Channel& channel, const std::optional<Focus>& centre, doub
     if (!(sample.mtf > std::max(kLowest, kOfPeak * highest->mtf))) continue;
     const double s = (channel.defocus(sample.pose) - sums.middle) / reach;
     const double away = centre ? (channel.defocus(sample.pose) - channel.defocus(*centre)) / reach : s;
-    const double weight = sample.mtf * sample.mtf * std::exp(-0.5 * away * away) + kNever * kNever;
+    const double weight = sample.mtf * sample.mtf * std::exp(-0.5 * away * away) + kFloor * kFloor;
     const Eigen::Vector3d row(1, s, s * s);
     sums.squares += weight * row * row.transpose();
     sums.right += weight * std::log(sample.mtf) * row;
@@ -63,8 +63,7 @@ int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, doub
   }
   std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
   const double width = widths[widths.size() / 2] / reach;
-  // As if log MTF had been measured to bend by the median, at the scale of the width.
-  const double prior = kWidthPrior * 0.01 * std::pow(width, 4);
+  const double prior = kWidthPrior * std::pow(width, 4);
   int fitted = 0;
   for (std::size_t i = 0; i < channels.size(); ++i) {
     channels[i].curve.reset();
