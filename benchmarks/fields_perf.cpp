@@ -43,4 +43,17 @@ void fields_mtf(benchmark::State& state) {
 }
 BENCHMARK(fields_mtf)->Name("fields_mtf_1920x1280")->Unit(benchmark::kMillisecond);
 
+// MTF and place of all fields by rays, as a specification by field judges a step.
+void fields_by_rays(benchmark::State& state) {
+  const auto scene = relign::imaging::read_scene_file(RELIGN_CAMERA_2MP_SCENE, {});
+  const std::vector<relign::imaging::FieldPoint> points = relign::imaging::points_of_fields(scene);
+  const relign::imaging::FieldMtfMeter meter(scene, true, false, 40);
+  const relign::optics::Assembly lens(scene.lens);
+  const std::vector<double> pose(scene.axes(), 0.5);
+  for (auto _ : state)
+    for (const relign::imaging::FieldPoint& point : points)
+      benchmark::DoNotOptimize(meter.modulation_at(point, lens, pose, 50));
+}
+BENCHMARK(fields_by_rays)->Name("fields_by_rays_13")->Unit(benchmark::kMillisecond);
+
 }  // namespace

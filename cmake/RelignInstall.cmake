@@ -18,6 +18,7 @@ set(package_folder "${CMAKE_INSTALL_DATADIR}/cmake/relign-bench")
 
 install(TARGETS relign-bench relign_plugin_api EXPORT relign-benchTargets
         RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(TARGETS relign-sandbox relign-library-host RUNTIME DESTINATION lib/relign-bench/bin)
 install(DIRECTORY "${PROJECT_SOURCE_DIR}/core/plugin_api/relign" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
         FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
 # Plugins install themselves: see RELIGN_PLUGIN_INSTALL_DIRECTORY in RelignPlugin.cmake.

@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/machine.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/help.h"
@@ -120,10 +121,47 @@ plugin_host::HostServices Context::services(unsigned threads) const {
   plugin_host::HostServices services;
   services.threads = threads;
   services.cache_folder = relign::cache_folder();
+  services.sandbox = sandbox();
   services.log = [](int level, const std::string& message) {
     if (level >= RELIGN_LOG_WARNING) print_warning(message);
   };
   return services;
+}
+
+void Context::start_sandbox(const std::filesystem::path& results) {
+  if (!sandboxed && sandbox_shown.empty()) return;
+  if (!sandboxed) throw Error(ErrorKind::bad_input, "--sandbox-show: requires --sandbox");
+  if (const std::string& problem = plugin_host::sandbox_problem(); !problem.empty())
+    throw Error(ErrorKind::bad_input, "--sandbox: not possible on this machine: " + problem);
+  sandbox_ = std::make_shared<plugin_host::Sandbox>();
+  for (const std::string& path : sandbox_shown) {
+    if (!std::filesystem::exists(path))
+      throw Error(ErrorKind::bad_input, "--sandbox-show: '" + path + "' does not exist");
+    sandbox_->shown.push_back(std::filesystem::absolute(path).lexically_normal());
+  }
+  for (const std::filesystem::path& path : {results, relign::cache_folder()})
+    if (!path.empty()) sandbox_->hidden.push_back(std::filesystem::absolute(path).lexically_normal());
+  sandbox_ = std::make_shared<plugin_host::Sandbox>(*sandbox(0));
+  catalog_.use_sandbox(sandbox_);
+}
+
+std::shared_ptr<const plugin_host::Sandbox> Context::sandbox(unsigned memory_mb) const {
+  if (!sandbox_) return nullptr;
+  constexpr double kShareOfMachine = 0.8;
+  plugin_host::Sandbox with_limit = *sandbox_;
+  with_limit.memory_bytes =
+      memory_mb > 0 ? std::size_t{memory_mb} * 1'000'000
+                    : static_cast<std::size_t>(kShareOfMachine * static_cast<double>(usable_memory_bytes()));
+  return std::make_shared<const plugin_host::Sandbox>(std::move(with_limit));
+}
+
+void add_sandbox_options(CLI::App& verb, Context& context) {
+  verb.add_flag("--sandbox", context.sandboxed,
+                "run every algorithm without network and without a view of other files and processes, with limits");
+  verb.add_option("--sandbox-show", context.sandbox_shown,
+                  "with --sandbox: a file or folder that algorithms may read besides their own; repeatable")
+      ->type_name("PATH")
+      ->allow_extra_args(false);
 }
 
 ProgressMode Context::progress_mode() const {

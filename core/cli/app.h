@@ -7,7 +7,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -15,16 +17,26 @@
 #include "cli/progress.h"
 #include "plugin_host/catalog.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/sandbox.h"
 
 namespace relign::cli {
 
 class Context {
  public:
-  bool json = false;                      // --json
-  std::vector<std::string> plugin_paths;  // --plugin
-  std::string progress_name = "auto";     // --progress
-  std::vector<std::string> command_line;  // as typed; shown in messages on how to resume
-  std::function<int()> action;            // set by the chosen verb
+  bool json = false;                       // --json
+  std::vector<std::string> plugin_paths;   // --plugin
+  std::string progress_name = "auto";      // --progress
+  std::vector<std::string> command_line;   // as typed; shown in messages on how to resume
+  std::function<int()> action;             // set by the chosen verb
+  bool sandboxed = false;                  // --sandbox
+  std::vector<std::string> sandbox_shown;  // --sandbox-show
+
+  // Before the catalog is used. `results` is hidden from algorithms; it may be empty. Nothing without --sandbox. Throws
+  // Error(bad_input) when this machine allows no sandbox.
+  void start_sandbox(const std::filesystem::path& results);
+  // The sandbox of algorithms; null without --sandbox. `memory_mb` is the limit of their processes; 0: 80 % of the
+  // machine's memory.
+  std::shared_ptr<const plugin_host::Sandbox> sandbox(unsigned memory_mb = 0) const;
 
   // All plugins: the installed ones and those of --plugin, scanned on first use. Throws Error(plugin_rejected).
   plugin_host::Catalog& catalog();
@@ -37,6 +49,7 @@ class Context {
 
  private:
   plugin_host::Catalog catalog_;
+  std::shared_ptr<plugin_host::Sandbox> sandbox_;
   bool scanned_ = false;
 };
 
@@ -48,6 +61,9 @@ struct VerbText {
   const char* see_also;  // names of other verbs
 };
 CLI::App& add_verb(CLI::App& parent, const VerbText& text);
+
+// --sandbox and --sandbox-show.
+void add_sandbox_options(CLI::App& verb, Context& context);
 
 // For unsigned options: digits only, because CLI11 would convert "-3" to a huge number.
 CLI::Validator whole_number();

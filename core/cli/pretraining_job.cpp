@@ -33,6 +33,7 @@ runner::Pretrainer::Options pretrainer_options(const plugin_host::HostServices& 
   options.cache_folder = services.cache_folder;
   options.on_message = [](const std::string& message) { std::fprintf(stderr, "%s\n", printable(message).c_str()); };
   options.stop = services.stop;
+  options.sandbox = services.sandbox;
   options.again = again;
   return options;
 }

@@ -63,6 +63,12 @@ Finding python() {
   return {"python3", "ok", found.string() + " (RELIGN_PYTHON)"};
 }
 
+Finding sandbox() {
+  const std::string& problem = plugin_host::sandbox_problem();
+  return problem.empty() ? Finding{"sandbox", "ok", "--sandbox is possible"}
+                         : Finding{"sandbox", "note", "--sandbox is not possible: " + problem};
+}
+
 void check_plugins(Context& context, std::vector<Finding>& findings) {
   plugin_host::Catalog catalog;
   for (const fs::path& root : plugin_host::Catalog::default_roots()) {
@@ -104,6 +110,7 @@ int check_machine(Context& context) {
   findings.push_back(folder("temporary folder", fs::temp_directory_path(), "set TMPDIR to a writable folder"));
   check_plugins(context, findings);
   findings.push_back(python());
+  findings.push_back(sandbox());
   findings.push_back(program("sbatch", "not on PATH: Slurm jobs cannot be submitted from here"));
 
   bool all_well = true;

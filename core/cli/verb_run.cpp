@@ -59,7 +59,7 @@ std::vector<std::pair<std::string, std::string>> parse_only(const std::vector<st
 // A scene fails to load because of the user's files or parameters, so its failure is reported as bad input.
 runner::PreparedPlan prepared_plan(suites::Suite suite, const runner::RunOptions& options) {
   try {
-    return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop);
+    return runner::prepare(std::move(suite), options.cache_folder, options.on_message, options.stop, options.sandbox);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, std::string("a scene of the suite cannot be used: ") + error.what());
@@ -181,7 +181,10 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.stop = &watch_for_stop();
   options.workers = arguments.workers;
   options.retry_failed = arguments.retry_failed;
-  if (arguments.isolation == "process") options.worker_program = {"/proc/self/exe", "worker"};
+  if (arguments.isolation == "process") {
+    options.worker_program = {"/proc/self/exe", "worker"};
+    plugin_host::adopt_orphans();
+  }
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
   options.draw_lens = scene_lens_svg;
@@ -189,10 +192,12 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (arguments.suite.empty() == arguments.plan.empty())
     throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
   std::unique_ptr<ShardJob> job;
+  context.start_sandbox(arguments.out.empty() ? fs::path("results") : fs::path(arguments.out));
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
   suites::Suite suite =
       job ? job->read_suite(context.catalog()) : suites::read_suite(suite_file(arguments.suite), context.catalog());
   unseal_suite(suite, arguments.secret);
+  if (context.sandboxed) options.sandbox = context.sandbox(suite.trial_memory_mb);
   options.results = arguments.out.empty() ? fs::path("results") / suite.name : fs::path(arguments.out);
   refuse_merged(options.results);
 
@@ -282,6 +287,7 @@ void add_run(CLI::App& app, Context& context) {
       ->type_name("MODE")
       ->check(CLI::IsMember({"process", "none"}))
       ->capture_default_str();
+  add_sandbox_options(verb, context);
   verb.add_flag("--retry-failed", arguments->retry_failed, "rerun trials that failed");
   CLI::Option* plan =
       verb.add_option("--plan", arguments->plan,

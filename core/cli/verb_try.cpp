@@ -133,6 +133,8 @@ std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(
 }
 
 int run_try(Context& context, TryArguments arguments) {
+  context.start_sandbox("");
+  plugin_host::adopt_orphans();
   plugin_host::Catalog& catalog = context.catalog();
   const plugin_host::Choice algorithm = named_choice(catalog, plugin_host::Kind::optimizer, arguments.algorithm,
                                                      "ALGORITHM", read_parameters(arguments.parameters));
@@ -239,6 +241,7 @@ void add_try(CLI::App& app, Context& context) {
       ->type_name("COUNT")
       ->check(CLI::Range(1U, kMaxSteps))
       ->capture_default_str();
+  add_sandbox_options(verb, context);
   verb.add_option("--frames", arguments->frames, "write every capture to DIR/step-NNN.png [default: none]")
       ->type_name("DIR");
   verb.callback(

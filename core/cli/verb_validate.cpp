@@ -43,6 +43,7 @@ FrameCost measure(const LoadedScene& scene) {
 }
 
 int validate(Context& context, const std::string& file) {
+  context.start_sandbox("");
   const suites::Suite suite = suites::read_suite(suite_file(file), context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;
@@ -123,6 +124,7 @@ void add_validate(CLI::App& app, Context& context) {
                      "relign-bench validate suites/quick.json", "run, list, describe"});
   auto file = std::make_shared<std::string>();
   verb.add_option("SUITE", *file, "suite file (JSON)")->required()->type_name("FILE");
+  add_sandbox_options(verb, context);
   verb.callback([&context, file] { context.action = [&context, file] { return validate(context, *file); }; });
 }
 

@@ -10,6 +10,7 @@
 #include "cli/frames.h"
 #include "cli/interrupt.h"
 #include "cli/secrets.h"
+#include "records/results_folder.h"
 #include "runner/verify.h"
 
 namespace relign::cli {
@@ -123,6 +124,10 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.add_rules = arguments.add_rules;
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
+  context.start_sandbox(arguments.results);
+  if (!context.sandboxed && records::read_manifest(arguments.results).contains("sandbox"))
+    print_warning("the algorithms of these results ran in a sandbox; without --sandbox they replay with your rights");
+  options.sandbox = context.sandbox();
   ProgressPrinter progress(context.progress_mode());
   options.on_message = [&progress](const std::string& text) { progress.message(text); };
   options.on_progress = [&progress](std::size_t done, std::size_t total) {
@@ -197,6 +202,7 @@ void add_verify(CLI::App& app, Context& context) {
           "--suite-folder", arguments->suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
+  add_sandbox_options(verb, context);
   add_secret_option(verb, arguments->secret);
   verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")

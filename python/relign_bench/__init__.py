@@ -6,9 +6,9 @@
     bench = relign_bench.Bench("relign_od", noise_level="rho0.25")
     trial = bench.run("nlopt-sbplx", instance=3, steps=50)
 
-`relign_bench.plugin` is for writing algorithms, scenes and noise levels in Python; it needs the standard library only.
-All other modules need numpy and the compiled module `relign_bench._core`; the environments also need gymnasium, and
-`relign_bench.training` needs torch.
+`relign_bench.plugin` is for writing algorithms, scenes and noise levels in Python; it needs the standard library only,
+and `read_results` pandas only. All other modules need numpy and the compiled module `relign_bench._core`; the
+environments also need gymnasium, and `relign_bench.training` needs torch.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import sys as _sys
 TYPE_CHECKING = False  # as typing.TYPE_CHECKING, without the time that importing typing takes
 if TYPE_CHECKING:
     from .batch import Batch
-    from .bench import Bench, Instance, Trial, list_plugins, read_results
+    from .bench import Bench, Instance, Trial, list_plugins
     from .environment import AlignmentEnv
     from .registration import register
+    from .results import read_results
     from .vector_environment import AlignmentVectorEnv
 
 __all__ = [
@@ -43,11 +44,11 @@ _MODULE_OF = {
     "Instance": "bench",
     "Trial": "bench",
     "list_plugins": "bench",
-    "read_results": "bench",
+    "read_results": "results",
     "register": "registration",
 }
 
-_SUBMODULES = ("batch", "bench", "environment", "plugin", "rewards", "training", "vector_environment")
+_SUBMODULES = ("batch", "bench", "environment", "plugin", "results", "rewards", "training", "vector_environment")
 
 
 def __getattr__(name: str) -> object:

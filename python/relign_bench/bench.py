@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import operator
-import os
-import pathlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +20,6 @@ if TYPE_CHECKING:
     from ._typing import Float32Array, Float64Array, Parameters
 
 TRACKS = ("recommended", "commanded", "measured")
-TABLES = ("curves", "instances", "steps")
 
 
 def list_plugins(kind: str = "algorithm") -> list[str]:
@@ -294,45 +291,3 @@ class Trial:
 
 def _number(value: float | None) -> float:
     return float("nan") if value is None else float(value)
-
-
-def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas.DataFrame:
-    """A table of a results folder as a pandas.DataFrame.
-
-    Args:
-        folder: The results folder.
-        what: "curves" (medians over instances, one row per step), "instances" (one row per trial) or "steps" (every step of
-            every trial).
-
-    Raises:
-        FileNotFoundError: The folder has no results, or not this table.
-        ValueError: There is no such table.
-    """
-    import pandas
-
-    folder = pathlib.Path(folder)
-    if not (folder / "manifest.json").is_file():
-        raise FileNotFoundError(f"'{folder}' is not a results folder: it has no manifest.json")
-    check_name(what, TABLES, "table")
-    if what in ("curves", "instances"):
-        table = folder / (what + ".csv")
-        if not table.is_file():
-            raise FileNotFoundError(f"'{table}' does not exist; `relign-bench report {folder}` writes it")
-        return pandas.read_csv(table)
-    if not (folder / "trials").is_dir():
-        raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")
-    rows, closing = [], {}
-    for path in sorted((folder / "trials").glob("*.jsonl")):
-        for line in path.read_text().splitlines():
-            try:
-                record = json.loads(line)
-            except ValueError:
-                continue  # the incomplete last line of a run that was killed
-            if "end" in record:
-                closing[record["trial"]] = record
-            else:
-                rows.append(record)
-    keys = ("scene", "noise_level", "protocol", "algorithm", "instance")
-    # A trial counts once it has a closing line; the steps of interrupted trials are left out.
-    return pandas.DataFrame([{**{key: closing[row["trial"]][key] for key in keys}, **row} for row in rows
-                             if row["trial"] in closing])

@@ -111,6 +111,13 @@ class Results(unittest.TestCase):
             relign_bench.read_results(golden, "curves")
         with self.assertRaisesRegex(FileNotFoundError, "manifest.json"):
             relign_bench.read_results(golden.parent)
+        # From the source tree, which has no compiled module.
+        code = ("import sys; from relign_bench import read_results; "
+                f"print(len(read_results({str(golden)!r}, 'steps')), 'relign_bench._core' in sys.modules)")
+        source = pathlib.Path(__file__).parents[2] / "python"
+        output = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True,
+                                env={**os.environ, "PYTHONPATH": str(source)}).stdout
+        self.assertEqual(output.split(), [str(len(steps)), "False"])
         self.assertGreater(len(Bench("gaussian_spot", "rho0").run("random", steps=2).table()), 2)
 
 

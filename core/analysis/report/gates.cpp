@@ -157,6 +157,7 @@ std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResult
   }
   add_same_methods(gates, page, results);
   add_replay(gates, results);
+  if (results.manifest.contains("sandbox")) gates.push_back({"sandbox", true, "algorithms in a sandbox"});
   add_alarms(gates, results);
   return gates;
 }

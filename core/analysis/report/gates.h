@@ -12,6 +12,7 @@ namespace relign::report {
 //   failures  at most 5 % of the trials failed; present only if failed
 //   A/A       two names of one algorithm, if the suite has them, do not differ significantly
 //   replay    'verify' reproduced the replayed trials
+//   sandbox   algorithms ran in one; present only then
 // and, present only if failed:
 //   optimum   an error is below the instance's own optimum by more than 1e-6 in MSE and 10 %
 //   start     step 0 differs between methods on one instance under one protocol; not on a station

@@ -35,8 +35,7 @@ struct Yield : Share {
   std::optional<Share> uncured;  // the same before curing
 };
 
-// Steps and machine seconds until the specification
-// is met; infinite if fewer than half of the instances meet it.
+// Steps and machine seconds until the specification is met; infinite if fewer than half of the instances meet it.
 struct TimeToSpec {
   std::size_t successes = 0, n = 0;
   double steps = kMissing, expected = kMissing, seconds = kMissing;

@@ -7,4 +7,10 @@ namespace relign {
 // for an untrusted file.
 inline constexpr unsigned kMaxSteps = 100'000;
 
+// Trials of a suite: a plan of them takes one gigabyte and some minutes.
+inline constexpr unsigned long long kMaxTrials = 10'000'000;
+
+// Characters of an id or a path in a suite.
+inline constexpr unsigned kMaxNameLength = 4096;
+
 }  // namespace relign

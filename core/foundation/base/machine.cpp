@@ -51,6 +51,14 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
   return bytes;
 }
 
+long long processes_ended_for_memory(const fs::path& statistics) {
+  std::ifstream stream(statistics);
+  std::string name;
+  for (long long value = 0; stream >> name >> value;)
+    if (name == "oom_kill") return value;
+  return -1;
+}
+
 std::string instruction_sets() {
 #if defined(__x86_64__)
   std::string text = __builtin_cpu_is("intel") ? "intel:" : __builtin_cpu_is("amd") ? "amd:" : "x86-64:";

@@ -102,7 +102,7 @@ struct Algorithm::Implementation {
 
 Algorithm::Algorithm(const Choice& choice, const HostServices& services)
     : implementation_(std::make_unique<Implementation>()) {
-  if (choice.plugin->command.empty())
+  if (choice.plugin->command.empty() && !services.sandbox)
     implementation_->library = std::make_unique<LibraryAlgorithm>(choice, services);
   else
     implementation_->process = std::make_unique<ProcessAlgorithm>(choice, services);

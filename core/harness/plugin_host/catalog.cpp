@@ -128,8 +128,8 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
   const fs::path file = manifest_of(absolute_path(plugin));
   for (const auto& known : plugins_)
     if (same_file(known->source, file)) return known;
-  auto manifest =
-      std::make_shared<const Manifest>(is_plugin_script(file) ? read_script_manifest(file) : read_manifest(file));
+  auto manifest = std::make_shared<const Manifest>(is_plugin_script(file) ? read_script_manifest(file, sandbox_.get())
+                                                                          : read_manifest(file));
   std::error_code error;
   if (!fs::exists(manifest->library, error))
     reject(file.string() + ": its library " + manifest->library.string() +

@@ -5,11 +5,14 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "plugin_host/manifest.h"
 
 namespace relign::plugin_host {
+
+struct Sandbox;  // sandbox.h
 
 // A plugin with its effective parameters: the result of resolving an entry of a suite.
 struct Choice {
@@ -29,6 +32,9 @@ Choice with_changes(const Choice& choice, const Json& changes);
 
 class Catalog {
  public:
+  // Scripts are then asked for their manifests in a sandbox.
+  void use_sandbox(std::shared_ptr<const Sandbox> sandbox) { sandbox_ = std::move(sandbox); }
+
   // Adds a plugin: its folder, library, Python script or manifest. Throws Error(plugin_rejected), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
   // Adding the same folder again has no effect.
@@ -76,6 +82,7 @@ class Catalog {
 
   std::vector<std::shared_ptr<const Manifest>> plugins_;
   std::vector<std::string> refused_;
+  std::shared_ptr<const Sandbox> sandbox_;
 };
 
 }  // namespace relign::plugin_host

@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "plugin_host/catalog.h"
+#include "plugin_host/process_session.h"
 
 namespace relign::plugin_host {
 
@@ -29,6 +30,9 @@ struct HostServices {
   // Once it is true, the host waits for a plugin's process at most RELIGN_STOP_SECONDS. May be null; must outlive the
   // object.
   const std::atomic<bool>* stop = nullptr;
+  // Algorithms run in it, each in a process of its own, libraries too; null: none.
+  std::shared_ptr<const Sandbox> sandbox = nullptr;
+  bool saves = false;  // pretraining: in a sandbox, too, the plugin may write into the memory that it shares
 };
 
 // A plugin's process ended, hung or sent a malformed message. `outcome` is the end of the trial (records/record.h):
@@ -60,6 +64,7 @@ class Algorithm {
 
  private:
   struct Implementation;
+  OrphanWatch orphans_;  // first: what the plugin left behind ends after the plugin
   std::unique_ptr<Implementation> implementation_;
 };
 

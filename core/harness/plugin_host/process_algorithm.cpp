@@ -44,7 +44,7 @@ std::string run_line(const relign_task& task) {
 }  // namespace
 
 ProcessAlgorithm::ProcessAlgorithm(const Choice& choice, const HostServices& services)
-    : plugin_(choice, services), pixels_(plugin_.pixel_file()) {}
+    : plugin_(choice, services), pixels_(plugin_.pixel_file(), plugin_.take_pixels()) {}
 
 void ProcessAlgorithm::begin(const relign_trial& trial) {
   const relign_task& task = *trial.task;

@@ -60,10 +60,13 @@ class SpawnSettings {
   posix_spawnattr_t attributes;
 };
 
-std::vector<std::string> child_environment(const std::vector<std::string>& additions) {
+std::size_t page_bytes() { return static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)); }
+
+std::vector<std::string> child_environment(const std::vector<std::string>& additions, bool inherits) {
   std::vector<std::string> all = additions;
   all.push_back("RELIGN_TO_HOST_FD=" + std::to_string(kToHost));
   all.push_back("RELIGN_FROM_HOST_FD=" + std::to_string(kFromHost));
+  if (!inherits) return all;
   const std::size_t own = all.size();
   for (char** entry = environ; entry && *entry; ++entry) {
     const std::string_view text(*entry);
@@ -127,7 +130,10 @@ int ChildProcess::childs_pixel_file() { return kPixels; }
 
 ChildProcess::ChildProcess(Options options) : options_(std::move(options)) { start(); }
 
-ChildProcess::~ChildProcess() { end(0); }
+ChildProcess::~ChildProcess() {
+  end(0);
+  if (pixels_) ::munmap(pixels_, page_bytes());
+}
 
 void ChildProcess::start() {
   int sockets[2], pipes[2];
@@ -143,6 +149,7 @@ void ChildProcess::start() {
   if (childs_messages.get() < 0 || childs_output.get() < 0 || pixel_file_.get() < 0)
     cannot_start(options_.command, errno);
   ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
+  if (options_.reads_pixels_only) map_pixels();
 
   SpawnSettings settings;
   ::posix_spawn_file_actions_addopen(&settings.actions, 0, "/dev/null", O_RDONLY, 0);
@@ -163,13 +170,28 @@ void ChildProcess::start() {
                              static_cast<short>(own | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF));
 
   std::vector<std::string> words = options_.command;
-  std::vector<std::string> environment = child_environment(options_.environment);
-  const int code = ::posix_spawnp(&process_, words.front().c_str(), &settings.actions, &settings.attributes,
-                                  pointers(words).data(), pointers(environment).data());
+  std::vector<std::string> environment = child_environment(options_.environment, options_.inherits_environment);
+  int code = 0;
+  process_ = start_child([&] {
+    pid_t made = -1;
+    code = ::posix_spawnp(&made, words.front().c_str(), &settings.actions, &settings.attributes, pointers(words).data(),
+                          pointers(environment).data());
+    return code == 0 ? made : -1;
+  });
   if (code != 0) {
     process_ = -1;
     cannot_start(options_.command, code);
   }
+}
+
+// Only mappings made before the seal can be written: this one, which the owner of the pixels enlarges.
+void ChildProcess::map_pixels() {
+  const std::size_t page = page_bytes();
+  if (::ftruncate(pixel_file_.get(), static_cast<off_t>(page)) != 0) cannot_start(options_.command, errno);
+  void* mapped = ::mmap(nullptr, page, PROT_READ | PROT_WRITE, MAP_SHARED, pixel_file_.get(), 0);
+  if (mapped == MAP_FAILED || ::fcntl(pixel_file_.get(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_FUTURE_WRITE) != 0)
+    cannot_start(options_.command, errno);
+  pixels_ = mapped;
 }
 
 // ---- lines ------------------------------------------------------------------------------------
@@ -320,6 +342,7 @@ void ChildProcess::reap() {
   do {
     reaped = ::waitpid(process_, &status, 0);
   } while (reaped < 0 && errno == EINTR);
+  forget_child(process_);
   process_ = -1;
   if (reaped < 0)
     how_it_ended_ = "ended";

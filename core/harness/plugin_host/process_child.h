@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace relign::plugin_host {
@@ -48,6 +49,8 @@ class ChildProcess {
     std::vector<std::string> command;      // found on PATH; words with a slash are relative to folder
     std::filesystem::path folder;          // the child's working directory
     std::vector<std::string> environment;  // "NAME=value", added to the host's own
+    bool inherits_environment = true;      // false: not added to the host's own, of which the child gets nothing
+    bool reads_pixels_only = false;        // the child cannot write into the pixel file
     bool leads_session = false;            // all processes of its session are killed with it
     double seconds_for_a_line = 5;         // from the first byte of a message to its end
     // Once it is true, every wait ends within `seconds_after_stop`. May be null.
@@ -89,11 +92,14 @@ class ChildProcess {
 
   // A file in memory for pixels, and the path and descriptor number under which the child has it.
   int pixel_file() const { return pixel_file_.get(); }
+  // The first page of the pixel file, mapped, for a caller who unmaps it; null unless reads_pixels_only.
+  void* take_pixels() { return std::exchange(pixels_, nullptr); }
   static std::string pixel_path();
   static int childs_pixel_file();
 
  private:
   void start();
+  void map_pixels();
   bool is_ready(short wanted, int milliseconds, bool& broken);
   bool wait_until_ready(short wanted, Deadline deadline);  // false: the deadline has passed
   Deadline with_stop(const Deadline& deadline);
@@ -105,6 +111,7 @@ class ChildProcess {
   Options options_;
   pid_t process_ = -1;
   Descriptor messages_, output_, pixel_file_;
+  void* pixels_ = nullptr;
   bool connected_ = true;
   std::string received_;
   std::size_t searched_ = 0;

@@ -9,6 +9,7 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "plugin_host/process_plugin.h"
+#include "plugin_host/sandbox.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -45,7 +46,7 @@ Json hashes_of(const Json& names, const fs::path& folder) {
 }
 
 // Runs the script for its manifest: a JSON object on one line.
-std::string run_for_manifest(const fs::path& script) {
+std::string run_for_manifest(const fs::path& script, const Sandbox* sandbox) {
   const auto refuse = [&](const std::string& message) {
     throw Error(ErrorKind::plugin_rejected, script.string() + " is not a plugin: `" + interpreter() + " " +
                                                 script.filename().string() + " --manifest` failed: " + message);
@@ -54,6 +55,7 @@ std::string run_for_manifest(const fs::path& script) {
   options.command = {interpreter(), script.filename().string(), "--manifest"};
   options.folder = script.parent_path();
   options.environment = process_environment();
+  if (sandbox) confine(options, files_of_script(script), *sandbox);
   ChildProcess child(std::move(options));
   std::string line;
   const double timeout_seconds = ProcessTimeouts::from_environment().handshake_seconds;
@@ -160,7 +162,7 @@ Manifest script_manifest_of(const std::string& text, const fs::path& script) {
   return manifest;
 }
 
-Manifest read_script_manifest(const fs::path& script) {
+Manifest read_script_manifest(const fs::path& script, const Sandbox* sandbox) {
   std::string content;
   try {
     content = read_file(script) + relign_bench_text();
@@ -172,7 +174,7 @@ Manifest read_script_manifest(const fs::path& script) {
       cache.empty() ? cache : cache / "manifests" / (short_hash("script manifest 3\n" + content) + ".json");
   std::string text = cached_text(kept, module_folder(script));
   const bool known = !text.empty();
-  if (!known) text = run_for_manifest(script);
+  if (!known) text = run_for_manifest(script, sandbox);
   Manifest manifest = script_manifest_of(text, script);
   if (!known && !kept.empty()) {
     try {

@@ -8,13 +8,16 @@
 
 namespace relign::plugin_host {
 
+struct Sandbox;  // sandbox.h
+
 // True for a path with the extension of such a file, whether it exists or not.
 bool is_plugin_script(const std::filesystem::path& path);
 
 // Runs the script for its manifest, or reads it from the cache folder, where it is stored under the hash of the file
 // and of relign_bench. A cached manifest is valid while the modules that the script imported from its own folder are
 // unchanged. Their hashes are part of the manifest's text, and therefore of plugin_hash. Throws Error(plugin_rejected).
-Manifest read_script_manifest(const std::filesystem::path& script);
+// With `sandbox` it runs there.
+Manifest read_script_manifest(const std::filesystem::path& script, const Sandbox* sandbox = nullptr);
 
 // The same from the text that the script printed, which is Manifest::text of such a plugin; runs nothing.
 Manifest script_manifest_of(const std::string& text, const std::filesystem::path& script);

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/text.h"
 #include "plugin_host/process_manifest.h"
+#include "plugin_host/sandbox.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -132,7 +133,7 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
       ready_by_(in_seconds(timeouts_.handshake_seconds)) {
   const Manifest& manifest = *choice.plugin;
   ChildProcess::Options options;
-  options.command = manifest.command;
+  options.command = manifest.command.empty() ? library_command(manifest) : manifest.command;
   options.folder = manifest.folder;
   options.environment = process_environment();
   options.seconds_for_a_line = timeouts_.stop_seconds;
@@ -140,6 +141,12 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
   options.seconds_after_stop = timeouts_.stop_seconds;
   if (services.log) options.on_output = [log = services.log](const std::string& line) { log(RELIGN_LOG_INFO, line); };
   try {
+    if (services.sandbox && is_algorithm(manifest.kind)) {
+      std::vector<fs::path> files = files_of(choice);
+      if (manifest.command.empty()) files.emplace_back(options.command.front());
+      confine(options, files, *services.sandbox);
+      options.reads_pixels_only = !services.saves;
+    }
     child_.emplace(std::move(options));
   } catch (const Error& error) {
     throw Error(error.kind(), "plugin '" + plugin_id_ + "' (" + manifest.folder.string() + "): " + error.what());
@@ -182,7 +189,7 @@ void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
         {"parameters", choice.parameters},
         {"threads", std::max(1u, services.threads)},
         {"plugin_folder", choice.plugin->folder.string()},
-        {"cache_folder", services.cache_folder.string()}},
+        {"cache_folder", services.sandbox ? "" : services.cache_folder.string()}},
        "create");
   expect("created", "create", ready_by_);
 }

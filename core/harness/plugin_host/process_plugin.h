@@ -65,6 +65,7 @@ class ProcessPlugin {
 
   const ProcessTimeouts& timeouts() const { return timeouts_; }
   int pixel_file() const { return child_->pixel_file(); }
+  void* take_pixels() { return child_->take_pixels(); }
 
  private:
   void shake_hands(const Manifest& manifest);

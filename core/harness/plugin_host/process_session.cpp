@@ -3,10 +3,14 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <mutex>
 #include <string>
 
 namespace relign::plugin_host {
@@ -23,10 +27,14 @@ std::string read_of(pid_t process, const char* name) {
   return got > 0 ? std::string(text, static_cast<std::size_t>(got)) : std::string();
 }
 
-}  // namespace
+struct Process {
+  pid_t number;
+  char state;  // 'Z': ended, waits to be reaped
+  pid_t parent, session;
+};
 
-std::vector<pid_t> processes_of_session(pid_t session) {
-  std::vector<pid_t> found;
+std::vector<Process> all_processes() {
+  std::vector<Process> found;
   DIR* const folder = ::opendir("/proc");
   if (!folder) return found;
   while (const dirent* entry = ::readdir(folder)) {
@@ -37,17 +45,83 @@ std::vector<pid_t> processes_of_session(pid_t session) {
     const std::size_t name_end = stat.rfind(')');
     if (name_end == std::string::npos) continue;
     char state = 0;
-    long parent = 0, group = 0, of = 0;
-    if (std::sscanf(stat.c_str() + name_end + 1, " %c %ld %ld %ld", &state, &parent, &group, &of) != 4) continue;
-    if (of == session && state != 'Z' && state != 'X') found.push_back(process);
+    long parent = 0, group = 0, session = 0;
+    if (std::sscanf(stat.c_str() + name_end + 1, " %c %ld %ld %ld", &state, &parent, &group, &session) == 4)
+      found.push_back({process, state, static_cast<pid_t>(parent), static_cast<pid_t>(session)});
   }
   ::closedir(folder);
   return found;
 }
 
+// `roots` and all that descends from them.
+std::set<pid_t> with_descendants(std::set<pid_t> roots, const std::vector<Process>& processes) {
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const Process& process : processes)
+      if (roots.count(process.parent) && roots.insert(process.number).second) grown = true;
+  }
+  return roots;
+}
+
+// A process may have started another one just before it was killed.
+constexpr int kMaxRounds = 20;
+constexpr useconds_t kRoundMicroseconds = 500;
+
+struct Children {
+  std::mutex mutex;  // held while a child is started, so that it is never taken for an orphan
+  std::set<pid_t> started;
+  bool adopting = false;
+};
+
+Children& children() {
+  static auto* all = new Children;  // destructors of static objects may end children
+  return *all;
+}
+
+// Adds the numbers in a file of /proc, if the kernel has it.
+bool add_children(const std::string& file, std::set<pid_t>& found) {
+  std::ifstream numbers(file);
+  if (!numbers) return false;
+  for (pid_t child = 0; numbers >> child;) found.insert(child);
+  return true;
+}
+
+// Looked up for every trial, so that a look at all processes of a large machine would be too long.
+std::set<pid_t> own_children() {
+  std::set<pid_t> found;
+  bool complete = false;
+  if (DIR* const threads = ::opendir("/proc/self/task")) {
+    complete = true;
+    while (const dirent* entry = ::readdir(threads))
+      if (entry->d_name[0] != '.' &&
+          !add_children("/proc/self/task/" + std::string(entry->d_name) + "/children", found))
+        complete = false;  // or this thread has just ended
+    ::closedir(threads);
+  }
+  if (!complete)
+    for (const Process& process : all_processes())
+      if (process.parent == ::getpid()) found.insert(process.number);
+  return found;
+}
+
+std::set<pid_t> find_orphans() {
+  const Children& known = children();
+  if (!known.adopting) return {};
+  std::set<pid_t> found = own_children();
+  for (const pid_t process : known.started) found.erase(process);
+  return found;
+}
+
+}  // namespace
+
+std::vector<pid_t> processes_of_session(pid_t session) {
+  std::vector<pid_t> found;
+  for (const Process& process : all_processes())
+    if (process.session == session && process.state != 'Z' && process.state != 'X') found.push_back(process.number);
+  return found;
+}
+
 void kill_session(pid_t session, pid_t spared) {
-  // A process may have started another one just before it was killed.
-  constexpr int kMaxRounds = 20;
   for (int round = 0; round < kMaxRounds; ++round) {
     bool any = false;
     for (const pid_t process : processes_of_session(session)) {
@@ -56,7 +130,7 @@ void kill_session(pid_t session, pid_t spared) {
       ::kill(process, SIGKILL);
     }
     if (!any) return;
-    ::usleep(500);
+    ::usleep(kRoundMicroseconds);
   }
 }
 
@@ -65,6 +139,55 @@ std::size_t resident_bytes(pid_t process) {
   unsigned long all = 0, resident = 0;
   if (std::sscanf(statm.c_str(), "%lu %lu", &all, &resident) != 2) return 0;
   return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+void adopt_orphans() {
+  const std::lock_guard<std::mutex> lock(children().mutex);
+  children().adopting = ::prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0) == 0;
+}
+
+pid_t start_child(const std::function<pid_t()>& start) {
+  const std::lock_guard<std::mutex> lock(children().mutex);
+  const pid_t process = start();
+  if (process > 0) children().started.insert(process);
+  return process;
+}
+
+void forget_child(pid_t process) {
+  const std::lock_guard<std::mutex> lock(children().mutex);
+  children().started.erase(process);
+}
+
+std::set<pid_t> orphans() {
+  const std::lock_guard<std::mutex> lock(children().mutex);
+  return find_orphans();
+}
+
+void kill_orphans(const std::set<pid_t>& spared) {
+  const std::lock_guard<std::mutex> lock(children().mutex);
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::set<pid_t> ours = find_orphans();
+    for (const pid_t process : spared) ours.erase(process);
+    if (ours.empty()) return;
+    for (const pid_t process : with_descendants(ours, all_processes())) ::kill(process, SIGKILL);
+    for (const pid_t process : ours) ::waitpid(process, nullptr, WNOHANG);
+    ::usleep(kRoundMicroseconds);
+  }
+}
+
+void kill_descendants() {
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const std::vector<Process> processes = all_processes();
+    const std::set<pid_t> ours = with_descendants({::getpid()}, processes);
+    bool any = false;
+    for (const Process& process : processes) {
+      if (process.number == ::getpid() || process.state == 'Z' || !ours.count(process.number)) continue;
+      any = true;
+      ::kill(process.number, SIGKILL);
+    }
+    if (!any) return;
+    ::usleep(kRoundMicroseconds);
+  }
 }
 
 }  // namespace relign::plugin_host

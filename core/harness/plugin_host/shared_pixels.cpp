@@ -8,6 +8,10 @@
 
 namespace relign::plugin_host {
 
+SharedPixels::SharedPixels(int file, void* first_page) : file_(file), mapped_(static_cast<char*>(first_page)) {
+  if (mapped_) bytes_ = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
 SharedPixels::~SharedPixels() {
   if (mapped_) ::munmap(mapped_, bytes_);
 }

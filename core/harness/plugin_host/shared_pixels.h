@@ -10,7 +10,8 @@ namespace relign::plugin_host {
 class SharedPixels {
  public:
   // `file` is borrowed; only grow needs it.
-  explicit SharedPixels(int file) : file_(file) {}
+  // `first_page` is its first page if it is mapped already (ChildProcess::take_pixels).
+  explicit SharedPixels(int file, void* first_page = nullptr);
   ~SharedPixels();
   SharedPixels(const SharedPixels&) = delete;
   SharedPixels& operator=(const SharedPixels&) = delete;

@@ -69,7 +69,7 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
   const trials::Criteria criteria = criteria_of(spec, facts);
   plugin_host::MountedAssembly perfect = scene.mount("{}");
   if (fields) try {
-      trials::measure_fields(perfect, facts, criteria, facts.nominal_pose);
+      trials::measure_fields(perfect, facts, criteria.lp_per_mm, facts.nominal_pose);
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input && error.kind() != ErrorKind::plugin_failed) throw;
       refuse(error.what());

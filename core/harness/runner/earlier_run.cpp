@@ -80,8 +80,9 @@ void EarlierRun::report(const Outdated& outdated) const {
     reporter_.message(std::to_string(outdated.retried) +
                       (outdated.retried == 1 ? " failed trial runs" : " failed trials run") + " again");
   if (outdated.anonymous > 0)
-    reporter_.message("times/ does not tell which plugins made " + std::to_string(outdated.anonymous) +
-                      (outdated.anonymous == 1 ? " finished trial; it runs again" : " finished trials; they run again"));
+    reporter_.message(
+        "times/ does not tell which plugins made " + std::to_string(outdated.anonymous) +
+        (outdated.anonymous == 1 ? " finished trial; it runs again" : " finished trials; they run again"));
   if (outdated.renamed > 0)
     reporter_.message("scenes or noise levels were renamed in the suite: " + std::to_string(outdated.renamed) +
                       (outdated.renamed == 1 ? " trial runs again" : " trials run again"));
@@ -91,6 +92,15 @@ void EarlierRun::remove_scene_files(std::size_t scene) const {
   std::error_code code;  // ignored: remaining pictures are overwritten or still valid
   fs::remove_all(options_.results / scene_folder(plan_, scene), code);
   fs::remove_all(options_.results / "pictures" / suite_.scenes[scene].name, code);
+}
+
+void EarlierRun::compare_sandbox() const {
+  const bool was = manifest_.is_object() && manifest_.contains("sandbox"), is = options_.sandbox != nullptr;
+  if (!manifest_.is_object() || was == is || writer_.finished_trials().empty()) return;
+  throw Error(ErrorKind::bad_input, "the trials in '" + options_.results.string() + "' ran " +
+                                        (was ? "in a sandbox, and this command has no --sandbox"
+                                             : "without a sandbox, and this command has --sandbox") +
+                                        "; choose another folder with --out");
 }
 
 void EarlierRun::compare_with(const Json& manifest) const {

@@ -23,6 +23,9 @@ class EarlierRun {
   using PluginsOf = std::function<records::PluginHashes(const suites::PlannedTrial&)>;
   void drop_outdated(const PluginsOf& plugins_of);
 
+  // Throws Error(bad_input) when trials of the folder ran in a sandbox and those to come will not, or the other way
+  // round.
+  void compare_sandbox() const;
   // Reports finished trials that another program or another suite made. They are kept.
   void compare_with(const Json& manifest) const;
 

@@ -22,10 +22,12 @@ void check_stop(const std::atomic<bool>* stop) {
 }
 
 PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache_folder,
-                         const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
+                         const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop,
+                         std::shared_ptr<const plugin_host::Sandbox> sandbox) {
   PreparedPlan prepared;
   plugin_host::HostServices services;
   services.stop = stop;
+  services.sandbox = std::move(sandbox);
   services.threads = core_count();
   services.cache_folder = cache_folder;
   const auto as = [&services, &on_message](const std::string& name) {
@@ -74,7 +76,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     }
   }
   check_stop(stop);
-  prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity);
+  prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity, stop);
   std::vector<suites::PlannedTrial>& trials = prepared.plan.trials;
   trials.erase(std::remove_if(trials.begin(), trials.end(),
                               [&prepared](const suites::PlannedTrial& trial) {
@@ -99,9 +101,10 @@ std::string data_identity(const trials::SceneFacts& facts) {
 }
 
 PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_folder,
-                     const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop) {
+                     const std::function<void(const std::string&)>& on_message, const std::atomic<bool>* stop,
+                     std::shared_ptr<const plugin_host::Sandbox> sandbox) {
   try {
-    return prepare_all(std::move(suite), cache_folder, on_message, stop);
+    return prepare_all(std::move(suite), cache_folder, on_message, stop, std::move(sandbox));
   } catch (const Error&) {
     check_stop(stop);  // after a stop, an error may come from a process that we no longer wait for
     throw;

@@ -59,7 +59,9 @@ void Pretrainer::prepare_one(const plugin_host::Choice& algorithm, const TrialJo
   for (const auto& [parameter, inner] : algorithm.algorithms) prepare_one(*inner, job, scene_data, entries);
   const auto wanted = plugin_host::pretraining(*algorithm.plugin, algorithm.parameters);
   if (!wanted) return;
-  const Json key = key_of(algorithm, job, scene_data);
+  Json key = key_of(algorithm, job, scene_data);
+  // Data of an ordinary run may contain what the algorithm should not have seen.
+  if (options_.sandbox) key["sandbox"] = true;
   PretrainingEntry& entry = finished_[canonical_json(key)];
   if (entry.algorithm.empty()) entry = make(algorithm, job, key, entries);
   entries[algorithm.identity] = entry;
@@ -89,8 +91,11 @@ PretrainingEntry Pretrainer::make(const plugin_host::Choice& algorithm, const Tr
          (wanted.sources == 1 ? " source" : " sources") + " of " + std::to_string(wanted.steps) +
          " steps, stored for later runs");
   if (!runner_)
-    runner_ = std::make_unique<TrialRunner>(
-        TrialRunner::Options{options_.threads, options_.cache_folder, options_.on_message, options_.stop});
+    runner_ = std::make_unique<TrialRunner>(TrialRunner::Options{.threads = options_.threads,
+                                                                 .cache_folder = options_.cache_folder,
+                                                                 .on_message = options_.on_message,
+                                                                 .stop = options_.stop,
+                                                                 .sandbox = options_.sandbox});
   const auto begin = std::chrono::steady_clock::now();
   trials::PretrainingState state;
   state.sources = wanted.sources;

@@ -33,7 +33,8 @@ class Pretrainer {
     std::function<void(const std::string&)> on_message;  // "pretraining transfer-gp ...", warnings
     std::function<void()> on_source;                     // called after each source
     const std::atomic<bool>* stop = nullptr;
-    bool again = false;  // ignores stored data
+    bool again = false;                                             // ignores stored data
+    std::shared_ptr<const plugin_host::Sandbox> sandbox = nullptr;  // for algorithms; null: none
   };
   explicit Pretrainer(Options options);
   ~Pretrainer();

@@ -10,6 +10,7 @@
 #include "base/machine.h"
 #include "plugin_host/choice_json.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/sandbox.h"
 #include "plugin_host/training.h"
 #include "records/record.h"
 
@@ -67,6 +68,15 @@ Json machine_time_json(const trials::MachineTime& times) {
           {"settle_ms", times.settle_ms},
           {"exposure_ms", times.exposure_ms},
           {"readout_ms", times.readout_ms}};
+}
+
+Json sandbox_json(const plugin_host::Sandbox& sandbox) {
+  Json shown = Json::array();
+  for (const std::filesystem::path& path : sandbox.shown) shown.push_back(path.string());
+  return {{"memory_bytes", sandbox.memory_bytes},
+          {"processes", plugin_host::Sandbox::kProcesses},
+          {"disk_bytes", plugin_host::Sandbox::kDiskBytes},
+          {"shown", std::move(shown)}};
 }
 
 LibraryHashes hash_libraries(const suites::Suite& suite) {

@@ -26,6 +26,9 @@ Json machine_json();
 
 Json machine_time_json(const trials::MachineTime& times);
 
+// The limits of a sandbox and what it showed besides the plugins.
+Json sandbox_json(const plugin_host::Sandbox& sandbox);
+
 // learnt: the pretrained data of the plan's algorithms, one object per entry.
 Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
                    const Json& learnt);

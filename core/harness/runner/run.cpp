@@ -55,6 +55,7 @@ class Run {
     options.cache_folder = options_.cache_folder;
     options.on_message = reporter_.on_message();
     options.stop = options_.stop;
+    options.sandbox = options_.sandbox;
     return options;
   }
 
@@ -76,8 +77,10 @@ class Run {
   // Returns the positions of the trials that are still to be run.
   std::vector<std::size_t> continue_earlier_run() {
     EarlierRun earlier(prepared_, options_, selected_, writer_, reporter_);
+    earlier.compare_sandbox();
     earlier.drop_outdated([this](const suites::PlannedTrial& trial) { return plugins_of(trial); });
     Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
+    if (options_.sandbox) manifest["sandbox"] = sandbox_json(*options_.sandbox);
     earlier.compare_with(manifest);
     earlier.mark_changed_analysis(manifest);
     earlier.keep_secret(manifest);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,7 +36,8 @@ struct RunOptions {
   // must all match.
   std::vector<std::pair<std::string, std::string>> only;
   std::filesystem::path cache_folder;
-  std::string command;  // for manifest.json: the command to repeat this run
+  std::string command;                                  // for manifest.json: the command to repeat this run
+  std::shared_ptr<const plugin_host::Sandbox> sandbox;  // for algorithms; null: none
   const std::atomic<bool>* stop = nullptr;
   std::function<void(const Progress&)> on_progress;    // any thread, one at a time
   std::function<void(const std::string&)> on_message;  // warnings, notes such as "compass changed: 30 trials
@@ -67,7 +69,8 @@ struct PreparedPlan {
 // becomes true.
 PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_folder,
                      const std::function<void(const std::string&)>& on_message = {},
-                     const std::atomic<bool>* stop = nullptr);
+                     const std::atomic<bool>* stop = nullptr,
+                     std::shared_ptr<const plugin_host::Sandbox> sandbox = nullptr);
 
 // Throws Error(bad_input) for an `only` without matches, Error(io) for the folder. A fault of an algorithm is a failed
 // trial, not an exception.

@@ -13,6 +13,7 @@ TrialRunner::Options runner_options(const WorkerOptions& options) {
   own.cache_folder = options.cache_folder;
   own.on_message = options.on_message;
   own.stop = options.stop;
+  own.sandbox = options.sandbox;
   return own;
 }
 

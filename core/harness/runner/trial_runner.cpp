@@ -176,6 +176,7 @@ plugin_host::HostServices TrialRunner::services(const std::string& name, unsigne
   services.threads = threads;
   services.cache_folder = options_.cache_folder;
   services.stop = options_.stop;
+  services.sandbox = options_.sandbox;
   services.log = [notify = options_.on_message, log = log_, name, who = algorithm ? "" : name](
                      int level, const std::string& message) {
     log->add(level, who, message);
@@ -237,7 +238,7 @@ void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_opti
     bench_->design.clear();
     if (job.criteria.needs_fields()) {
       plugin_host::MountedAssembly perfect = bench_->scene->mount("{}");
-      bench_->design = trials::measure_fields(perfect, job.facts, job.criteria, job.facts.nominal_pose);
+      bench_->design = trials::measure_fields(perfect, job.facts, job.criteria.lp_per_mm, job.facts.nominal_pose);
     }
     bench_->design_key = bench_->scene_key;
   }
@@ -281,6 +282,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
                              .services = services(job.algorithm_name, 1, true)};
     if (job.prepared) setup.prepared = *job.prepared;
     setup.services.stop = stop;
+    setup.services.saves = job.pretraining != nullptr;
     setup.callbacks.on_runaway = options_.on_runaway;
     setup.callbacks.on_step = [&made, &on_step](const trials::Step& step, const float* pixels) {
       made.push_back(step);

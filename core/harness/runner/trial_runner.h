@@ -69,6 +69,7 @@ class TrialRunner {
     std::function<void()> on_runaway = {};               // see trials::Callbacks; may be empty
     // Called when the lens is mounted, with the record before the first step; may be empty.
     std::function<void(const records::TrialRecord&)> on_begin = {};
+    std::shared_ptr<const plugin_host::Sandbox> sandbox = nullptr;  // for algorithms; null: none
   };
   explicit TrialRunner(Options options);
   ~TrialRunner();

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "records/record.h"
@@ -42,6 +43,7 @@ struct WorkerOptions {
   std::filesystem::path cache_folder;
   std::function<void(const std::string&)> on_message;  // any thread
   const std::atomic<bool>* stop = nullptr;
+  std::shared_ptr<const plugin_host::Sandbox> sandbox;  // for algorithms; null: none
 };
 
 }  // namespace relign::runner

@@ -72,6 +72,7 @@ class Replay {
     options.cache_folder = options_.cache_folder;
     options.on_message = options_.on_message;
     options.stop = options_.stop;
+    options.sandbox = options_.sandbox;
     return options;
   }
 
@@ -108,7 +109,11 @@ class Replay {
   void work(const std::vector<ChosenTrial>& trials, const std::vector<std::size_t>& places, TrialQueue& queue,
             unsigned threads, VerifySummary& summary, const std::function<void()>& on_done) {
     try {
-      TrialRunner runner({threads, options_.cache_folder, {}, options_.stop});
+      TrialRunner runner({.threads = threads,
+                          .cache_folder = options_.cache_folder,
+                          .on_message = {},
+                          .stop = options_.stop,
+                          .sandbox = options_.sandbox});
       std::size_t group = TrialQueue::kNoGroup;
       while (!stopped()) {
         const std::optional<std::size_t> index = queue.next(group);
@@ -224,8 +229,8 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   };
   for (const StoredSuite& stored : suites_of(manifest)) {
     if (rest.empty()) break;
-    const PreparedPlan prepared =
-        prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message, options.stop);
+    const PreparedPlan prepared = prepare(read_suite(stored, options, catalog), options.cache_folder,
+                                          options.on_message, options.stop, options.sandbox);
     compare_definitions(manifest, prepared, changes);
     std::unordered_map<std::string, std::size_t> place_of;
     for (std::size_t place = 0; place < prepared.plan.trials.size(); ++place)

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -30,6 +31,7 @@ struct VerifyOptions {
   unsigned workers = 0;  // 0: all cores
   std::filesystem::path cache_folder;
   const std::atomic<bool>* stop = nullptr;
+  std::shared_ptr<const plugin_host::Sandbox> sandbox;                   // for algorithms; null: none
   std::function<void(const std::string&)> on_message;                    // any thread, one at a time
   std::function<void(std::size_t done, std::size_t total)> on_progress;  // the same
   // Every capture of a replayed trial; with one trial in one thread.

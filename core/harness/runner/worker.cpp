@@ -22,6 +22,7 @@
 #include <tuple>
 
 #include "plugin_host/process_session.h"
+#include "plugin_host/sandbox.h"
 #include "runner/pictures.h"
 #include "runner/pretraining.h"
 #include "runner/trial_journal.h"
@@ -114,6 +115,7 @@ class Channel {
   // The coordinator is gone. Exits without running the plugins' destructors, because they may hang.
   [[noreturn]] static void leave() {
     if (::getsid(0) == ::getpid()) plugin_host::kill_session(::getpid(), ::getpid());
+    plugin_host::kill_descendants();
     ::_exit(0);
   }
 
@@ -175,6 +177,8 @@ class Worker {
     options.threads = setup.at("threads").get<unsigned>();
     options.cache_folder = setup.at("cache_folder").get<std::string>();
     options.stop = &channel_.stop();
+    if (const Json& sandbox = setup.at("sandbox"); !sandbox.is_null())
+      options.sandbox = std::make_shared<const plugin_host::Sandbox>(plugin_host::sandbox_from_json(sandbox));
     options.on_message = [this](const std::string& text) { channel_.send({{"message", text}}); };
     options.on_log = [this](std::string_view text) { journal_.add_log(text); };
     options.on_runaway = [this] {
@@ -194,6 +198,7 @@ class Worker {
     pretrainer_options.on_message = options.on_message;
     pretrainer_options.on_source = [this] { channel_.send({{"source", true}}); };
     pretrainer_options.stop = options.stop;
+    pretrainer_options.sandbox = options.sandbox;
     pretrainer_.emplace(std::move(pretrainer_options));
     runner_.emplace(std::move(options));
     limit_resources(setup.at("memory_bytes").get<std::size_t>());
@@ -257,6 +262,9 @@ class Worker {
 
 }  // namespace
 
-int run_worker() { return Worker().serve(); }
+int run_worker() {
+  plugin_host::adopt_orphans();
+  return Worker().serve();
+}
 
 }  // namespace relign::runner

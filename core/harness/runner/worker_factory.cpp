@@ -26,6 +26,7 @@ WorkerOptions WorkerFactory::options_of(unsigned threads, const std::atomic<bool
   options.cache_folder = options_.cache_folder;
   options.on_message = reporter_.on_message();
   options.stop = stop;
+  options.sandbox = options_.sandbox;
   return options;
 }
 

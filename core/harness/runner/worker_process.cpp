@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/machine.h"
 #include "base/text.h"
 #include "plugin_host/process_session.h"
+#include "plugin_host/sandbox.h"
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"
@@ -56,6 +58,14 @@ void fill(WorkedTrial& worked, Journal journal) {
   worked.log = std::move(journal.log);
 }
 
+// `ended_before`: processes_ended_for_memory() before the kill.
+std::string who_killed(long long ended_before) {
+  const long long ended = processes_ended_for_memory();
+  if (ended < 0 || ended_before < 0) return "the machine may be short of memory";
+  return ended > ended_before ? "the machine is short of memory"
+                              : "not for lack of memory either, but by its plugin or another program";
+}
+
 }  // namespace
 
 // One attempt at one trial.
@@ -86,6 +96,7 @@ ProcessWorker::~ProcessWorker() { stop_worker(kSecondsToExit); }
 
 void ProcessWorker::stop_worker(double timeout_seconds) {
   if (child_) child_->end(timeout_seconds);
+  if (child_) plugin_host::kill_orphans();  // what left the session of the worker
   child_.reset();
   sent_.clear();
   trials_ = 0;
@@ -116,6 +127,7 @@ bool ProcessWorker::started() {
           {"threads", options_.threads},
           {"results", options_.results.string()},
           {"cache_folder", options_.cache_folder.string()},
+          {"sandbox", options_.sandbox ? plugin_host::to_json(*options_.sandbox) : Json()},
           {"memory_bytes", limits_.memory_bytes}}}});
   std::string line;
   const auto got = child_->receive(line, in_seconds(kSecondsToStart));
@@ -148,6 +160,7 @@ void ProcessWorker::send_prepared(const suites::PlannedTrial& trial, const Pretr
 
 WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Pretrainer::Entries* prepared) {
   int losses = 0;
+  const long long ended_before = processes_ended_for_memory();
   while (true) {
     if (!child_) start();
     const bool was_new = trials_ == 0;
@@ -161,7 +174,7 @@ WorkedTrial ProcessWorker::run(const suites::PlannedTrial& trial, const Pretrain
     if (attempt.fate == Fate::blamed && !was_new) continue;
     if (attempt.fate == Fate::lost)
       attempt.worked.record.message = "its worker was killed by SIGKILL " + std::to_string(kMaxLosses) +
-                                      " times, not by this run; the machine may be short of memory";
+                                      " times, not by this run; " + who_killed(ended_before);
     if (child_ && holds_too_much()) stop_worker(kSecondsToExit);
     return std::move(attempt.worked);
   }

@@ -66,7 +66,7 @@ bool is_oracle(const AlgorithmEntry& algorithm) {
   return algorithm.choice.plugin->oracle && !start_is_granted;
 }
 
-Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
+Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity, const std::atomic<bool>* stop) {
   if (scene_identity.size() != suite.scenes.size())
     throw Error(ErrorKind::internal, "make_plan needs one identity per scene");
   Plan plan;
@@ -100,6 +100,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity) {
           trial.level = level;
           trial.algorithm = algorithm;
           trial.instance = std::uint64_t{suite.first_instance} + count;
+          if (stop && stop->load()) throw Error(ErrorKind::stopped, "stopped before the first trial");
           ingredients["instance"] = trial.instance;
           if (suite.commitment.empty())
             ingredients["algorithm_seed"] = algorithm_seed(suite.seed, entry.name, trial.instance);

@@ -2,6 +2,7 @@
 // and in every suite that contains it.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -33,7 +34,7 @@ struct Plan {
 
 // scene_identity[i]: identity of scene i in addition to its Choice (hashes of the data files that its description
 // names); from the caller, because this module does not load scenes.
-// Throws Error(internal) unless there is one identity per scene.
-Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity);
+// Throws Error(internal) unless there is one identity per scene, and Error(stopped) when *stop becomes true.
+Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace relign::suites

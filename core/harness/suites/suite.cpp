@@ -133,10 +133,22 @@ class SuiteReader {
     });
     throw_if_any(problems_);
     add_baselines(suite);
+    refuse_too_many_trials(suite);
     return suite;
   }
 
  private:
+  void refuse_too_many_trials(const Suite& suite) const {
+    const double trials = static_cast<double>(suite.scenes.size()) * static_cast<double>(suite.levels.size()) *
+                          static_cast<double>(suite.algorithms.size()) * suite.instances;
+    if (trials <= static_cast<double>(kMaxTrials)) return;
+    throw Error(ErrorKind::bad_input,
+                source_.file() + ": " + significant(trials, 3) + " trials: " + std::to_string(suite.scenes.size()) +
+                    " scenes x " + std::to_string(suite.levels.size()) + " noise levels x " +
+                    std::to_string(suite.algorithms.size()) + " methods x " + std::to_string(suite.instances) +
+                    " instances; at most " + std::to_string(kMaxTrials) +
+                    " are allowed: reduce 'instances', or divide the suite into several");
+  }
   void complain(const std::string& pointer, const std::string& message) {
     problems_.push_back(source_.problem(pointer, message));
   }
@@ -265,6 +277,12 @@ class SuiteReader {
   void resolve(Entry& entry, plugin_host::Kind kind, const std::string& use, const Json& parameters,
                const std::string& use_pointer, const std::string& also_there = "") {
     std::vector<Problem> found;
+    if (use.size() > kMaxNameLength) {  // the search for similar names would take minutes
+      complain(use_pointer, "an id or a path has at most " + std::to_string(kMaxNameLength) + " characters, found " +
+                                std::to_string(use.size()));
+      entry.usable = false;
+      return;
+    }
     try {
       entry.choice = catalog_.resolve(kind, use, parameters, relative_to_, found);
     } catch (const Error& error) {

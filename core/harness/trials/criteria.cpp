@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlopt.hpp>
 #include <numeric>
+#include <utility>
 
 #include "base/error.h"
 
@@ -11,16 +12,15 @@ namespace relign::trials {
 namespace {
 
 constexpr double kPerSquaredPixel = 1e-4;
-constexpr double kPerTravel = 1e5;   // poses are rounded to this part of it
-constexpr double kAnyFrequency = 1;  // lp/mm, for places alone
+constexpr double kPerTravel = 1e5;  // poses are rounded to this part of it
 
 }  // namespace
 
-FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
+FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, double lp_per_mm,
                            const std::vector<double>& true_pose) {
   std::vector<std::uint32_t> which(scene.fields.size());
   std::iota(which.begin(), which.end(), 0U);
-  FieldValues values = lens.fields(true_pose, criteria.lp_per_mm > 0 ? criteria.lp_per_mm : kAnyFrequency, which);
+  FieldValues values = lens.fields(true_pose, lp_per_mm, which);
   if (values.empty())
     throw Error(ErrorKind::bad_input, "the scene '" + scene.name + "' does not offer " RELIGN_SCENE_FIELDS);
   return values;
@@ -29,7 +29,7 @@ FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts&
 const FieldValues& Judge::fields_at(const std::vector<double>& true_pose) {
   auto found = known_.find(true_pose);
   if (found == known_.end())
-    found = known_.emplace(true_pose, measure_fields(lens_, scene_, criteria_, true_pose)).first;
+    found = known_.emplace(true_pose, measure_fields(lens_, scene_, lp_per_mm_, true_pose)).first;
   return found->second;
 }
 
@@ -134,11 +134,17 @@ std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
     std::vector<double> none;
     return objective(x, none, &search);
   };
-  double best = value();
-  for (const double stride : {0.02, 0.003}) {
+  const std::vector<double> at_start = x;
+  struct Stage {
+    double frequency, stride;
+  };
+  for (const Stage stage : {Stage{0.25, 0.02}, {0.5, 0.01}, {1, 0.005}, {1, 0.001}}) {
+    lp_per_mm_ = stage.frequency * criteria_.lp_per_mm;
+    known_.clear();
+    value();  // sets t
     const auto count = static_cast<unsigned>(x.size());
     nlopt::opt opt(nlopt::LN_COBYLA, count);
-    std::vector<double> lower(count, 0), upper(count, 1), strides(count, stride);
+    std::vector<double> lower(count, 0), upper(count, 1), strides(count, stage.stride);
     lower.back() = -2;
     upper.back() = 2;
     strides.back() = 0.1;
@@ -149,17 +155,14 @@ std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
     opt.add_inequality_mconstraint(+constraints, &search, std::vector<double>(deficits(search.at(x)).size(), 1e-6));
     opt.set_xtol_abs(1 / kPerTravel);
     opt.set_maxeval(300);
-    const std::vector<double> before = x;
     double lowest = 0;
     try {
       opt.optimize(x, lowest);
     } catch (const nlopt::roundoff_limited&) {  // as good as it gets
     }
-    if (const double now = value(); now <= best)
-      best = now;
-    else
-      x = before;
   }
+  const double reached = value();
+  if (std::vector<double> found = std::exchange(x, at_start); value() >= reached) x = std::move(found);
   for (std::size_t i = 0; i < axes.size(); ++i) x[i] = std::clamp(std::round(x[i] * kPerTravel) / kPerTravel, 0.0, 1.0);
   Optimum found;
   found.deficit = worst(x);

@@ -28,7 +28,7 @@ struct Criteria {
     std::uint32_t field = 0;                                                              // of SceneFacts::fields
     double tangential = std::numeric_limits<double>::quiet_NaN(), sagittal = tangential;  // at least; NaN: no limit
   };
-  double lp_per_mm = 0;
+  double lp_per_mm = 1;  // any, for places alone
   std::vector<FieldLimit> field_mtf;
   bool centre = false, rotation = false, pose = false, tilt = false;
 
@@ -40,7 +40,7 @@ struct Criteria {
 using FieldValues = std::vector<plugin_host::MountedAssembly::FieldValues>;
 
 // All fields of a lens; throws Error(bad_input) if its scene does not measure them.
-FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
+FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, double lp_per_mm,
                            const std::vector<double>& true_pose);
 
 // Judges poses of one lens.
@@ -58,9 +58,9 @@ class Judge {
   };
   // The lens's own optimum under a limit of MTF by field: the pose where the largest deficit, plus 1e-4 per squared
   // pixel of the image's shift, is lowest. The second term decides between poses of equal MTF, since a shift alone
-  // hardly changes it. COBYLA (Powell 1994, of NLopt) on the epigraph form, min t with deficit_i <= t, over the
-  // observable axes, from `start`, twice with shrinking trust region; rounded to 1e-5 of the travel. Nothing without
-  // such a limit.
+  // hardly changes it. COBYLA (Powell 1994, of NLopt) on the epigraph form, min t with deficit_i <= t,
+  // over the observable axes, from `start`: at a quarter and at half of the frequency, where the MTF still falls
+  // steadily with blur, then at the frequency, twice. Rounded to 1e-5 of the travel. Nothing without such a limit.
   std::optional<Optimum> optimum(const std::vector<double>& start);
 
   // own_optimum: empty if unknown. Each pose is measured once.
@@ -78,7 +78,8 @@ class Judge {
   const SceneFacts& scene_;
   const Criteria& criteria_;
   const FieldValues& design_;
-  std::map<std::vector<double>, FieldValues> known_;
+  double lp_per_mm_ = criteria_.lp_per_mm;
+  std::map<std::vector<double>, FieldValues> known_;  // at that frequency
 };
 
 }  // namespace relign::trials

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/limits.h"
 #include "base/text.h"
 #include "records/instances.h"
 #include "records/processor.h"
@@ -156,7 +157,8 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
                  {"program", member(manifest, "program")},
                  {"machine", member(manifest, "machine")},
                  {"command", member(manifest, "command")}};
-  if (manifest.contains("shard")) source["shard"] = manifest["shard"];
+  for (const char* key : {"shard", "sandbox"})
+    if (manifest.contains(key)) source[key] = manifest[key];
   for (const char* key : {"scenes", "noise_levels", "algorithms"})
     for (const Json& entry : manifest[key])
       source["plugins"][key][text_of(entry, "name")] = member(entry, "plugin_hash");
@@ -178,8 +180,8 @@ unsigned ManifestJoin::shards() const {
     if (plan.is_null()) plan = shard;
     if (member(shard, "plan") != member(plan, "plan")) return 0;
   }
-  constexpr std::uint64_t kMaxShards = 10'000'000;  // as many as trials: bounds the memory for a damaged file
-  return plan.is_null() ? 0 : static_cast<unsigned>(std::min(plan["of"].get<std::uint64_t>(), kMaxShards));
+  // As many as trials: bounds the memory for a damaged file.
+  return plan.is_null() ? 0 : static_cast<unsigned>(std::min<std::uint64_t>(plan["of"].get<std::uint64_t>(), kMaxTrials));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {
@@ -193,8 +195,16 @@ std::vector<unsigned> ManifestJoin::missing_shards() const {
   return missing;
 }
 
+std::size_t ManifestJoin::sandboxed_sources() const {
+  return static_cast<std::size_t>(
+      std::count_if(sources_.begin(), sources_.end(), [](const Json& source) { return source.contains("sandbox"); }));
+}
+
 std::vector<std::string> ManifestJoin::notes() const {
   std::vector<std::string> messages;
+  if (const std::size_t inside = sandboxed_sources(); inside > 0 && inside < sources_.size())
+    messages.push_back("algorithms ran in a sandbox in " + std::to_string(inside) + " of " +
+                       std::to_string(sources_.size()) + " folders");
   if (cpus_.size() > 1)
     messages.push_back("results from several processors; host times are not comparable: " + counted(cpus_));
   if (flags_.size() > 1) messages.push_back("relign-bench was built with different flags: " + counted(flags_));
@@ -219,6 +229,7 @@ Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
   manifest["order"] = Json::array();
   manifest["suites"] = suites_;
   manifest["sources"] = sources_;
+  if (sandboxed_sources() < sources_.size()) manifest.erase("sandbox");
   for (std::size_t folder = 0; folder < own_source_.size() && folder < taken.size(); ++folder)
     if (own_source_[folder] != static_cast<std::size_t>(-1))
       manifest["sources"][own_source_[folder]]["trials"] = taken[folder];

@@ -31,6 +31,7 @@ class ManifestJoin {
 
   // Messages on differences that do not prevent a merge: programs, processors, plugins.
   std::vector<std::string> notes() const;
+  std::size_t sandboxed_sources() const;  // whose algorithms ran in a sandbox
 
   // The merged manifest with an empty list `order`; taken[i]: trials from the i-th folder added.
   Json joined(const std::vector<std::size_t>& taken) const;

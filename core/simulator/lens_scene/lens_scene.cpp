@@ -98,7 +98,7 @@ class LensScene::Mounted final : public relign::Assembly {
   }
 
  private:
-  static constexpr int kCells = 40;  // MTF within 0.002 of that of 100
+  static constexpr int kCells = 40;  // MTF within 0.02 of that of 100
   // A lens as built passes other directions than the design: checks its first image against rays in all directions.
   void certify_once(const Pose& true_pose) {
     constexpr int kPixels = 24, kRays = 512;

@@ -82,6 +82,62 @@ TEST_F(StudyTest, ComputesYieldAndStepsToSpecification) {
   EXPECT_THAT(a.residual[1].median, DoubleNear(0.03, 1e-12));
 }
 
+// Limits: deficit 0, centre 2 px, RMSE 0.05.
+TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
+  using records::Criterion;
+  StudyOptions options;
+  options.spec.rmse = 0.05;
+  options.spec.limits[Criterion::field_mtf] = 0;
+  options.spec.limits[Criterion::centre] = 2;
+  std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.05, 0.02, 0.01}, 3),
+                                              trial("a", 1, {0.1, 0.02, 0.02, 0.02}, 3), trial("a", 2, {0.1, 0.09}, 3)};
+  trials[0].criteria[Criterion::field_mtf] = {0.3, -0.1, 0.1, -0.2};
+  trials[0].criteria[Criterion::centre] = {3, 3, 1, 2};
+  trials[1].criteria[Criterion::field_mtf] = {0.2, 0.0, -0.1, 0.01};
+  trials[1].criteria[Criterion::centre] = {1, 9, 1, 1};
+  trials[2].criteria[Criterion::field_mtf] = {0.2, std::nan("")};
+  trials[2].criteria[Criterion::centre] = {5, 5};
+  trials[0].criterion_optimum_deficit = trials[1].criterion_optimum_deficit = -0.3;
+  trials[0].criterion_optimum_pose = trials[1].criterion_optimum_pose = trials[2].criterion_optimum_pose = {0.5, 0.5};
+  trials[2].criterion_optimum_deficit = 0.05;  // no pose of this lens meets the limits
+  records::TrialRecord failed = trial("a", 3, {0.1}, 3);
+  failed.end = "timeout";
+  trials.push_back(failed);
+  const TrialTable made = table(trials);
+  const Study study = make_study(made, options);
+  const SeriesStudy& a = study.series.at(0);
+  ASSERT_EQ(a.to_specification.size(), 4U);
+  const auto expect = [&](std::size_t which, const char* name, std::size_t in_spec, double steps, double expected) {
+    const ArrivalStudy& found = a.to_specification[which];
+    EXPECT_EQ(found.name, name);
+    EXPECT_EQ(found.in_spec, in_spec) << name;
+    EXPECT_EQ(found.share.n, 4U) << "the failed trial misses";
+    EXPECT_EQ(found.steps.estimate, steps) << name;
+    EXPECT_EQ(found.seconds.estimate, steps / 2) << name;
+    EXPECT_EQ(found.expected.steps, expected) << name;
+  };
+  expect(0, "rmse", 2, 1, (1 + 1 + 3) / 2.0);
+  expect(1, "field_mtf_deficit", 1, 1, (1 + 1 + 3) / 2.0);
+  expect(2, "centre_px", 2, 2, (2 + 0 + 3) / 2.0);
+  expect(3, "all", 1, 3, (3 + 2 + 3) / 2.0);
+  EXPECT_EQ(a.in_spec, 1U);
+  EXPECT_EQ(a.yield.n, 4U);
+  EXPECT_EQ(a.steps_to_spec.estimate, 3);
+  EXPECT_EQ(a.rules[Rule::best].yield.n, 0U) << "criteria are judged at the own recommendation";
+  EXPECT_THAT(study.groups.at(0).infeasible, ElementsAre(2));
+  EXPECT_THAT(a.residual.at(1).median, DoubleNear(0.29, 1e-12)) << "from the optimum of the criterion";
+  const CurvePoint& last = a.curve.points.at(3);
+  EXPECT_DOUBLE_EQ(last.in_spec, 1 / 3.0);
+  EXPECT_EQ(last.criteria[Criterion::centre], 2);
+  std::string csv;
+  instances_csv(made, [&](std::string_view text) { csv += text; });
+  EXPECT_THAT(csv, testing::HasSubstr(",field_mtf_deficit,centre_px,rotation_px,pose_um,tilt_arcmin,"));
+  EXPECT_THAT(csv, testing::HasSubstr(",-0.2,2,,,,-0.3\n"));
+  EXPECT_THAT(curves_csv({a.curve}), testing::HasSubstr(",tilt_arcmin_median,in_spec\n"));
+  options.rule = Rule::best;
+  EXPECT_TRUE(make_study(made, options).series.at(0).to_specification.empty());
+}
+
 TEST_F(StudyTest, YieldNeedsRmseAndMtf) {
   StudyOptions options;
   options.spec.rmse = 0.02;

@@ -72,5 +72,13 @@ TEST_F(MemoryLimit, ReadsControlGroupsVersion1) {
   EXPECT_EQ(found("5:cpu,cpuacct:/other\n4:memory:/job\n"), 4000000U);
 }
 
+TEST_F(MemoryLimit, KnowsProcessesThatTheKernelEnded) {
+  write_file_atomically(folder_ / "vmstat", "nr_free_pages 12\noom_kill 3\nswap_ra 0\n");
+  EXPECT_EQ(processes_ended_for_memory(folder_ / "vmstat"), 3);
+  write_file_atomically(folder_ / "vmstat", "nr_free_pages 12\n");
+  EXPECT_EQ(processes_ended_for_memory(folder_ / "vmstat"), -1);
+  EXPECT_EQ(processes_ended_for_memory(folder_ / "missing"), -1);
+}
+
 }  // namespace
 }  // namespace relign

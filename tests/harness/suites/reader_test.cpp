@@ -324,5 +324,16 @@ TEST_F(SuiteReaderTest, ReportsMissingFileAsIoError) {
   }
 }
 
+TEST_F(SuiteReaderTest, BoundsTrialsAndNames) {
+  EXPECT_THAT(mistakes(R"({"scenes": [")" + std::string(1 << 20, 'x') +
+                       R"("], "noise_levels": ["rho0"], "algorithms": ["compass"]})"),
+              HasSubstr("an id or a path has at most 4096 characters, found 1048576"));
+  std::string many;
+  for (int i = 0; i < 12; ++i)
+    many += (i ? ", " : "") + std::string(R"({"use": "compass", "name": "c)") + std::to_string(i) + "\"}";
+  EXPECT_THAT(mistakes(with(many, R"(, "instances": 1000000)")),
+              HasSubstr("1.4e+07 trials: 1 scenes x 1 noise levels x 14 methods"));
+}
+
 }  // namespace
 }  // namespace relign::suites

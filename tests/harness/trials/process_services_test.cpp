@@ -83,6 +83,8 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
     trial->level = std::make_unique<plugin_host::NoiseLevel>(
         fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
     trial->instance.perturbations.batch = ModuleBatch{5, {0, 0.01, 0}, {0.001, 0.001, 0}};
+    trial->facts.fields = {{"left", images::Mark{1, 1, 16}, images::Region{0, 0, 1, 2}, {}},
+                           {"right", {}, {}, images::Region{2, 0, 1, 2}}};
   }
   const TrialResult in_library = library.run();
   expect_equal(in_library, python.run());

@@ -96,6 +96,41 @@ TEST(Record, WritesScoresOfMovesBackOnlyWhereTheStageHasErrors) {
 }
 
 // The examples of results/README.md, byte for byte.
+TEST(Record, KeepsCriteriaOnlyWhereTheyAreLimited) {
+  TrialRecord record = sample_trial("t1");
+  EXPECT_THAT(closing_line(record, 3), testing::Not(HasSubstr("criterion")));
+  EXPECT_THAT(closing_line(record, 3), testing::Not(HasSubstr("_px")));
+  record.criteria[Criterion::centre] = {3, std::nan(""), 0.125};
+  record.criterion_optimum_pose = {0.5, 0.25};
+  record.criterion_optimum_deficit = -0.1;
+  const std::string line = closing_line(record, 3);
+  EXPECT_THAT(line, HasSubstr(R"("centre_px":[3,null,0.125],"criterion_optimum_pose":[0.5,0.25])"));
+  const TrialRecord read = read_trial_line(line, "here").trial;
+  EXPECT_EQ(closing_line(read, 3), line);
+  EXPECT_TRUE(read.criteria[Criterion::tilt].empty());
+  EXPECT_THROW(read_trial_line(closing_line(record, 2), "here"), Error) << "three values of two steps";
+}
+
+TEST(Specification, CompletesTheLimitsOfFields) {
+  const Json spec = Json::parse(R"({"field_mtf": {"lp_per_mm": 50, "tangential": 0.4, "sagittal": 0.3,
+                                    "fields": ["left", {"name": "centre", "tangential": 0.6}]}, "pose_um": 2})");
+  const Specification found = specification_of(spec, Json());
+  ASSERT_EQ(found.field_mtf.fields.size(), 2U);
+  EXPECT_EQ(found.field_mtf.fields[0].name, "left");
+  EXPECT_EQ(found.field_mtf.fields[0].tangential, 0.4);
+  EXPECT_EQ(found.field_mtf.fields[1].name, "centre");
+  EXPECT_EQ(found.field_mtf.fields[1].tangential, 0.6);
+  EXPECT_EQ(found.field_mtf.fields[1].sagittal, 0.3);
+  ByCriterion<double> values = Specification::none();
+  EXPECT_FALSE(found.criteria_met_by(values)) << "unknown";
+  values[Criterion::field_mtf] = 0;
+  values[Criterion::pose] = 2;
+  EXPECT_TRUE(found.criteria_met_by(values));
+  values[Criterion::field_mtf] = 1e-9;
+  EXPECT_FALSE(found.criteria_met_by(values));
+  EXPECT_FALSE(specification_of(Json::parse(R"({"rmse": 0.1})"), spec).limits_criteria()) << "the suite's replaces it";
+}
+
 TEST(Record, WritesTheExamplesOfTheFormat) {
   TrialRecord record;
   record.trial = "4f1c0a9b2d3e4f50";

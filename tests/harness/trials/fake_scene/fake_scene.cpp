@@ -3,6 +3,7 @@
 // true pose from the optimum (0.5 on every axis, x moved by the offset of L1) and the noise is one number
 // made from the frame seed. Noise-free MSE: d^2 + 1e-6 u(seed), standard error 1e-7.
 // Every call is logged with its arguments, so that tests see seeds and counts.
+#include <algorithm>
 #include <cmath>
 #include <relign/plugin.hpp>
 #include <sstream>
@@ -37,6 +38,26 @@ class FakeAssembly final : public relign::Assembly {
     log("truth", seed);
     const double d = distance(true_pose);
     return {d * d + 1e-6 * unit(seed), 1e-7};
+  }
+
+  // Three fields, 100 px apart, that x and y shift and Rx rotates about the middle one. MTF: 0.9, less 10 times the
+  // squared distance of x from 0.5 (middle), 0.6 (left) or 0.48 (right) and the square of that of Rx from 0.5; sagittal
+  // is 0.2 less. No light at x = 0.
+  std::vector<FieldValues> fields(const relign::Pose& pose, double, const std::vector<std::uint32_t>& which) override {
+    const double degree = 0.017453292519943295, best[] = {0.5, 0.6, 0.48}, from_middle[] = {0, -100, 100};
+    std::vector<FieldValues> values;
+    for (const std::uint32_t field : which) {
+      if (pose[0] == 0) {
+        values.push_back({std::nan(""), std::nan(""), 0, 0});
+        continue;
+      }
+      const double turn = pose[2] - 0.5, off = pose[0] - best[field];
+      const double mtf = std::max(0.2, 0.9 - 10 * off * off - turn * turn);
+      values.push_back({150 + from_middle[field] + 100 * (pose[0] - 0.5),
+                        200 + from_middle[field] * std::tan(14 * degree * turn) + 100 * (pose[1] - 0.5), mtf,
+                        mtf - 0.2});
+    }
+    return values;
   }
 
  private:

@@ -1,0 +1,121 @@
+#include "sandbox/supervisor.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <linux/capability.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <ctime>
+
+#include "sandbox/failure.h"
+#include "sandbox/system_calls.h"
+
+namespace relign::sandbox {
+namespace {
+
+constexpr long kTickNanoseconds = 50'000'000;  // between looks at processes and memory
+constexpr rlim_t kOpenFiles = 1024;
+constexpr rlim_t kTasks = 1024;                           // processes and threads
+constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
+
+void drop_capabilities() {
+  __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
+  __user_cap_data_struct none[2]{};
+  require(::syscall(SYS_capset, &header, none) == 0, "cannot drop its capabilities");
+}
+
+void limit(int what, rlim_t most) {
+  rlimit old{};
+  if (::getrlimit(static_cast<__rlimit_resource>(what), &old) == 0 && old.rlim_max < most) most = old.rlim_max;
+  const rlimit both{most, most};
+  require(::setrlimit(static_cast<__rlimit_resource>(what), &both) == 0, "cannot set a limit");
+}
+
+[[noreturn]] void become(char** command, const char* folder, const Limits& limits) {
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  require(::setsid() >= 0, "cannot start a session");
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_NOFILE, kOpenFiles);
+  limit(RLIMIT_NPROC, kTasks);
+  limit(RLIMIT_FSIZE, limits.disk_bytes);
+  limit(RLIMIT_MSGQUEUE, 0);
+  if (limits.memory_bytes > 0) limit(RLIMIT_DATA, limits.memory_bytes);
+  require(::chdir(folder) == 0, "cannot enter the plugin's folder");
+  ::close_range(kFirstUnused, ~0U, 0);
+  drop_capabilities();
+  filter_system_calls();
+  ::execvp(command[0], command);
+  refuse(std::string("cannot start '") + command[0] + "'");
+}
+
+// Processes of the sandbox apart from this one, and the memory that they use.
+struct Use {
+  std::size_t processes = 0, bytes = 0;
+};
+
+Use use() {
+  static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  Use all;
+  DIR* const folder = ::opendir("/proc");
+  if (!folder) return all;
+  while (const dirent* entry = ::readdir(folder)) {
+    if (entry->d_name[0] < '1' || entry->d_name[0] > '9' || std::strcmp(entry->d_name, "1") == 0) continue;
+    ++all.processes;
+    const std::string path = std::string("/proc/") + entry->d_name + "/statm";
+    char text[128] = {};
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    unsigned long size = 0, resident = 0;
+    if (file >= 0 && ::read(file, text, sizeof text - 1) > 0 && std::sscanf(text, "%lu %lu", &size, &resident) == 2)
+      all.bytes += resident * page;
+    if (file >= 0) ::close(file);
+  }
+  ::closedir(folder);
+  return all;
+}
+
+bool within(const Limits& limits) {
+  const Use now = use();
+  if (now.processes > limits.processes)
+    std::fprintf(stderr, "sandbox: ended for %zu processes; at most %zu are allowed\n", now.processes,
+                 limits.processes);
+  else if (limits.memory_bytes > 0 && now.bytes > limits.memory_bytes)
+    std::fprintf(stderr, "sandbox: ended for %zu MB of memory; at most %zu MB are allowed\n", now.bytes / 1'000'000,
+                 limits.memory_bytes / 1'000'000);
+  else
+    return true;
+  return false;
+}
+
+}  // namespace
+
+int supervise(char** command, const char* folder, const Limits& limits) {
+  // Blocked here and awaited below: no signal is lost between a look at the children and the wait.
+  sigset_t child;
+  ::sigemptyset(&child);
+  ::sigaddset(&child, SIGCHLD);
+  ::sigprocmask(SIG_BLOCK, &child, nullptr);
+  const pid_t plugin = ::fork();
+  require(plugin >= 0, "cannot start a process");
+  if (plugin == 0) become(command, folder, limits);
+  ::close_range(kFirstOfPlugin, kFirstUnused - 1, 0);  // the connection ends with the plugin
+  drop_capabilities();
+  constexpr int kEnded = 1 << 8;  // the wait status of exit(1)
+  while (true) {
+    int status = 0;
+    for (pid_t ended; (ended = ::waitpid(-1, &status, WNOHANG)) > 0;)
+      if (ended == plugin) return status;
+    if (!within(limits)) return kEnded;
+    const timespec tick{0, kTickNanoseconds};
+    ::sigtimedwait(&child, nullptr, &tick);
+  }
+}
+
+}  // namespace relign::sandbox

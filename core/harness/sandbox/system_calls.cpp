@@ -1,0 +1,207 @@
+#include "sandbox/system_calls.h"
+
+#include <fcntl.h>
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sched.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <iterator>
+#include <vector>
+
+#include "sandbox/failure.h"
+
+namespace relign::sandbox {
+namespace {
+
+#if defined(__x86_64__)
+constexpr unsigned kArchitecture = AUDIT_ARCH_X86_64;
+#elif defined(__aarch64__)
+constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
+#else
+#error "relign-sandbox has no filter for this architecture"
+#endif
+
+constexpr unsigned kX32Bit = 0x40000000;  // system calls of the x32 interface of x86-64
+constexpr unsigned kLastOld = 334;        // rseq; later numbers, from 424 on, are equal on all architectures
+constexpr unsigned kNewNamespaces =
+    CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
+
+// Refused with EPERM.
+constexpr unsigned kRefused[] = {
+    // other processes
+    SYS_ptrace,
+    SYS_process_vm_readv,
+    SYS_process_vm_writev,
+    SYS_kcmp,
+    SYS_perf_event_open,
+    SYS_get_robust_list,
+    // what outlives a process, or is shared with others: keys, System V memory, queues, locks and notices on files
+    SYS_add_key,
+    SYS_request_key,
+    SYS_keyctl,
+    SYS_shmget,
+    SYS_shmat,
+    SYS_shmctl,
+    SYS_semget,
+    SYS_semctl,
+    SYS_semop,
+    SYS_semtimedop,
+    SYS_msgget,
+    SYS_msgsnd,
+    SYS_msgrcv,
+    SYS_msgctl,
+    SYS_mq_open,
+    SYS_mq_unlink,
+    SYS_flock,
+    SYS_inotify_init1,
+    SYS_inotify_add_watch,
+    SYS_fanotify_init,
+    SYS_fanotify_mark,
+    // memory files escape the limits of memory and disk
+    SYS_memfd_create,
+    // new views of the machine
+    SYS_mount,
+    SYS_umount2,
+    SYS_pivot_root,
+    SYS_chroot,
+    SYS_unshare,
+    SYS_setns,
+    SYS_name_to_handle_at,
+    SYS_open_by_handle_at,
+    // administration, and kernel code that no algorithm needs
+    SYS_bpf,
+    SYS_userfaultfd,
+    SYS_init_module,
+    SYS_finit_module,
+    SYS_delete_module,
+    SYS_kexec_load,
+    SYS_reboot,
+    SYS_swapon,
+    SYS_swapoff,
+    SYS_acct,
+    SYS_quotactl,
+    SYS_syslog,
+    SYS_settimeofday,
+    SYS_clock_settime,
+    SYS_adjtimex,
+    SYS_clock_adjtime,
+    SYS_sethostname,
+    SYS_setdomainname,
+    SYS_vhangup,
+    SYS_personality,
+    SYS_io_setup,
+#if defined(__x86_64__)
+    SYS_inotify_init,
+    SYS_kexec_file_load,
+    SYS_iopl,
+    SYS_ioperm,
+    SYS_modify_ldt,
+    SYS_uselib,
+    SYS_ustat,
+#endif
+};
+
+// Those after kLastOld that are allowed. Others "do not exist" (ENOSYS), so that libraries use the older ones.
+constexpr unsigned kAllowedNew[] = {
+    424,  // pidfd_send_signal
+    434,  // pidfd_open
+    436,  // close_range
+    437,  // openat2
+    439,  // faccessat2
+    441,  // epoll_pwait2
+    449,  // futex_waitv
+    452,  // fchmodat2
+    453,  // map_shadow_stack
+    454,  // futex_wake
+    455,  // futex_wait
+    456,  // futex_requeue
+    462,  // mseal
+};
+
+// A list of instructions; a rule is a test of the loaded number followed by its answer.
+class Filter {
+ public:
+  void load(std::size_t offset) { add(BPF_LD | BPF_W | BPF_ABS, static_cast<unsigned>(offset), 0, 0); }
+  void answer(unsigned value) { add(BPF_RET | BPF_K, value, 0, 0); }
+  void unless_equal(unsigned value, std::size_t skip) { add(BPF_JMP | BPF_JEQ | BPF_K, value, 0, skip); }
+  void unless_different(unsigned value, std::size_t skip) { add(BPF_JMP | BPF_JEQ | BPF_K, value, skip, 0); }
+  void unless_any_bit(unsigned bits, std::size_t skip) { add(BPF_JMP | BPF_JSET | BPF_K, bits, 0, skip); }
+  void unless_above(unsigned value, std::size_t skip) { add(BPF_JMP | BPF_JGT | BPF_K, value, 0, skip); }
+  void if_equal_answer(unsigned value, unsigned reply) {
+    unless_equal(value, 1);
+    answer(reply);
+  }
+  std::vector<sock_filter>& code() { return code_; }
+
+ private:
+  void add(unsigned short operation, unsigned value, std::size_t yes, std::size_t no) {
+    code_.push_back({operation, static_cast<unsigned char>(yes), static_cast<unsigned char>(no), value});
+  }
+  std::vector<sock_filter> code_;
+};
+
+constexpr unsigned error(int code) { return SECCOMP_RET_ERRNO | static_cast<unsigned>(code); }
+
+// The low half of an argument: both architectures are little-endian.
+constexpr std::size_t argument(unsigned number) { return offsetof(seccomp_data, args) + 8 * number; }
+
+void refuse_arguments(Filter& filter) {
+  // Sockets of a pair or with a path in the sandbox, no others: the kernel does not separate all families (vsock).
+  for (const unsigned call : {SYS_socket, SYS_socketpair}) {
+    filter.unless_equal(call, 4);
+    filter.load(argument(0));
+    filter.unless_equal(AF_UNIX, 1);
+    filter.answer(SECCOMP_RET_ALLOW);
+    filter.answer(error(EACCES));
+  }
+  filter.unless_equal(SYS_clone, 4);
+  filter.load(argument(0));
+  filter.unless_any_bit(kNewNamespaces, 1);
+  filter.answer(error(EPERM));
+  filter.answer(SECCOMP_RET_ALLOW);
+  // Locks and notices on files that other sandboxes see as well.
+  constexpr unsigned kCommands[] = {F_SETLK,      F_SETLKW,    F_GETLK,    F_OFD_SETLK,
+                                    F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY};
+  filter.unless_equal(SYS_fcntl, 2 + 2 * std::size(kCommands));
+  filter.load(argument(1));
+  for (const unsigned command : kCommands) filter.if_equal_answer(command, error(ENOLCK));
+  filter.answer(SECCOMP_RET_ALLOW);
+}
+
+Filter make_filter() {
+  Filter filter;
+  filter.load(offsetof(seccomp_data, arch));
+  filter.unless_different(kArchitecture, 1);
+  filter.answer(SECCOMP_RET_KILL_PROCESS);
+  filter.load(offsetof(seccomp_data, nr));
+#if defined(__x86_64__)
+  filter.unless_any_bit(kX32Bit, 1);
+  filter.answer(error(ENOSYS));
+#endif
+  for (const unsigned call : kRefused) filter.if_equal_answer(call, error(EPERM));
+  for (const unsigned call : kAllowedNew) filter.if_equal_answer(call, SECCOMP_RET_ALLOW);
+  filter.unless_above(kLastOld, 1);
+  filter.answer(error(ENOSYS));
+  refuse_arguments(filter);
+  filter.answer(SECCOMP_RET_ALLOW);
+  return filter;
+}
+
+}  // namespace
+
+void filter_system_calls() {
+  Filter filter = make_filter();
+  const sock_fprog program{static_cast<unsigned short>(filter.code().size()), filter.code().data()};
+  require(::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0, "cannot give up privileges");
+  require(::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, 0, &program) == 0,
+          "cannot filter system calls (the kernel needs CONFIG_SECCOMP_FILTER)");
+}
+
+}  // namespace relign::sandbox
