@@ -1,0 +1,386 @@
+// field-focus: centre by the marks, sweep the focus, level the plane of best focus, verify. See README.md.
+#include <limits>
+#include <relign/plugin.hpp>
+
+#include "focus_curves.hpp"
+#include "marks.hpp"
+#include "pictures/learnt_once.hpp"
+#include "pictures/nominal_pose.hpp"
+
+namespace {
+
+using field_focus::Channel;
+using field_focus::find_marks;
+using field_focus::Focus;
+using field_focus::Mark;
+using relign::Pose;
+
+// The axis order of all scenes: two lateral axes, focus, two tilts, rotation.
+constexpr std::size_t kFocusAxis = 2, kFirstTilt = 3, kTurn = 5;
+constexpr std::uint64_t kDesignSeed = 0xF0C5;  // noise of the design's images: the same in every trial
+constexpr double kTiltStride = 0.1;            // share of the travel, for the differences of the design
+constexpr double kLateralStride = 0.02;
+constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark may be from its place in the reference
+constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
+constexpr std::size_t kSmoothable = 18;  // curves
+constexpr std::size_t kMaxDesigns = 4;
+
+using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
+
+// What the design says about a chart: how marks move and how the focus of a field changes with the pose.
+struct Design {
+  std::vector<Mark> marks;                 // as the reference shows them
+  double half_width = 0, half_height = 0;  // of the image, pixels
+  double limit = 0;                        // how far a mark may be from its place, pixels
+  Eigen::MatrixXd motion;                  // Shift x axes, per share of the travel
+  std::vector<Eigen::Vector2d> slopes;     // by mark: share of the focus axis per share of the tilts; none: no chart
+};
+
+std::vector<float> pixels_of(const relign::ImageView& image) {
+  std::vector<float> pixels(image.width() * image.height());
+  for (std::size_t y = 0; y < image.height(); ++y)
+    for (std::size_t x = 0; x < image.width(); ++x) pixels[y * image.width() + x] = image.at(x, y);
+  return pixels;
+}
+
+// Mean shift and rotation against the reference, from the marks that both images show. Nothing with fewer than two.
+std::optional<Shift> shift_of(const Design& design, const std::vector<Mark>& marks) {
+  std::vector<Eigen::Vector4d> pairs;  // place in the reference, shift
+  for (const Mark& mark : design.marks)
+    if (const Mark* found = nearest(marks, mark.x_px, mark.y_px, design.limit))
+      pairs.emplace_back(mark.x_px, mark.y_px, found->x_px - mark.x_px, found->y_px - mark.y_px);
+  if (pairs.size() < 2) return std::nullopt;
+  Eigen::Vector4d mean = Eigen::Vector4d::Zero();
+  for (const auto& pair : pairs) mean += pair / static_cast<double>(pairs.size());
+  double moment = 0, inertia = 0;
+  for (const auto& pair : pairs) {
+    const Eigen::Vector4d from = pair - mean;
+    moment += from[0] * from[3] - from[1] * from[2];
+    inertia += from[0] * from[0] + from[1] * from[1];
+  }
+  return Shift(mean[2], mean[3], moment / inertia);
+}
+
+// Squared gradient near a mark over the squared level; products of neighbours, so that noise averages out.
+double edge_energy(const std::vector<float>& pixels, std::size_t width, std::size_t height, const Mark& mark) {
+  const auto from = [](double place, double half) { return static_cast<std::size_t>(std::max(2.0, place - half)); };
+  const double half = 0.75 * mark.side_px;
+  double energy = 0, level = 0;
+  std::size_t count = 0;
+  for (std::size_t y = from(mark.y_px, half); y + 2 < height && static_cast<double>(y) < mark.y_px + half; ++y)
+    for (std::size_t x = from(mark.x_px, half); x + 2 < width && static_cast<double>(x) < mark.x_px + half; ++x) {
+      const float* at = pixels.data() + y * width + x;
+      const double across = (at[1] - at[-1]) * (at[width + 1] - at[width - 1]);
+      const double down = (at[width] - *(at - width)) * (at[width + 1] - *(at - width + 1));
+      energy += across + down;
+      level += *at;
+      ++count;
+    }
+  return level > 0 ? energy * static_cast<double>(count) / (level * level) : 0;
+}
+
+class Study {
+ public:
+  Study(const relign::Model& model, Eigen::VectorXd nominal, double stride)
+      : lens_(model.mount("{}")),
+        width_(model.width()),
+        height_(model.height()),
+        nominal_(std::move(nominal)),
+        stride_(stride) {}
+
+  Design operator()(const std::vector<float>& reference) const {
+    Design design;
+    design.half_width = 0.5 * static_cast<double>(width_), design.half_height = 0.5 * static_cast<double>(height_);
+    design.marks = find_marks(reference, width_, height_);
+    keep_fields(design.marks);
+    if (design.marks.size() < 3) return design;
+    double spacing = static_cast<double>(width_);
+    for (const Mark& one : design.marks)
+      for (const Mark& other : design.marks)
+        if (&one != &other) spacing = std::min(spacing, std::hypot(one.x_px - other.x_px, one.y_px - other.y_px));
+    design.limit = kNear * spacing;
+    const Eigen::Index axes = nominal_.size();
+    design.motion = Eigen::MatrixXd::Zero(3, axes);
+    for (Eigen::Index axis = 0; axis < axes; ++axis) {
+      const double step = axis < 3 ? kLateralStride : kTiltStride;
+      const auto ahead = shift_at(design, axis, step), behind = shift_at(design, axis, -step);
+      if (ahead && behind) design.motion.col(axis) = (*ahead - *behind) / (2 * step);
+    }
+    const std::vector<double> level = foci(design, -1);
+    std::vector<std::vector<double>> tilted;
+    for (Eigen::Index tilt = 0; tilt < 2; ++tilt) tilted.push_back(foci(design, 3 + tilt));
+    // The slopes are smooth over the image: a linear function of the mark's place averages their errors.
+    Eigen::MatrixXd rows(static_cast<Eigen::Index>(design.marks.size()), 3);
+    Eigen::MatrixXd slopes(rows.rows(), 2);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+      const auto mark = static_cast<std::size_t>(i);
+      rows.row(i) << 1, design.marks[mark].x_px / static_cast<double>(width_),
+          design.marks[mark].y_px / static_cast<double>(width_);
+      for (Eigen::Index tilt = 0; tilt < 2; ++tilt)
+        slopes(i, tilt) = (tilted[static_cast<std::size_t>(tilt)][mark] - level[mark]) / kTiltStride;
+    }
+    const Eigen::MatrixXd smooth = rows * rows.colPivHouseholderQr().solve(slopes);
+    for (Eigen::Index i = 0; i < rows.rows(); ++i) design.slopes.emplace_back(smooth.row(i));
+    return design;
+  }
+
+ private:
+  // The centre, and marks near 0.8 and 0.45 of the way to sides and corners, as fields are defined in docs/services.md.
+  void keep_fields(std::vector<Mark>& marks) const {
+    std::vector<Mark> kept;
+    const double x = 0.5 * static_cast<double>(width_), y = 0.5 * static_cast<double>(height_);
+    const auto keep = [&](double u, double v) {
+      const Mark* mark = nearest(marks, x + u * x, y + v * y, x);
+      if (mark && !nearest(kept, mark->x_px, mark->y_px, 1)) kept.push_back(*mark);
+    };
+    for (const double v : {-0.8, 0.0, 0.8})
+      for (const double u : {-0.8, 0.0, 0.8}) keep(u, v);
+    for (const double v : {-0.45, 0.45})
+      for (const double u : {-0.45, 0.45}) keep(u, v);
+    marks = std::move(kept);
+  }
+  std::vector<float> image(Eigen::Index axis, double step, double defocus) const {
+    Eigen::VectorXd pose = nominal_;
+    if (axis >= 0) pose[axis] += step;
+    pose[static_cast<Eigen::Index>(kFocusAxis)] += defocus;
+    return lens_.capture(pictures::to_pose(pose.cwiseMax(0.0).cwiseMin(1.0)), kDesignSeed);
+  }
+  std::optional<Shift> shift_at(const Design& design, Eigen::Index axis, double step) const {
+    return shift_of(design, find_marks(image(axis, step, 0), width_, height_));
+  }
+  // Best z of every mark, with this axis moved: vertex of a parabola through the logarithms of five edge energies,
+  // weighted by their squares.
+  std::vector<double> foci(const Design& design, Eigen::Index axis) const {
+    std::vector<Channel> channels(design.marks.size());
+    for (Channel& channel : channels) channel.slope.setZero();
+    for (int k = -2; k <= 2; ++k) {
+      const double z = 0.5 * k * stride_;
+      const std::vector<float> pixels = image(axis, kTiltStride, z);
+      for (std::size_t i = 0; i < channels.size(); ++i)
+        channels[i].samples.push_back({Focus(z, 0, 0), edge_energy(pixels, width_, height_, design.marks[i])});
+    }
+    std::vector<double> foci;
+    for (Channel& channel : channels) {
+      double highest = 0;
+      for (const auto& sample : channel.samples) highest = std::max(highest, sample.mtf);
+      for (auto& sample : channel.samples) sample.mtf /= highest;
+    }
+    fit(channels, std::nullopt, stride_);
+    for (const Channel& channel : channels) foci.push_back(channel.curve ? channel.curve->centre : 0);
+    return foci;
+  }
+
+  relign::ModelLens lens_;
+  std::size_t width_, height_;
+  Eigen::VectorXd nominal_;
+  double stride_;
+};
+
+class FieldFocus final : public relign::Agent {
+ public:
+  explicit FieldFocus(const relign::Parameters& given)
+      : log_(given),
+        frequency_(given.number("cycles_per_pixel")),
+        stride_(given.number("stride")),
+        sweep_(static_cast<int>(given.integer("sweep"))),
+        worst_(given.boolean("worst_field")) {}
+
+  void run(relign::Trial& trial) override {
+    trial_ = &trial;
+    if (trial.axes() >= kTurn) design_ = study();
+    if (!design_ || design_->slopes.empty()) {
+      log_.warn("stays at the start: needs 5 axes or more and 3 dark squares on white; the scene has " +
+                std::to_string(trial.axes()) + " axes, its reference image shows " +
+                std::to_string(design_ ? design_->marks.size() : 0) + " squares");
+      const relign::Observation start = trial.first();
+      trial.step(start.pose);
+      return;
+    }
+    for (auto& channels : channels_)
+      for (const auto& slope : design_->slopes) channels.insert(channels.end(), 2, Channel{slope, {}, {}});
+    take(trial.first());
+    if (coarse() && fine()) approach();
+  }
+
+ private:
+  std::shared_ptr<const Design> study() const {
+    const relign::Model model = trial_->model();
+    const std::vector<float> reference = pixels_of(trial_->reference());
+    const Eigen::VectorXd nominal = pictures::nominal_pose(model.scene_json(), trial_->axes());
+    pictures::Origin origin;
+    origin.add(model.scene_json()).add(reference).add(stride_);
+    static pictures::LearntOnce<Design> designs(kMaxDesigns);
+    return designs(origin, [&] { return Study(model, nominal, stride_)(reference); });
+  }
+
+  void take(const relign::Observation& observation) {
+    pose_ = observation.pose;
+    const relign::ImageView image = observation.image();
+    const std::vector<Mark> marks = find_marks(pixels_of(image), image.width(), image.height());
+    if (const auto shift = shift_of(*design_, marks)) shift_ = *shift, shift_pose_ = pose_;
+    const Focus focus(pose_[kFocusAxis], pose_[kFirstTilt], pose_[kFirstTilt + 1]);
+    for (std::size_t i = 0; i < design_->marks.size(); ++i) {
+      const Mark& place = design_->marks[i];
+      const Mark* mark = nearest(marks, place.x_px, place.y_px, kCentred * place.side_px);
+      for (std::size_t direction = 0; mark && direction < 2; ++direction)
+        for (std::size_t k = 0; k < 2; ++k) {
+          const double mtf = edge_mtf(*mark, direction == 0, frequency_ / (k == 0 ? 2 : 1), image);
+          if (std::isfinite(mtf)) channels_[k][2 * i + direction].samples.push_back({focus, mtf});
+        }
+    }
+  }
+
+  // Mean over the two opposite edges of a mark, left and right or top and bottom; NaN without any.
+  double edge_mtf(const Mark& mark, bool upright, double frequency, const relign::ImageView& image) const {
+    const double along = 0.7 * mark.side_px, across = 0.55 * mark.side_px;
+    double sum = 0;
+    int edges = 0;
+    for (const double side : {-0.5, 0.5}) {
+      const double width = upright ? across : along, height = upright ? along : across;
+      const double x = mark.x_px + (upright ? side * mark.side_px : 0) - 0.5 * width;
+      const double y = mark.y_px + (upright ? 0 : side * mark.side_px) - 0.5 * height;
+      if (!(x >= 0) || !(y >= 0) || x + width > static_cast<double>(image.width()) ||
+          y + height > static_cast<double>(image.height()))
+        continue;
+      const auto whole = [](double value) { return std::to_string(static_cast<int>(value)); };
+      const double mtf = trial_->measures().measure(
+          "mtf", "{\"cycles_per_pixel\": " + std::to_string(frequency) + ", \"x\": " + whole(x) +
+                     ", \"y\": " + whole(y) + ", \"width\": " + whole(width) + ", \"height\": " + whole(height) + "}");
+      if (std::isfinite(mtf)) sum += mtf, ++edges;
+    }
+    return edges > 0 ? sum / edges : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  // The pose with this focus and tilts at which the image is centred and upright.
+  Pose centred(const Focus& focus) const {
+    Pose pose = shift_pose_;
+    pose[kFocusAxis] = focus[0], pose[kFirstTilt] = focus[1], pose[kFirstTilt + 1] = focus[2];
+    Shift left = shift_;
+    for (std::size_t axis = kFocusAxis; axis < kTurn; ++axis)
+      left += design_->motion.col(static_cast<Eigen::Index>(axis)) * (pose[axis] - shift_pose_[axis]);
+    if (pose.size() > kTurn) {
+      Eigen::Matrix3d response;
+      response << design_->motion.leftCols(2), design_->motion.col(kTurn);
+      const Eigen::Vector3d move = response.fullPivLu().solve(-left);
+      pose[0] += move[0], pose[1] += move[1], pose[kTurn] += move[2];
+    } else {
+      const Eigen::Vector2d move = design_->motion.topLeftCorner(2, 2).fullPivLu().solve(-left.head<2>());
+      pose[0] += move[0], pose[1] += move[1];
+    }
+    return pose;
+  }
+
+  bool go(const Pose& pose) {
+    const auto observation = trial_->step(pose);
+    if (observation) take(*observation);
+    return observation.has_value();
+  }
+
+  // The best pose by the samples so far; nothing before there are curves.
+  std::optional<Focus> solve(const std::optional<Focus>& near) {
+    std::vector<Channel>& channels = channels_[near ? 1 : 0];
+    const double reach = near ? 0.5 * stride_ : stride_;
+    if (fit(channels, near, reach) < 3) return std::nullopt;
+    smooth(channels);
+    const Focus plane = plane_of_best_focus(channels);
+    return worst_ && near ? best_of_worst(channels, plane, reach) : plane;
+  }
+
+  // Sweeps upwards; extends the sweep while more than a third of the channels are sharpest at its end.
+  bool coarse() {
+    const Focus start(pose_[kFocusAxis], pose_[kFirstTilt], pose_[kFirstTilt + 1]);
+    const int longest = 2 * sweep_ + 1;
+    int low = -(sweep_ / 2), high = low - 1;
+    while (high - low + 1 < longest) {
+      const bool upwards = high - low + 1 < sweep_ || sharpest_at(start[0] + high * stride_);
+      if (!upwards && !sharpest_at(start[0] + low * stride_)) break;
+      const int k = upwards ? ++high : --low;
+      if (!go(centred(start + Focus(k * stride_, 0, 0)))) return false;
+    }
+    const auto solution = solve(std::nullopt);
+    if (!solution) return false;
+    solution_ = *solution;
+    trial_->recommend(centred(solution_));
+    return true;
+  }
+
+  // Aberrations are smooth over the image, so one least-squares fit averages the noise of single edges: best focus and
+  // peak are linear with slopes that both directions share, plus quadratic terms of each. The width becomes the mean.
+  void smooth(std::vector<Channel>& channels) const {
+    std::vector<std::size_t> fitted;
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      if (channels[i].curve) fitted.push_back(i);
+    if (fitted.size() < kSmoothable) return;
+    const auto count = static_cast<Eigen::Index>(fitted.size());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 10), values(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const std::size_t at = fitted[static_cast<std::size_t>(i)];
+      const Mark& mark = design_->marks[at / 2];
+      const double u = mark.x_px / design_->half_width - 1;
+      const double v = mark.y_px / design_->half_width - design_->half_height / design_->half_width;
+      rows(i, 0) = u, rows(i, 1) = v;
+      rows.row(i).segment<4>(at % 2 == 0 ? 2 : 6) << 1, u * u, u * v, v * v;
+      values.row(i) << channels[at].curve->peak, channels[at].curve->centre, channels[at].curve->width;
+    }
+    const Eigen::MatrixXd smoothed = rows * rows.colPivHouseholderQr().solve(values);
+    for (Eigen::Index i = 0; i < count; ++i)
+      channels[fitted[static_cast<std::size_t>(i)]].curve = {smoothed(i, 0), smoothed(i, 1), values.col(2).mean()};
+  }
+
+  bool sharpest_at(double z) const {
+    std::size_t there = 0, all = 0;
+    for (const Channel& channel : channels_[0]) {
+      const field_focus::Sample* highest = nullptr;
+      for (const auto& sample : channel.samples)
+        if (!highest || sample.mtf > highest->mtf) highest = &sample;
+      if (!highest) continue;
+      ++all;
+      if (std::fabs(highest->pose[0] - z) < 0.25 * stride_) ++there;
+    }
+    return 3 * there > all;
+  }
+
+  // At the solution's tilts: captures on both sides of the focus, upwards.
+  bool fine() {
+    const Focus middle = solution_;
+    for (const double k : {-0.5, -0.3, 0.0, 0.3, 0.5}) {
+      if (!go(centred(Focus(middle[0] + k * stride_, solution_[1], solution_[2])))) return false;
+      update();
+    }
+    return true;
+  }
+
+  void update() {
+    if (const auto solution = solve(solution_)) solution_ = *solution;
+    trial_->recommend(centred(solution_));
+  }
+
+  // Every axis approaches its goal from below in small moves, so that the play of the stage is taken up.
+  void approach() {
+    for (double below = 4;; below = std::max(1.0, below / 2)) {
+      Pose pose = centred(solution_);
+      for (double& axis : pose) axis -= kApproach * below;
+      if (!go(pose)) return;
+      update();
+    }
+  }
+
+  static constexpr double kApproach = 0.004;  // share of the travel
+
+  relign::Parameters log_;
+  double frequency_;  // cycles per pixel
+  double stride_;
+  int sweep_;
+  bool worst_;
+  relign::Trial* trial_ = nullptr;
+  std::shared_ptr<const Design> design_;
+  // At half the frequency for the first sweep, then at the frequency; by mark: upright edges, level edges.
+  std::vector<Channel> channels_[2];
+  Pose pose_, shift_pose_;
+  Shift shift_ = Shift::Zero();
+  Focus solution_ = Focus::Zero();
+};
+
+}  // namespace
+
+RELIGN_PLUGIN(FieldFocus)

@@ -1,0 +1,121 @@
+#include "focus_curves.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace field_focus {
+namespace {
+
+constexpr double kLowest = 0.12;    // MTF below which contrast may be reversed
+constexpr double kOfPeak = 0.3;     // share of a channel's highest MTF below which the curve is not Gaussian
+constexpr double kWidthPrior = 0.1;  // weight of the median width; a capture in focus and one a reach away have 1 each
+constexpr double kSharpness = 80;   // of the soft minimum: channels within 1 / 80 of the lowest count
+constexpr double kFloor = 0.05;     // root of the weight that samples far from the focus keep
+
+// Normal equations of log m = p0 + p1 s + p2 s^2, s = (zeta - middle) / reach.
+struct Parabola {
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double middle = 0;
+  int samples = 0;
+};
+
+Parabola sum_up(const Channel& channel, const std::optional<Focus>& centre, double reach) {
+  Parabola sums;
+  const Sample* highest = nullptr;
+  for (const Sample& sample : channel.samples)
+    if (sample.mtf > (highest ? highest->mtf : kLowest)) highest = &sample;
+  if (!highest) return sums;
+  sums.middle = channel.defocus(highest->pose);
+  for (const Sample& sample : channel.samples) {
+    if (!(sample.mtf > std::max(kLowest, kOfPeak * highest->mtf))) continue;
+    const double s = (channel.defocus(sample.pose) - sums.middle) / reach;
+    const double away = centre ? (channel.defocus(sample.pose) - channel.defocus(*centre)) / reach : s;
+    const double weight = sample.mtf * sample.mtf * std::exp(-0.5 * away * away) + kFloor * kFloor;
+    const Eigen::Vector3d row(1, s, s * s);
+    sums.squares += weight * row * row.transpose();
+    sums.right += weight * std::log(sample.mtf) * row;
+    ++sums.samples;
+  }
+  return sums;
+}
+
+std::optional<Curve> solve(const Parabola& sums, double reach) {
+  const Eigen::Vector3d p = sums.squares.ldlt().solve(sums.right);
+  if (!p.allFinite() || !(p[2] < 0)) return std::nullopt;
+  const double vertex = -0.5 * p[1] / p[2];
+  return Curve{p[0] + 0.5 * p[1] * vertex, sums.middle + reach * vertex, reach * std::sqrt(-0.5 / p[2])};
+}
+
+}  // namespace
+
+int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, double reach) {
+  std::vector<Parabola> sums;
+  std::vector<double> widths;
+  for (const Channel& channel : channels) {
+    sums.push_back(sum_up(channel, centre, reach));
+    if (sums.back().samples < 3) continue;
+    if (const auto curve = solve(sums.back(), reach)) widths.push_back(curve->width);
+  }
+  if (widths.empty()) {
+    for (Channel& channel : channels) channel.curve.reset();
+    return 0;
+  }
+  std::nth_element(widths.begin(), widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
+  const double width = widths[widths.size() / 2] / reach;
+  const double prior = kWidthPrior * std::pow(width, 4);
+  int fitted = 0;
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    channels[i].curve.reset();
+    if (sums[i].samples < 2) continue;
+    sums[i].squares(2, 2) += prior;
+    sums[i].right[2] += prior * (-0.5 / (width * width));
+    channels[i].curve = solve(sums[i], reach);
+    if (channels[i].curve) ++fitted;
+  }
+  return fitted;
+}
+
+Focus plane_of_best_focus(const std::vector<Channel>& channels) {
+  Eigen::Matrix3d squares = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const Channel& channel : channels) {
+    if (!channel.curve) continue;
+    const Eigen::Vector3d row(1, -channel.slope[0], -channel.slope[1]);
+    squares += row * row.transpose();
+    right += channel.curve->centre * row;
+  }
+  return squares.ldlt().solve(right);
+}
+
+Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, double reach) {
+  Eigen::Vector3d scale(1, 0, 0);  // strides that change the defocus of some field by the same
+  for (const Channel& channel : channels)
+    for (int k = 0; k < 2; ++k) scale[1 + k] = std::max(scale[1 + k], std::fabs(channel.slope[k]));
+  const auto value = [&](const Focus& pose) {
+    double sum = 0;
+    for (const Channel& channel : channels) {
+      if (!channel.curve) continue;
+      sum += std::exp(-kSharpness * channel.curve->at(channel.defocus(pose)));
+      if (std::fabs(channel.defocus(pose) - channel.defocus(start)) > reach) return -1.0;
+    }
+    return -std::log(sum) / kSharpness;
+  };
+  Focus best = start;
+  double highest = value(best);
+  // The soft minimum is smooth: compass search along axes and diagonals of the two tilts.
+  for (double stride = 0.25 * reach; stride > 1e-4 * reach;) {
+    bool better = false;
+    for (int way = 0; way < 27; ++way) {
+      Focus next = best;
+      for (int k = 0, digits = way; k < 3; ++k, digits /= 3)
+        if (scale[k] > 0) next[k] += stride * (digits % 3 - 1) / scale[k];
+      const double now = value(next);
+      if (now > highest) highest = now, best = next, better = true;
+    }
+    if (!better) stride *= 0.5;
+  }
+  return best;
+}
+
+}  // namespace field_focus

@@ -1,0 +1,117 @@
+#include "focus_curves.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <relign/random.hpp>
+
+#include "marks.hpp"
+
+namespace field_focus {
+namespace {
+
+// 3 x 3 fields whose best foci are on a plane, plus or minus astigmatism, less a curvature of field.
+struct Lens {
+  Focus optimum{0.03, -0.05, 0.08};
+  double astigmatism = 0, curvature = 0, width = 0.07;
+
+  std::vector<Channel> channels() const {
+    std::vector<Channel> channels;
+    for (int y = -1; y <= 1; ++y)
+      for (int x = -1; x <= 1; ++x)
+        for (int direction = 0; direction < 2; ++direction) channels.push_back({{0.15 * x, -0.1 * y}, {}, {}});
+    return channels;
+  }
+  double centre(std::size_t channel, const Channel& of) const {
+    return of.defocus(optimum) + (channel % 2 ? astigmatism : -astigmatism) - curvature * of.slope.squaredNorm();
+  }
+  double mtf(std::size_t channel, const Channel& of, const Focus& pose) const {
+    return Curve{std::log(0.8), centre(channel, of), width}.at(of.defocus(pose));
+  }
+  void capture(std::vector<Channel>& channels, const Focus& pose, relign::Random* noise = nullptr) const {
+    for (std::size_t i = 0; i < channels.size(); ++i)
+      channels[i].samples.push_back({pose, mtf(i, channels[i], pose) + (noise ? 0.005 * noise->normal() : 0)});
+  }
+};
+
+void expect_near(const Focus& found, const Focus& wanted, double focus, double tilt) {
+  EXPECT_NEAR(found[0], wanted[0], focus);
+  EXPECT_NEAR(found[1], wanted[1], tilt);
+  EXPECT_NEAR(found[2], wanted[2], tilt);
+}
+
+TEST(FocusCurves, FindsPlaneOfBestFocus) {
+  const Lens lens;
+  std::vector<Channel> channels = lens.channels();
+  for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0});
+  EXPECT_EQ(fit(channels, std::nullopt, 0.06), 18);
+  for (const Channel& channel : channels) EXPECT_NEAR(channel.curve->width, lens.width, 1e-9);
+  expect_near(plane_of_best_focus(channels), lens.optimum, 1e-6, 1e-5);
+}
+
+TEST(FocusCurves, AstigmatismAndNoiseAverageOut) {
+  Lens lens;
+  lens.astigmatism = 0.02;
+  std::vector<Channel> channels = lens.channels();
+  relign::Random noise(1);
+  for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0}, &noise);
+  EXPECT_EQ(fit(channels, std::nullopt, 0.06), 18);
+  expect_near(plane_of_best_focus(channels), lens.optimum, 0.002, 0.01);
+}
+
+// With a curved field the worst field is best at a compromise between centre and corners, not at the mean.
+TEST(FocusCurves, MaximisesWorstField) {
+  Lens lens;
+  lens.curvature = 1;
+  std::vector<Channel> channels = lens.channels();
+  for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0});
+  fit(channels, std::nullopt, 0.06);
+  const auto worst = [&](const Focus& pose) {
+    double lowest = 1;
+    for (std::size_t i = 0; i < channels.size(); ++i) lowest = std::min(lowest, lens.mtf(i, channels[i], pose));
+    return lowest;
+  };
+  const Focus plane = plane_of_best_focus(channels), found = best_of_worst(channels, plane, 0.06);
+  const Focus compromise = lens.optimum - Focus(0.5 * (0.15 * 0.15 + 0.1 * 0.1), 0, 0);
+  EXPECT_GT(worst(found), worst(plane) + 1e-3);
+  EXPECT_NEAR(worst(found), worst(compromise), 1e-2);
+  expect_near(found, compromise, 0.006, 0.01);
+}
+
+// Peaks outside the sweep: extrapolated with the width of the other curves.
+TEST(FocusCurves, ExtrapolatesFieldsBeyondTheSweep) {
+  Lens lens;
+  lens.optimum = {0.03, -0.6, 0.5};
+  std::vector<Channel> channels = lens.channels();
+  for (int k = -2; k <= 1; ++k) lens.capture(channels, {0.05 * k, 0, 0});
+  EXPECT_GE(fit(channels, std::nullopt, 0.05), 12);
+  expect_near(plane_of_best_focus(channels), lens.optimum, 0.01, 0.06);
+}
+
+TEST(FocusCurves, DarkImagesHaveNoCurves) {
+  std::vector<Channel> channels = Lens().channels();
+  for (Channel& channel : channels) channel.samples = {{Focus(0, 0, 0), 0.0}, {Focus(0.1, 0, 0), 0.05}};
+  EXPECT_EQ(fit(channels, std::nullopt, 0.06), 0);
+}
+
+TEST(Marks, FindsSquaresAloneWithTheirCentres) {
+  constexpr std::size_t kWidth = 120, kHeight = 80;
+  std::vector<float> pixels(kWidth * kHeight, 1.0F);
+  const auto dark = [&](std::size_t x, std::size_t y, std::size_t columns, std::size_t rows) {
+    for (std::size_t row = y; row < y + rows; ++row)
+      for (std::size_t column = x; column < x + columns; ++column) pixels[row * kWidth + column] = 0;
+  };
+  dark(20, 30, 21, 19);                      // a mark
+  dark(70, 20, 3, 31), dark(56, 34, 31, 3);  // a cross
+  dark(0, 0, 15, 15);                        // at the border
+  dark(100, 60, 4, 4);                       // too small
+  const std::vector<Mark> marks = find_marks(pixels, kWidth, kHeight);
+  ASSERT_EQ(marks.size(), 1u);
+  EXPECT_DOUBLE_EQ(marks[0].x_px, 30);
+  EXPECT_DOUBLE_EQ(marks[0].y_px, 39);
+  EXPECT_EQ(nearest(marks, 33, 43, 6), marks.data());
+  EXPECT_EQ(nearest(marks, 33, 43, 4), nullptr);
+}
+
+}  // namespace
+}  // namespace field_focus

@@ -1,0 +1,67 @@
+// Marks of a chart in an image: dark squares on white.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+namespace field_focus {
+
+struct Mark {
+  double x_px, y_px;  // centre
+  double side_px;
+};
+
+// Pixels row by row. A mark is a connected dark area that fills at least 70 % of its bounding box, which crosses do
+// not, and that touches neither the border of the image nor pixels that were not read out, which are 0 like the inside
+// of a mark but have no white around them.
+inline std::vector<Mark> find_marks(const std::vector<float>& pixels, std::size_t width, std::size_t height) {
+  constexpr double kFilled = 0.7;
+  constexpr std::size_t kSmallest = 8;  // pixels a side
+  std::vector<float> sorted = pixels;
+  const auto high = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() - 1 - sorted.size() / 100);
+  std::nth_element(sorted.begin(), high, sorted.end());
+  const float threshold = 0.5F * *high;
+  std::vector<char> seen(pixels.size());
+  std::vector<std::size_t> area;
+  std::vector<Mark> marks;
+  for (std::size_t first = 0; first < pixels.size(); ++first) {
+    if (seen[first] || !(pixels[first] < threshold)) continue;
+    std::size_t left = width, right = 0, top = height, bottom = 0;
+    double sum_x = 0, sum_y = 0;
+    area.assign(1, first);
+    seen[first] = 1;
+    for (std::size_t i = 0; i < area.size(); ++i) {
+      const std::size_t x = area[i] % width, y = area[i] / width;
+      left = std::min(left, x), right = std::max(right, x), top = std::min(top, y), bottom = std::max(bottom, y);
+      sum_x += static_cast<double>(x), sum_y += static_cast<double>(y);
+      const auto visit = [&](bool inside, std::size_t next) {
+        if (!inside || seen[next] || !(pixels[next] < threshold)) return;
+        seen[next] = 1;
+        area.push_back(next);
+      };
+      visit(x > 0, area[i] - 1);
+      visit(x + 1 < width, area[i] + 1);
+      visit(y > 0, area[i] - width);
+      visit(y + 1 < height, area[i] + width);
+    }
+    const std::size_t columns = right - left + 1, rows = bottom - top + 1;
+    if (left == 0 || top == 0 || right + 1 == width || bottom + 1 == height) continue;
+    const auto count = static_cast<double>(area.size()), box = static_cast<double>(columns * rows);
+    if (std::min(columns, rows) < kSmallest || 2 * std::min(columns, rows) < std::max(columns, rows)) continue;
+    if (count < kFilled * box) continue;
+    marks.push_back({sum_x / count, sum_y / count, std::sqrt(count)});
+  }
+  return marks;
+}
+
+// The mark nearest to a place, if within `most` pixels; null otherwise.
+inline const Mark* nearest(const std::vector<Mark>& marks, double x, double y, double most) {
+  const Mark* found = nullptr;
+  for (const Mark& mark : marks)
+    if (const double away = std::hypot(mark.x_px - x, mark.y_px - y); away < most) most = away, found = &mark;
+  return found;
+}
+
+}  // namespace field_focus
