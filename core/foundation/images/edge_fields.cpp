@@ -55,9 +55,10 @@ struct Window {
   double at(int column, int row) const {
     return image.at(static_cast<std::size_t>(x(column) + 0.5), static_cast<std::size_t>(y(row) + 0.5));
   }
-  bool is_inside() const {
-    return left >= 0 && top >= 0 && x(kSamples - 1) <= static_cast<double>(image.width - 1) &&
-           y(kSamples - 1) <= static_cast<double>(image.height - 1);
+  bool is_inside(const Region& read) const {
+    return left >= static_cast<double>(read.x) && top >= static_cast<double>(read.y) &&
+           x(kSamples - 1) <= static_cast<double>(read.x + read.width - 1) &&
+           y(kSamples - 1) <= static_cast<double>(read.y + read.height - 1);
   }
   double border_level() const {
     std::vector<double> border;
@@ -67,14 +68,19 @@ struct Window {
   }
 };
 
+// The pixels of a field that are read out.
+Region read_out(const View& image, const EdgeField& field) {
+  return field.window.value_or(Region{0, 0, image.width, image.height});
+}
+
 // Moves (x, y) to the centroid of the mark's pixels, those beyond half of its contrast, until it rests there. False
 // without a mark.
-bool find_mark(const View& image, double side, double& x, double& y) {
+bool find_mark(const View& image, const Region& read, double side, double& x, double& y) {
   constexpr int kMoves = 8;
   constexpr double kRest_px = 0.05, kFaintest = 0.05;  // of the level
   for (int move = 0; move < kMoves; ++move) {
     const Window window(image, x, y, side);
-    if (!window.is_inside()) return false;
+    if (!window.is_inside(read)) return false;
     const double level = window.border_level();
     double sum = 0;
     for (int row = 0; row < Window::kSamples; ++row)
@@ -128,6 +134,7 @@ EdgeFields read_edge_fields(const JsonSource& source, const std::string& pointer
     }
     field.tangential = read_region(source, reader, "tangential", image_width, image_height, problems);
     field.sagittal = read_region(source, reader, "sagittal", image_width, image_height, problems);
+    field.window = read_region(source, reader, "window", image_width, image_height, problems);
     if (!field.tangential && !field.sagittal)
       reader.complain("", "expected a region 'tangential' or 'sagittal' with a slanted edge");
     if (reader.has("name") && field.name.empty()) reader.complain("name", "expected a name, found an empty string");
@@ -148,6 +155,7 @@ Json to_json(const EdgeFields& fields) {
       json["mark"] = {{"x_px", field.mark->x_px}, {"y_px", field.mark->y_px}, {"side_px", field.mark->side_px}};
     if (field.tangential) json["tangential"] = region_json(*field.tangential);
     if (field.sagittal) json["sagittal"] = region_json(*field.sagittal);
+    if (field.window) json["window"] = region_json(*field.window);
     list.push_back(std::move(json));
   }
   return list;
@@ -159,7 +167,7 @@ FieldEdges::FieldEdges(const View& image, const EdgeFields& fields) : image_(ima
     Found found;
     if (field.mark) {
       double x = field.mark->x_px, y = field.mark->y_px;
-      if (find_mark(image_, field.mark->side_px, x, y)) {
+      if (find_mark(image_, read_out(image_, field), field.mark->side_px, x, y)) {
         found = {x, y};
         shifts_x.push_back(x - field.mark->x_px);
         shifts_y.push_back(y - field.mark->y_px);
@@ -179,18 +187,19 @@ std::optional<Region> FieldEdges::moved(std::size_t field, Direction direction) 
   const bool is_found = !std::isnan(found_[field].x_px);
   const double by_x = std::round(is_found ? found_[field].x_px - where.mark->x_px : shift_x_px_);
   const double by_y = std::round(is_found ? found_[field].y_px - where.mark->y_px : shift_y_px_);
-  const auto clipped = [](std::size_t first, std::size_t size, double by, std::size_t limit, std::size_t& from,
-                          std::size_t& length) {
-    const double low = std::max(0.0, static_cast<double>(first) + by);
-    const double high = std::min(static_cast<double>(limit), static_cast<double>(first + size) + by);
+  const Region read = read_out(image_, where);
+  const auto clipped = [](std::size_t first, std::size_t size, double by, std::size_t start, std::size_t count,
+                          std::size_t& from, std::size_t& length) {
+    const double low = std::max(static_cast<double>(start), static_cast<double>(first) + by);
+    const double high = std::min(static_cast<double>(start + count), static_cast<double>(first + size) + by);
     if (!(high - low >= static_cast<double>(kMinSide))) return false;
     from = static_cast<std::size_t>(low);
     length = static_cast<std::size_t>(high - low);
     return true;
   };
   Region at;
-  if (!clipped(region->x, region->width, by_x, image_.width, at.x, at.width) ||
-      !clipped(region->y, region->height, by_y, image_.height, at.y, at.height))
+  if (!clipped(region->x, region->width, by_x, read.x, read.width, at.x, at.width) ||
+      !clipped(region->y, region->height, by_y, read.y, read.height, at.y, at.height))
     return std::nullopt;
   return at;
 }

@@ -28,6 +28,7 @@ struct EdgeField {
   std::string name;  // "centre", or any other
   std::optional<Mark> mark;
   std::optional<Region> tangential, sagittal;  // one at least; as the reference shows them
+  std::optional<Region> window = {};           // of a sensor that reads out windows only: nothing is known outside it
   const std::optional<Region>& region(Direction direction) const {
     return direction == Direction::tangential ? tangential : sagittal;
   }
@@ -37,7 +38,8 @@ using EdgeFields = std::vector<EdgeField>;
 inline constexpr std::size_t kMaxFields = 64;
 inline constexpr const char* kCentreField = "centre";
 
-// [{"name", "mark": {"x_px", "y_px", "side_px"}, "tangential": {"x", "y", "width", "height"}, "sagittal": {...}}].
+// [{"name", "mark": {"x_px", "y_px", "side_px"}, "tangential": {"x", "y", "width", "height"}, "sagittal": {...},
+// "window": {...}}].
 // Adds mistakes to `problems`: regions must be inside the image. `pointer` names an existing member.
 EdgeFields read_edge_fields(const JsonSource& source, const std::string& pointer, std::size_t image_width,
                             std::size_t image_height, std::vector<Problem>& problems);
@@ -48,7 +50,8 @@ class FieldEdges {
  public:
   FieldEdges(const View& image, const EdgeFields& fields);
 
-  // The mark's centre in this image: NaN without a mark, or if it is not wholly in the image.
+  // The mark's centre in this image: NaN without a mark, or if twice its side around it is not wholly in the image or
+  // in the field's window.
   double mark_x_px(std::size_t field) const { return found_.at(field).x_px; }
   double mark_y_px(std::size_t field) const { return found_.at(field).y_px; }
 

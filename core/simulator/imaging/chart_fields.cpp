@@ -215,6 +215,8 @@ images::EdgeFields fields_of(const SceneFile& scene) {
   return fields;
 }
 
+constexpr double kWindowOfMark = 2.25;  // of its side
+
 std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels) {
   const images::EdgeFields fields = fields_of(scene);
   if (fields.empty())
@@ -244,7 +246,9 @@ std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels) 
               static_cast<double>(region->height));
     const double middle_x = field.mark ? field.mark->x_px : (low_x + high_x) / 2;
     const double middle_y = field.mark ? field.mark->y_px : (low_y + high_y) / 2;
-    cover(middle_x - pixels / 2.0, middle_y - pixels / 2.0, pixels, pixels);
+    // The search for a mark needs twice its side.
+    const double side = std::max<double>(pixels, field.mark ? kWindowOfMark * field.mark->side_px : 0);
+    cover(middle_x - side / 2, middle_y - side / 2, side, side);
     const auto [column, columns] = snapped(std::max(0.0, low_x), high_x, sensor.width);
     const auto [row, rows] = snapped(std::max(0.0, low_y), high_y, sensor.height);
     windows.push_back({column, row, columns, rows});

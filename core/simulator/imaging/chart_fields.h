@@ -29,8 +29,8 @@ struct ChartField {
 // pixels. Empty for other targets, and where the squares have fewer than 40 pixels a side.
 std::vector<ChartField> chart_fields(const SceneFile& scene);
 
-// A window around each field: `pixels` a side around its mark, or its regions if these are larger, in whole tiles and
-// inside the sensor. Throws Error(bad_input) for a scene without fields.
+// A window around each field: `pixels` a side around its mark, or as many as its mark and regions need, in whole tiles
+// and inside the sensor. Throws Error(bad_input) for a scene without fields.
 std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels);
 
 // Those that the scene file lists, else those of the chart.

@@ -185,7 +185,12 @@ std::string LensScene::describe() {
                       {"files", files}};
   if (!scene_.machine_time.is_null()) description["machine_time"] = machine_time();
   if (!scene_.spec.is_null()) description["spec"] = scene_.spec;
-  if (const images::EdgeFields fields = imaging::fields_of(scene_); !fields.empty()) {
+  if (images::EdgeFields fields = imaging::fields_of(scene_); !fields.empty()) {
+    for (std::size_t i = 0; i < scene_.sensor.windows.size(); ++i) {  // one around each field
+      const imaging::PixelBox& window = scene_.sensor.windows[i];
+      const auto pixels = [](int count) { return static_cast<std::size_t>(count); };
+      fields[i].window = {pixels(window.column), pixels(window.row), pixels(window.columns), pixels(window.rows)};
+    }
     description["fields"] = images::to_json(fields);
     description["pitch_um"] = std::round(1e9 * scene_.sensor.pitch_mm) / 1e6;
   }

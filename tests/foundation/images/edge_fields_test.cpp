@@ -37,6 +37,24 @@ TEST(EdgeFields, MeasuresWhatIsLeftOfARegion) {
   EXPECT_TRUE(std::isnan(edges.mtf(upper_row, Direction::sagittal, 0.125))) << "the upper edge is outside";
 }
 
+TEST(EdgeFields, TrustNothingOutsideTheirWindows) {
+  // Black outside a window of 136 pixels around the central field, as of a sensor that reads out windows only.
+  EdgeFields fields = {nine_fields().front()};
+  fields[0].window = Region{240 - 68, 180 - 68, 136, 136};
+  const auto windowed = [&](double x0) {
+    Image image = chart(x0, 180, 1.3);
+    for (std::size_t y = 0; y < image.height; ++y)
+      for (std::size_t x = 0; x < image.width; ++x)
+        if (x < 172 || x >= 308 || y < 112 || y >= 248) image.at(x, y) = 0;
+    return image;
+  };
+  const Image near = windowed(244), far = windowed(262);
+  const FieldEdges found(near, fields), lost(far, fields);
+  EXPECT_NEAR(found.mark_x_px(0), 244, 0.3);
+  EXPECT_NEAR(found.mtf(0, Direction::tangential, 0.125), gaussian(1.3, 0.125), 0.02);
+  EXPECT_TRUE(std::isnan(lost.mark_x_px(0)));
+}
+
 TEST(EdgeFields, AreNanWithoutEdges) {
   for (const Image& image : {Image(480, 360, 0.0F), Image(480, 360, 0.7F), chart(240, 180, 40)}) {
     const FieldEdges edges(image, nine_fields());
