@@ -135,10 +135,28 @@ std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
     return objective(x, none, &search);
   };
   const std::vector<double> at_start = x;
+  constexpr double kCoarsest = 0.25;  // of the frequency
   struct Stage {
     double frequency, stride;
   };
-  for (const Stage stage : {Stage{0.25, 0.02}, {0.5, 0.01}, {1, 0.005}, {1, 0.001}}) {
+  // The pose of least RMSE may be out of focus: through focus first.
+  lp_per_mm_ = kCoarsest * criteria_.lp_per_mm;
+  known_.clear();
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    if (scene_.axes[axes[i]].name != "z") continue;
+    constexpr int kPlaces = 15;  // on either side
+    constexpr double kStep = 0.01;
+    double sharpest = at_start[i], lowest = value();
+    for (int place = -kPlaces; place <= kPlaces; ++place) {
+      x[i] = std::clamp(at_start[i] + kStep * place, 0.0, 1.0);
+      if (const double here = value(); here < lowest) {
+        lowest = here;
+        sharpest = x[i];
+      }
+    }
+    x[i] = sharpest;
+  }
+  for (const Stage stage : {Stage{kCoarsest, 0.02}, {0.5, 0.01}, {1, 0.005}, {1, 0.001}}) {
     lp_per_mm_ = stage.frequency * criteria_.lp_per_mm;
     known_.clear();
     value();  // sets t

@@ -6,11 +6,11 @@
 namespace field_focus {
 namespace {
 
-constexpr double kLowest = 0.12;    // MTF below which contrast may be reversed
-constexpr double kOfPeak = 0.3;     // share of a channel's highest MTF below which the curve is not Gaussian
+constexpr double kLowest = 0.12;     // MTF below which contrast may be reversed
+constexpr double kOfPeak = 0.3;      // share of a channel's highest MTF below which the curve is not Gaussian
 constexpr double kWidthPrior = 0.1;  // weight of the median width; a capture in focus and one a reach away have 1 each
-constexpr double kSharpness = 80;   // of the soft minimum: channels within 1 / 80 of the lowest count
-constexpr double kFloor = 0.05;     // root of the weight that samples far from the focus keep
+constexpr double kSharpness = 80;    // of the soft minimum: channels within 1 / 80 of the lowest count
+constexpr double kFloor = 0.05;      // root of the weight that samples far from the focus keep
 
 // Normal equations of log m = p0 + p1 s + p2 s^2, s = (zeta - middle) / reach.
 struct Parabola {

@@ -332,7 +332,7 @@ TEST_F(SuiteReaderTest, BoundsTrialsAndNames) {
   for (int i = 0; i < 12; ++i)
     many += (i ? ", " : "") + std::string(R"({"use": "bo-gp", "name": "c)") + std::to_string(i) + "\"}";
   EXPECT_THAT(mistakes(with(many, R"(, "instances": 1000000)")),
-              HasSubstr("1.4e+07 trials: 1 scenes x 1 noise levels x 14 methods"));
+              HasSubstr("1.40e+07 trials: 1 scenes x 1 noise levels x 14 methods"));
 }
 
 }  // namespace
