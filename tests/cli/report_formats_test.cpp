@@ -109,6 +109,36 @@ TEST_F(CliReportFormats, WritesToStandardOutputOrFile) {
   EXPECT_EQ(report({"results/one", "-o", "-"}).out, place_->read("results/one/report.html"));
 }
 
+TEST_F(CliReportFormats, HaveTheCostOfAGoodModule) {
+  json suite = json::parse(kTinySuite);
+  suite["name"] = "priced";
+  suite["spec"] = {{"rmse", 10}};  // met at the start
+  suite["algorithms"] = {"random", "home"};
+  suite["cycle"] = {{"load_s", 3}};
+  suite["cost"] = {{"station_per_hour", 60}, {"module", 4}, {"rework", 1}, {"baseline", "home"}, {"currency", "<EUR>"}};
+  place_->write("priced.json", suite.dump());
+  ASSERT_EQ(relign_bench(*place_, {"run", "priced.json"}).exit_code, 0);
+  EXPECT_EQ(json::parse(place_->read("results/priced/manifest.json")).at("cost"), suite["cost"]);
+  const auto rows = table(place_->read("results/priced/costs.csv"));
+  ASSERT_FALSE(rows.empty());
+  for (const auto& row : rows) {
+    EXPECT_EQ(row.at("in_spec"), "1");
+    EXPECT_NEAR(std::stod(row.at("cost_per_good")), std::stod(row.at("station_seconds")) / 60, 1e-9);
+    EXPECT_NEAR(std::stod(row.at("good_per_hour")), 3600 / std::stod(row.at("station_seconds")), 1e-6);
+    if (row.at("chosen") == "least_cost") {
+      EXPECT_EQ(row.at("images"), "1") << "the image at the start";
+    }
+    EXPECT_EQ(row.at("saves").empty(), row.at("algorithm") == "home");
+  }
+  const json group =
+      json::parse(report({"results/priced", "--format", "json"}).out).at("results").at(0).at("groups").at(0);
+  EXPECT_EQ(group.at("prices").at("station_per_hour"), 60);
+  EXPECT_EQ(group.at("rows").at(0).at("costs").size(), 2U);
+  const std::string page = place_->read("results/priced/report.html");
+  EXPECT_THAT(page, HasSubstr(">Cost</h3>"));
+  EXPECT_THAT(page, HasSubstr("cost of a good module, &lt;EUR&gt;"));
+}
+
 TEST_F(CliReportFormats, HaveTheCycleOfTheSuite) {
   for (const bool computing : {false, true}) {
     json suite = json::parse(kTinySuite);

@@ -59,7 +59,7 @@ std::string page_html(const PageModel& page, const Gallery& gallery, const std::
                  {"verdict", verdict_section(page)},
                  {"aggregate", aggregate_section(page)},
                  {"ranking", ranking_section(page)},
-                 {"rules", specification_section(page) + rules_section(page)},
+                 {"rules", specification_section(page) + cost_section(page) + rules_section(page)},
                  {"levels", levels_section(page)},
                  {"matrix", matrix_section(page)},
                  {"heat", heat_section(page)},

@@ -11,6 +11,7 @@
 #include "records/specification.h"
 #include "report/methods.h"
 #include "report/page_numbers.h"
+#include "statistics/costs.h"
 #include "statistics/curves.h"
 #include "statistics/paired.h"
 #include "statistics/rules.h"
@@ -89,6 +90,7 @@ struct Row {
   std::optional<TimeToSpec> to_spec;
   std::vector<CriterionScore> to_specification;  // empty unless criteria are judged after every step
   std::optional<MtfScores> mtf;
+  std::vector<statistics::CostStudy> costs;  // at the largest budget and at least cost; empty without prices
   std::vector<ResidualAxis> residual;
   std::optional<statistics::ByRule<RuleScore>> rules;
   std::vector<ExcessAfter> excess;  // the last entry: after the largest budget; empty if no own optimum is known
@@ -172,6 +174,7 @@ struct Group {
   double own_optimum = kMissing;  // median RMSE at the instances' own optima
   double next_image = kMissing;   // Cramer-Rao bound of one more image
   records::Specification spec;
+  statistics::Prices prices;
   std::size_t cannot_meet_spec = 0;       // infeasible instances
   std::vector<std::uint64_t> infeasible;  // the first of them
   struct Friedman {

@@ -88,6 +88,38 @@ static void write(Json& json, const ExcessAfter& after) {
   }
 }
 
+static Json arrivals(const statistics::Band& band) {
+  return {{"n", band.n},
+          {"estimate", arrival(shown_arrival(band.estimate))},
+          {"lo95", arrival(shown_arrival(band.interval.low))},
+          {"hi95", arrival(shown_arrival(band.interval.high))}};
+}
+
+static Json costs_json(const std::vector<statistics::CostStudy>& costs) {
+  Json list = Json::array();
+  for (const statistics::CostStudy& cost : costs) {
+    Json one = {{"steps", cost.steps},
+                {"met", arrivals(cost.met)},
+                {"seconds", arrivals(cost.seconds)},
+                {"good_per_hour", arrivals(cost.good_per_hour)},
+                {"scrapped", arrivals(cost.scrapped)},
+                {"per_good_module", arrivals(cost.per_good_module)}};
+    if (cost.saves.n > 0) one["saves"] = arrivals(cost.saves);
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+static Json prices_json(const statistics::Prices& prices) {
+  Json json;
+  put(json, "station_per_hour", prices.station_per_hour, "module", prices.module);
+  if (!std::isnan(prices.rework)) json["rework"] = prices.rework;
+  if (!std::isnan(prices.training_per_hour)) json["training_per_hour"] = prices.training_per_hour;
+  put_filled(json, "baseline", prices.baseline);
+  put_filled(json, "currency", prices.currency);
+  return json;
+}
+
 static void write(Json& json, const Row& row) {
   put(json, "method", row.method, "oracle", row.oracle(), "class", class_name(row.of_class), "merit", row.merit, "key",
       row.key, "observes", row.observes, "trials", row.trials, "failed", row.failed, "step", row.step, "recommended",
@@ -100,6 +132,7 @@ static void write(Json& json, const Row& row) {
   put_filled(json, "training_tag", row.training_tag);
   put_filled(json, "excess", row.excess);
   put_filled(json, "to_specification", row.to_specification);
+  if (!row.costs.empty()) json["costs"] = costs_json(row.costs);
   if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
 }
 
@@ -182,6 +215,7 @@ static void write(Json& json, const Group& group) {
   if (std::isfinite(group.own_optimum)) json["floor"]["own_optimum"] = group.own_optimum;
   if (std::isfinite(group.next_image)) json["floor"]["next_image"] = group.next_image;
   put_spec(json, group);
+  if (group.prices.stated()) json["prices"] = prices_json(group.prices);
 }
 
 static void write(Json& json, const RunState::Harness& harness) {
@@ -225,6 +259,7 @@ static void write(Json& json, const GroupVerdict& verdict) {
 static void write(Json& json, const BreakEven& even) {
   put(json, "group", even.group, "label", even.label, "lenses", arrival(even.lenses), "against", even.against, "saves",
       even.saves);
+  if (!std::isnan(even.modules)) json["modules"] = arrival(even.modules);
 }
 
 static void write(Json& json, const TrainingCost& cost) {

@@ -68,9 +68,10 @@ struct GroupVerdict {
 struct BreakEven {
   std::size_t group = 0;  // index into groups
   std::string label;
-  double lenses = kMissing;  // infinite: never
-  std::string against;       // the fastest method without training, "" if there is none
-  double saves = kMissing;   // seconds per lens
+  double lenses = kMissing;   // infinite: never
+  std::string against;        // the fastest method without training, "" if there is none
+  double saves = kMissing;    // seconds per lens
+  double modules = kMissing;  // good ones, until savings against the baseline pay for the training; infinite: never
 };
 
 struct TrainingCost {

@@ -30,7 +30,8 @@ class Report {
   const PageModel& model() const;
   Json json() const;  // as `report --format json` writes it (page_json.h)
 
-  // Writes aggregate.csv, curves.csv, curves.json, instances.csv and matrix.csv into the results folder. For a single
+  // Writes aggregate.csv, curves.csv, curves.json, instances.csv, matrix.csv and, with prices, costs.csv into the
+  // results folder. For a single
   // folder only.
   void write_tables() const;
 

@@ -28,6 +28,12 @@ void break_even(HtmlWriter& html, const BreakEven& even) {
     html.text(": no method without training reaches the specification on half of the instances");
 }
 
+void by_cost(HtmlWriter& html, const BreakEven& even, const statistics::Prices& prices) {
+  html.text("; by cost, ")
+      .element("b", std::isinf(even.modules) ? "never" : shortest(rounded(even.modules, 3)) + " good modules");
+  html.text(" against ").element("bdi", prices.baseline);
+}
+
 }  // namespace
 
 std::string training_section(const PageModel& page) {
@@ -53,6 +59,7 @@ std::string training_section(const PageModel& page) {
       html.open("div");
       if (page.groups.size() > 1) html.element("bdi", even.label).text(": ");
       break_even(html, even);
+      if (!std::isnan(even.modules)) by_cost(html, even, page.groups[even.group].prices);
       html.close();
     }
     html.close().close();

@@ -19,6 +19,7 @@ std::string verdict_section(const PageModel& page);  // preceded by failed gates
 std::string aggregate_section(const PageModel& page);
 std::string ranking_section(const PageModel& page);
 std::string specification_section(const PageModel& page);  // section_specification.cpp: each criterion of the spec
+std::string cost_section(const PageModel& page);           // section_cost.cpp: by the prices of the suite
 std::string rules_section(const PageModel& page);          // section_rules.cpp: results by each rule
 std::string analysis_section(const PageModel& page);       // section_rules.cpp: the analysis plan
 std::string matrix_section(const PageModel& page);         // section_matrix.cpp: excess errors, methods x groups

@@ -54,6 +54,7 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
       after.rules[rule].interval = shown(from.rules[rule].interval);
     }
   }
+  row.costs = study.costs;
   if (study.mtf_centre.n > 0) row.mtf = {score_of(study.mtf_centre), score_of(study.mtf_corner)};
   if (!spec.limits_anything() || study.yield.n == 0) return;
   row.yield = {share_of(study.in_spec, study.yield), std::nullopt};
@@ -156,6 +157,7 @@ void add_statistics(Group& group, const statistics::GroupStudy& found, const sta
     group.next_image = shown(std::sqrt(best * best + next_image));
   }
   group.spec = shown_spec(found.spec);
+  group.prices = study.prices;
   if (found.spec.limits_anything()) {
     group.cannot_meet_spec = found.cannot_meet_spec;
     group.infeasible = found.infeasible;
@@ -223,6 +225,7 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
   for (const Json& target : list_of(results.manifest, "targets"))
     if (target.is_number()) options.targets.push_back(target.get<double>());
   options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
+  options.prices = statistics::prices_of(member(results.manifest, "cost"));
   const Json& of_suite = object_of(results.manifest, "spec");
   options.spec = records::specification_of(of_suite, Json());
   if (of_suite.empty())

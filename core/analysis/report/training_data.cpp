@@ -66,6 +66,13 @@ const Row* best_untrained(const Group& group, const Trainings& trained) {
   return best;
 }
 
+// By the costs of a good module at the number of images of least cost.
+double modules_until_paid(const statistics::Prices& prices, const Row& row, double hours) {
+  if (row.costs.empty() || row.costs.back().saves.n == 0) return kMissing;
+  const double saves = row.costs.back().saves.estimate;
+  return saves > 0 ? std::ceil(hours * prices.training_per_hour / saves) : kNever;
+}
+
 std::vector<BreakEven> break_evens(const std::vector<Group>& groups, const Method& method, double hours,
                                    const Trainings& trained) {
   std::vector<BreakEven> list;
@@ -79,7 +86,7 @@ std::vector<BreakEven> break_evens(const std::vector<Group>& groups, const Metho
     const Row* other = best_untrained(group, trained);
     const double with = seconds_to_spec(*own), without = other ? seconds_to_spec(*other) : kNever;
     list.push_back({index, group.label, shown_arrival(pays_after(hours, with, without)), other ? other->method : "",
-                    shown(without - with)});
+                    shown(without - with), modules_until_paid(group.prices, *own, hours)});
   }
   return list;
 }

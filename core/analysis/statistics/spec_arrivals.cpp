@@ -9,6 +9,27 @@
 
 namespace relign::statistics {
 
+namespace {
+
+double criterion_at(const ReadTrial& trial, records::Criterion criterion, std::size_t step) {
+  const std::vector<double>& values = trial.stored.closing().criteria[criterion];
+  return step < values.size() ? values[step] : kMissing;
+}
+
+}  // namespace
+
+std::vector<bool> met_by_step(const TrialTable& table, const records::Specification& spec, const ReadTrial& trial) {
+  const records::MtfRecord& mtf = table.mtf_of(trial.row).glued[Rule::own];
+  std::vector<bool> met(trial.steps.size(), spec.mtf_met_by(mtf.centre, mtf.corner));
+  const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own));
+  for (std::size_t step = 0; step < met.size(); ++step) {
+    met[step] = met[step] && (std::isnan(spec.rmse) || rmse[step] <= spec.rmse);
+    for (const records::Criterion one : records::kCriteria)
+      if (!std::isnan(spec.limits[one])) met[step] = met[step] && spec.meets(one, criterion_at(trial, one, step));
+  }
+  return met;
+}
+
 SpecArrivals::SpecArrivals(const TrialTable& table, const Series& series, const records::Specification& spec,
                            const Cycle& cycle)
     : table_(table), spec_(spec), cycle_(cycle), failed_(series.failed) {
@@ -39,16 +60,10 @@ void SpecArrivals::arrive(Arrival& arrival, const std::vector<bool>& met, const 
 
 void SpecArrivals::add(const ReadTrial& trial) {
   if (arrivals_.empty()) return;
-  const records::TrialRecord& closing = trial.stored.closing();
-  const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued[Rule::own];
-  std::vector<bool> all(trial.steps.size(), spec_.mtf_met_by(mtf.centre, mtf.corner));
   auto arrival = arrivals_.begin();
   const auto judge = [&](const auto& meets) {
     std::vector<bool> met(trial.steps.size());
-    for (std::size_t step = 0; step < met.size(); ++step) {
-      met[step] = meets(step);
-      all[step] = all[step] && met[step];
-    }
+    for (std::size_t step = 0; step < met.size(); ++step) met[step] = meets(step);
     arrive(*arrival++, met, trial);
   };
   if (!std::isnan(spec_.rmse)) {
@@ -57,12 +72,11 @@ void SpecArrivals::add(const ReadTrial& trial) {
   }
   for (const records::Criterion one : records::kCriteria) {
     if (std::isnan(spec_.limits[one])) continue;
-    const std::vector<double>& values = closing.criteria[one];
-    const auto at = [&](std::size_t step) { return step < values.size() ? values[step] : kMissing; };
-    judge([&](std::size_t step) { return spec_.meets(one, at(step)); });
+    judge([&](std::size_t step) { return spec_.meets(one, criterion_at(trial, one, step)); });
     for (std::size_t step = 0; step < curve_.size(); ++step)
-      curve_[step].values[one].push_back(at(std::min(step, trial.steps.size() - 1)));
+      curve_[step].values[one].push_back(criterion_at(trial, one, std::min(step, trial.steps.size() - 1)));
   }
+  const std::vector<bool> all = met_by_step(table_, spec_, trial);
   arrive(*arrival, all, trial);
   for (std::size_t step = 0; step < curve_.size(); ++step) curve_[step].met += all[std::min(step, all.size() - 1)];
 }

@@ -11,6 +11,10 @@
 
 namespace relign::statistics {
 
+// Whether the own recommendation of each step meets the whole specification. A limited MTF of centre and corners counts
+// as it is at the end.
+std::vector<bool> met_by_step(const TrialTable& table, const records::Specification& spec, const ReadTrial& trial);
+
 class SpecArrivals {
  public:
   // Does nothing without such criteria.

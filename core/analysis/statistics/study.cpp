@@ -205,7 +205,7 @@ void count_uncured(const TrialTable& table, const Series& series, const records:
 }
 
 SeriesStudy study_series(const TrialTable& table, const Series& series, const Draws& draws, const StudyOptions& options,
-                         const records::Specification& spec, SeriesErrors& errors) {
+                         const records::Specification& spec, SeriesErrors& errors, CostColumns& costs) {
   SeriesStudy study;
   Curve& curve = study.curve;
   curve.scene = series.scene;
@@ -233,7 +233,10 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
       columns.add(trial);
       if (!first) return;
       arrivals.add(trial);
-      if (options.rule == Rule::own) spec_arrivals.add(trial);
+      if (options.rule == Rule::own) {
+        spec_arrivals.add(trial);
+        if (spec.limits_anything()) costs.add(trial, met_by_step(table, spec, trial));
+      }
       excess.add(trial);
       errors.add(trial);
     });
@@ -302,6 +305,31 @@ std::vector<double> score_column(const TrialTable& table, const Series& series, 
   for (double& rmse : column)
     if (!std::isnan(rmse)) rmse = std::max(rmse, kResolution);
   return column;
+}
+
+// Costs of a good module, for all series of a group. Failed trials count as modules that miss.
+void add_costs(const TrialTable& table, const GroupStudy& group, const StudyOptions& options,
+               std::vector<CostColumns>& columns, std::vector<SeriesStudy>& of_series) {
+  for (const TrialRow& row : table.rows)
+    for (std::size_t place = 0; place < group.series.size(); ++place)
+      if (group.series[place] == row.series && !row.counts() && !columns[place].empty())
+        columns[place].add_failed(row.instance);
+  std::size_t baseline = columns.size();
+  for (std::size_t place = 0; place < columns.size(); ++place) {
+    if (columns[place].empty()) continue;
+    if (table.series[group.series[place]].algorithm == options.prices.baseline) baseline = place;
+    std::vector<CostStudy>& costs = of_series[group.series[place]].costs;
+    const unsigned last = columns[place].last_step();
+    costs.push_back(study_cost(options.prices, columns[place].at({last, last})));
+    if (!group.spec.limits_mtf()) costs.push_back(study_cost(options.prices, columns[place].cheapest()));
+  }
+  if (baseline == columns.size()) return;
+  const std::vector<CostStudy>& against = of_series[group.series[baseline]].costs;
+  for (std::size_t place = 0; place < columns.size(); ++place) {
+    std::vector<CostStudy>& costs = of_series[group.series[place]].costs;
+    for (std::size_t which = 0; place != baseline && which < costs.size(); ++which)
+      costs[which].saves = saving(costs[which], against[which]);
+  }
 }
 
 bool is_planned(const TrialTable& table, std::size_t a, std::size_t b, const StudyOptions& options) {
@@ -404,6 +432,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   if (options.targets.empty()) options.targets = default_targets();
   study.resamples = options.resamples;
   study.rule = options.rule;
+  study.prices = options.prices;
   constexpr unsigned kMaxThreads = 8;
   const unsigned threads = options.threads > 0 ? options.threads : std::min(core_count(), kMaxThreads);
   options.most_bytes /= threads;
@@ -417,10 +446,13 @@ Study make_study(const TrialTable& table, StudyOptions options) {
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
     find_infeasible(table, group, options.rule);
     const Draws draws(group.instances, options);
+    std::vector<CostColumns> costs(group.series.size(), CostColumns(draws.instances, options.prices, options.cycle));
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];
-      study.series[series] = study_series(table, table.series[series], draws, options, group.spec, errors[series]);
+      study.series[series] = study_series(table, table.series[series], draws, options, group.spec, errors[series],
+                                          costs[static_cast<std::size_t>(place)]);
     });
+    if (options.prices.stated()) add_costs(table, group, options, costs, study.series);
     if (!draws.wanted) continue;
     for (const Rule rule : kRules) group.pairs_by_rule[rule] = compare_methods(table, draws, options, group, rule);
     group.pairs = group.pairs_by_rule[options.rule];

@@ -10,6 +10,7 @@
 
 #include "records/specification.h"
 #include "statistics/aggregate.h"
+#include "statistics/costs.h"
 #include "statistics/curves.h"
 #include "statistics/cycle.h"
 #include "statistics/excess.h"
@@ -40,6 +41,7 @@ struct StudyOptions {
   records::Specification spec;  // of scenes without an entry in spec_of_scene
   std::map<std::string, records::Specification> spec_of_scene;
   Cycle cycle;
+  Prices prices;
   double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal; >= 1
   Rule rule = Rule::own;                 // which pose counts as recommended
   // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
@@ -95,6 +97,9 @@ struct SeriesStudy {
   // The same for each criterion and, last, for all of them; empty unless the specification has criteria that are judged
   // after every step and the rule is `own`. The members above are then those of "all".
   std::vector<ArrivalStudy> to_specification;
+  // With a specification and stated prices, by the own rule only: at the largest budget, then at the number of steps of
+  // least cost. The latter is left out if the specification limits MTF in corners, which is known at the end only.
+  std::vector<CostStudy> costs;
   // Runtime ECDF: share of (instance, target) pairs reached by each step of the curve.
   std::vector<double> targets_reached;
   std::vector<Quantiles> residual;  // per axis: distance to the own optimum, share of the travel
@@ -151,6 +156,7 @@ struct Study {
   std::vector<AggregateStudy> aggregates;  // one per protocol with strata, in order of first appearance
   std::size_t resamples = 0;
   Rule rule = Rule::own;
+  Prices prices;
 };
 
 // Throws Error as records::StoredSteps::read.

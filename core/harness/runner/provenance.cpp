@@ -187,6 +187,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                    {"targets", suite.targets},
                    {"machine_time", suites::machine_time_json(suite.machine_time)}};
   if (!suite.cycle.is_null()) manifest["cycle"] = suite.cycle;
+  if (!suite.cost.is_null()) manifest["cost"] = suite.cost;
   if (!suite.analysis.is_null()) {
     manifest["analysis"] = suite.analysis;
     manifest["analysis_hash"] = sha256_hex(canonical_json(suite.analysis));

@@ -124,6 +124,7 @@ class SuiteReader {
       top_.complain("trial_memory_mb", "must be at least " + std::to_string(kMinMemoryMb) + ", the need of a worker");
     suite.machine_time = machine_time();
     suite.cycle = cycle();
+    suite.cost = cost(suite);
     suite.spec = spec();
     suite.targets = targets();
     suite.analysis = analysis(suite);
@@ -366,8 +367,6 @@ class SuiteReader {
     one_of(reader, "rule", kRules, "own");
     reader.number("smallest_relevant_ratio", kRelevantRatio, 1, 1000);
     reader.number("yield", 0, 0, 1);
-    std::vector<std::string> names = {"home", "random"};
-    for (const AlgorithmEntry& entry : suite.algorithms) names.push_back(entry.name);
     if (const Json* contrasts = reader.get("contrasts")) {
       const auto is_pair = [](const Json& pair) {
         return pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string() && pair[0] != pair[1];
@@ -377,14 +376,9 @@ class SuiteReader {
                         "expected a list of pairs of different methods, for example [[\"bo-gp\", \"random\"]]");
       } else {
         for (std::size_t i = 0; i < contrasts->size(); ++i)
-          for (std::size_t side = 0; side < 2; ++side) {
-            const std::string name = (*contrasts)[i][side].get<std::string>();
-            if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-            const std::string nearest = nearest_name(name, names);
-            complain(pointer + "/contrasts/" + std::to_string(i) + "/" + std::to_string(side),
-                     "unknown algorithm '" + name + "' in this suite" +
-                         (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
-          }
+          for (std::size_t side = 0; side < 2; ++side)
+            check_method_name(suite, (*contrasts)[i][side].get<std::string>(),
+                              pointer + "/contrasts/" + std::to_string(i) + "/" + std::to_string(side));
       }
     }
     reader.reject_unknown();
@@ -401,6 +395,27 @@ class SuiteReader {
     if (!value) return nullptr;
     check_cycle(source_, top_.pointer_to("cycle"), problems_);
     return *value;
+  }
+
+  // Checks the baseline's name against the algorithms, including home and random.
+  Json cost(const Suite& suite) {
+    const Json* value = top_.get("cost");
+    if (!value) return nullptr;
+    const std::string pointer = top_.pointer_to("cost");
+    const std::size_t mistakes = problems_.size();
+    check_cost(source_, pointer, problems_);
+    if (problems_.size() == mistakes && value->contains("baseline"))
+      check_method_name(suite, (*value)["baseline"].get<std::string>(), pointer + "/baseline");
+    return *value;
+  }
+
+  void check_method_name(const Suite& suite, const std::string& name, const std::string& pointer) {
+    std::vector<std::string> names = {"home", "random"};
+    for (const AlgorithmEntry& entry : suite.algorithms) names.push_back(entry.name);
+    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    const std::string nearest = nearest_name(name, names);
+    complain(pointer, "unknown algorithm '" + name + "' in this suite" +
+                          (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
   }
 
   Json spec() {

@@ -64,6 +64,7 @@ struct Suite {
   unsigned trial_memory_mb = 0;  // memory limit of its worker; 0: four fifths of the machine's memory
   MachineTimeKeys machine_time;  // absent members keep the scene's values
   Json cycle;                    // null when absent
+  Json cost;                     // null when absent
   Json spec;                     // null when absent
   Json analysis;                 // analysis_json, null when absent
   // RMSE targets in descending order; empty: the default of the statistics.

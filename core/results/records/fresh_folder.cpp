@@ -80,10 +80,13 @@ void FreshFolder::refuse_foreign() const {
 }
 
 void FreshFolder::keep_foreign_files() const {
-  static const std::set<std::string> ours = {
-      "manifest.json",       "trials",     "times",       "logs",          "pictures",   "scenes",
-      "aggregate.csv",       "curves.csv", "curves.json", "instances.csv", "matrix.csv", "report.html",
-      ResultsLock::kFileName};
+  static const std::set<std::string> ours = {"manifest.json", "trials",
+                                             "times",         "logs",
+                                             "pictures",      "scenes",
+                                             "aggregate.csv", "costs.csv",
+                                             "curves.csv",    "curves.json",
+                                             "instances.csv", "matrix.csv",
+                                             "report.html",   ResultsLock::kFileName};
   std::error_code code;
   for (const fs::path& foreign : others(old_, ours)) {
     fs::rename(foreign, out_ / foreign.filename(), code);

@@ -74,7 +74,7 @@ void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
   for (const std::string& message : different_scenes_and_levels(first_, manifest, true, a, b))
     different.push_back(message);
   // Not part of the instance set, but results that differ in them are not comparable.
-  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time", "cycle"}, a, b))
+  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time", "cycle", "cost"}, a, b))
     different.push_back(message);
   if (!different.empty())
     throw Error(ErrorKind::bad_input,

@@ -294,6 +294,11 @@ TEST_F(SuiteReaderTest, NamesEachMistake) {
               HasSubstr("/machine_time/settle: unknown key"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "cycle": {"load_s": -1, "cure": 3, "computing": 1})")),
               AllOf(HasSubstr("/cycle/load_s"), HasSubstr("/cycle/cure: unknown key"), HasSubstr("/cycle/computing")));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "cost": {"module": -1, "baseline": 3, "parts": 2})")),
+              AllOf(HasSubstr("missing key 'station_per_hour'"), HasSubstr("/cost/module"), HasSubstr("/cost/baseline"),
+                    HasSubstr("/cost/parts: unknown key")));
+  EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "cost": {"station_per_hour": 60, "baseline": "bo-gb"})")),
+              HasSubstr("/cost/baseline: unknown algorithm 'bo-gb' in this suite; did you mean 'bo-gp'?"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "machine_time": {"speed_mm_per_s": 0})")),
               HasSubstr("/machine_time/speed_mm_per_s: expected a number"));
   EXPECT_THAT(mistakes(with("\"bo-gp\"", R"(, "limits": "none")")), HasSubstr("allowed: soft, hard"));
