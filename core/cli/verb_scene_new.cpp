@@ -18,6 +18,7 @@
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
 #include "optics/glass.h"
+#include "trials/criteria.h"
 
 namespace relign::cli {
 namespace {
@@ -29,7 +30,8 @@ struct NewSceneArguments {
   std::string out;
   std::string name;
   std::string sensor;
-  std::string target = "siemens_star";
+  std::string target;
+  bool camera = false;
   double distance_mm = 0;
   DesignOptions design;
 };
@@ -101,6 +103,27 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, doubl
   return displayed_rmse(mse);
 }
 
+// Electronics by the brightness of the reference image, and a specification by what the design itself reaches.
+void complete_camera(Context& context, const fs::path& draft, lens_files::Layout& layout) {
+  const LoadedScene loaded =
+      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, (draft / "scene.json").string()),
+                 context.services(core_count()));
+  lens_files::set_electronics(layout, loaded.facts.image_white);
+  if (loaded.facts.fields.empty())
+    throw Error(ErrorKind::bad_input,
+                "--camera: this target has no fields, on which MTF could be specified; leave out --target, choose "
+                "camera_chart or slanted_edges with squares of at least 40 pixels on the sensor, or use more pixels");
+  trials::Criteria criteria;
+  criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
+  for (std::size_t field = 0; field < loaded.facts.fields.size(); ++field)
+    criteria.field_mtf.push_back({static_cast<std::uint32_t>(field), 1, 1});
+  plugin_host::MountedAssembly design_lens = loaded.scene->mount("{}");
+  const trials::FieldValues design =
+      trials::measure_fields(design_lens, loaded.facts, criteria.lp_per_mm, loaded.facts.nominal_pose);
+  trials::Judge judge(design_lens, loaded.facts, criteria, design);
+  lens_files::set_camera_specification(layout, 1 - judge.optimum(loaded.facts.nominal_pose)->deficit);
+}
+
 void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
                 const lens_files::CompleteLens& lens, const lens_files::Layout& layout) {
   const std::vector<std::string> remarks = lens_files::remark_lines(design);
@@ -146,7 +169,13 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   lens_files::LensDesign& design = made.design;
   const lens_files::CompleteLens& lens = made.lens;
   NewFiles files;
-  choose_target(arguments.target, choices, files);
+  choices.camera = arguments.camera;
+  if (arguments.camera && !choices.sensor)
+    throw Error(ErrorKind::bad_input, "--camera: requires the sensor, such as --sensor 1920x1280@3.45");
+  choose_target(!arguments.target.empty() ? arguments.target
+                : arguments.camera        ? lens_files::chart_for(*choices.sensor)
+                                          : "siemens_star",
+                choices, files);
   lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
 
   files.emplace_back("lens.json", lens_files::pretty(lens.json));
@@ -157,6 +186,7 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   const fs::path draft = folder.write(files);
   check_draft(draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
+    if (choices.camera) return complete_camera(context, draft, layout);
     // Rendering millions of pixels takes minutes.
     constexpr double kManyPixels = 1e6;
     const bool large = choices.sensor && 1.0 * choices.sensor->columns * choices.sensor->rows > kManyPixels;
@@ -176,7 +206,7 @@ void add_scene_new(CLI::App& scene, Context& context) {
   CLI::App& verb = add_verb(
       scene,
       {"new", "Create a scene, tolerances and a runnable suite from a lens file: Zemax .zmx, CODE V .seq or listing.",
-       "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45\n"
+       "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45 --camera\n"
        "relign-bench run my_lens/suite.json",
        "scene landscape, lens info, render, validate, run"});
   auto arguments = std::make_shared<NewSceneArguments>();
@@ -190,9 +220,12 @@ void add_scene_new(CLI::App& scene, Context& context) {
                   "square sensor that contains the image circle]")
       ->type_name("SIZE");
   verb.add_option("--target", given.target,
-                  "target on the emitter: a name such as siemens_star or chessboard, or an image file")
-      ->type_name("TARGET")
-      ->capture_default_str();
+                  "target on the emitter: a name such as siemens_star or chessboard, or an image file [default: "
+                  "siemens_star; with --camera, camera_chart with squares that suit the sensor]")
+      ->type_name("TARGET");
+  verb.add_flag("--camera", given.camera,
+                "lay out a camera line: a chart of slanted squares, the sensor's electronics, a specification of MTF "
+                "by field, and a suite with field-focus; requires --sensor");
   verb.add_option("--distance", given.distance_mm,
                   "distance from first vertex to emitter, mm [default: the file's object distance, else far enough to "
                   "be in focus]")

@@ -39,6 +39,43 @@ TEST(CliSceneNew, PolychromaticSceneHasTheFilesWavelengths) {
                                           HasSubstr("nothing was written")));
 }
 
+TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets) {
+  const Workplace place;
+  const std::string lens = RELIGN_SOURCE_DIR "/examples/lens/triplet.zmx";
+  const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "line", "--sensor", "320x240@6", "--camera"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const json scene = parsed(place, "line/scene.json"), suite = parsed(place, "line/suite.json");
+  EXPECT_EQ(scene.at("emitter").at("target"), "camera_chart:squares=3");
+  const json& spec = scene.at("spec").at("field_mtf");
+  EXPECT_DOUBLE_EQ(spec.at("lp_per_mm").get<double>(), 20.83) << "a quarter of 83.3 lp/mm";
+  EXPECT_GT(spec.at("tangential").get<double>(), 0.5);
+  EXPECT_LT(spec.at("tangential").get<double>(), 0.8);
+  EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("field-focus"));
+  EXPECT_EQ(suite.at("analysis").at("primary"), "yield");
+  // White is at 80 % of a full pixel: captures are not clipped, and not dark.
+  const json& electronics = scene.at("sensor").at("electronics");
+  EXPECT_GT(electronics.at("saturation").get<double>(), 0);
+  json one = suite;
+  one["instances"] = 1;
+  one["steps"] = 1;
+  place.write("line/one.json", one.dump());
+  const Outcome run = relign_bench(place, {"run", "line/one.json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("MTF by field at 20.8 lp/mm"));
+
+  const auto refused = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> command = {"scene", "new", lens, "-o", "none", "--camera"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome outcome = relign_bench(place, command);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_FALSE(std::filesystem::exists(place.path("none")));
+    return outcome.err;
+  };
+  EXPECT_THAT(refused({}), HasSubstr("--camera: requires the sensor"));
+  EXPECT_THAT(refused({"--sensor", "60x40@20"}), HasSubstr("squares of at least 40 pixels"));
+  EXPECT_THAT(refused({"--sensor", "320x240@6", "--target", "siemens_star"}), HasSubstr("this target has no fields"));
+}
+
 TEST(CliSceneNew, CreatesRunnableSuiteFromListing) {
   const Workplace place;
   const Outcome made =

@@ -100,6 +100,16 @@ TEST(LensTutorial, RunsEveryCommandAndMatchesTheReport) {
       << "docs/images/triplet_report.png and the tutorial's text show another run";
 }
 
+TEST(CameraTutorial, RunsEveryCommandAndExplainsTheReport) {
+  const Workplace place;
+  const std::string said = follow(place, "tutorial_camera.md");
+  const std::string page = place.read("results/module/report.html");
+  ASSERT_NE(page, "") << said;
+  for (const std::string section : {">Verdict</h2>", ">Ranking</h2>", ">To specification</h3>", ">Cost</h3>"})
+    EXPECT_NE(page.find(section), std::string::npos) << section;
+  EXPECT_TRUE(fs::exists(place.path("results/module/costs.csv"))) << said;
+}
+
 // Parses its arguments with the program's own parser, and copies the shipped network to the place of the trained one.
 const char* const kStandIn = R"(
 import pathlib, shutil, sys

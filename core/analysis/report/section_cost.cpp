@@ -32,7 +32,7 @@ void cost_row(HtmlWriter& html, const Row& row, const CostStudy& cost, bool chea
   html.open("tr");
   method_cell(html, row.method, row.oracle(), row.training_tag);
   html.open("td", {{"class", "number"}, {"data-sort", std::to_string(cost.steps[0])}}).text(images_of(cost));
-  tag(html, cheapest ? "least cost" : "");
+  tag(html, cheapest ? "chosen for least cost" : "");
   html.close();
   band_cell(html, cost.met, 3, 100, " %");
   band_cell(html, cost.seconds, 3);
@@ -69,7 +69,8 @@ std::string cost_section(const PageModel& page) {
   html.element("h3", "Cost");
   html.element("p", {{"class", "facts"}},
                "A line that takes the same number of images of every module, the one at the start included, and then "
-               "glues it where the method recommends. Station time is the whole cycle, mean. 'least cost': the number "
+               "glues it where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': "
+               "the number "
                "of images with which a good module costs least, chosen on one half of the instances for the other, in "
                "both directions. Cost of a good module: its share of station time and of modules that miss, without "
                "its own parts. Estimates with 95 % intervals; failed trials count as modules that miss.");

@@ -288,6 +288,15 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                     {"protocol", "blind"},
                     {"instances", 20},
                     {"steps", 40}};
+    if (choices.camera) {
+      OrderedJson& scene = layout.suite["scenes"][0];
+      scene["parameters"] = {{"sampler", "pupil"}, {"samples", 8}};  // little noise but that of the electronics
+      layout.suite["algorithms"] = {"home", "random", "through-focus-quick", "field-focus"};
+      layout.suite["steps"] = 12;
+      layout.suite["analysis"] = {{"primary", "yield"},
+                                  {"contrasts", OrderedJson::array({{"field-focus", "through-focus-quick"}})}};
+      layout.suite["cycle"] = {{"load_s", 3}, {"dispense_s", 2}, {"cure_s", 4}, {"inspect_s", 2}};
+    }
 
     line("wavelength", lens.wavelength_nm, "nm", "the file's reference, or --wavelength");
     if (choices.polychromatic) {
@@ -358,6 +367,40 @@ void set_specification(Layout& layout, double rmse) {
   layout.scene["spec"] = {{"rmse", limit}};
   layout.lines.push_back({"spec, RMSE", shortest(limit),
                           "of a noise-free image shifted sideways by one pixel; replace it by your product's"});
+}
+
+std::string chart_for(const SensorSize& sensor) {
+  constexpr int kMost = 9, kFewest = 2;
+  constexpr double kSquare_px = 42;  // half of the spacing; fields need 40
+  const int squares = static_cast<int>(std::max(sensor.columns, sensor.rows) / (2 * kSquare_px));
+  return "camera_chart:squares=" + std::to_string(std::clamp(squares, kFewest, kMost));
+}
+
+void set_electronics(Layout& layout, double white) {
+  constexpr double kShare = 0.8;
+  constexpr int kFullWell = 8000, kReadNoise = 3, kBits = 10;
+  const double saturation = rounded(white / kShare, 2);
+  layout.scene["sensor"]["electronics"] = {{"saturation", saturation},
+                                           {"full_well_electrons", kFullWell},
+                                           {"read_noise_electrons", kReadNoise},
+                                           {"bits", kBits}};
+  layout.lines.push_back({"electronics", std::to_string(kFullWell) + " electrons",
+                          "of a full pixel, white at 80 %; read noise " + std::to_string(kReadNoise) + ", " +
+                              std::to_string(kBits) + " bits; replace them by your sensor's"});
+}
+
+double camera_lp_per_mm(const Layout& layout) { return rounded(0.125 / layout.pitch_mm, 4); }
+
+void set_camera_specification(Layout& layout, double reached) {
+  constexpr double kShare = 0.8;
+  const double limit = std::floor(100 * kShare * reached) / 100;
+  const double lp_per_mm = camera_lp_per_mm(layout);
+  layout.scene["spec"] = {{"field_mtf", {{"lp_per_mm", lp_per_mm}, {"tangential", limit}, {"sagittal", limit}}}};
+  layout.lines.push_back({"spec, MTF by field", shortest(limit),
+                          "at " + shortest(lp_per_mm) +
+                              " lp/mm, a quarter of Nyquist; 0.8 of the worst field's at the "
+                              "design's best pose, " +
+                              significant(reached, 2) + "; replace it by your product's"});
 }
 
 std::vector<std::string> remark_lines(const LensDesign& design) {

@@ -23,7 +23,11 @@ struct LayoutChoices {
   std::string target = "siemens_star";  // as written in the scene file
   bool target_is_named = true;          // false: a file
   bool polychromatic = false;           // all wavelengths of the design, with its weights
+  bool camera = false;                  // a camera line: methods, budget and cycle of the suite
 };
+
+// A chart of slanted squares of at least 40 pixels for this sensor, so that fields exist: "camera_chart:squares=7".
+std::string chart_for(const SensorSize& sensor);
 
 // One number of the layout with the reason for it.
 struct LayoutLine {
@@ -49,6 +53,14 @@ Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices
 // Sets an initial specification: the RMSE of a noise-free image shifted sideways by one pixel, which the caller
 // renders. Two digits of it go into the scene file.
 void set_specification(Layout& layout, double rmse);
+
+// A camera's electronics: a pixel of this irradiance is at 80 % of the full well.
+void set_electronics(Layout& layout, double white);
+
+// Sets an initial specification of a camera: MTF by field at a quarter of the Nyquist frequency, at least a share of
+// the worst field's at the design's best pose, `reached`.
+double camera_lp_per_mm(const Layout& layout);
+void set_camera_specification(Layout& layout, double reached);
 
 // The README.md of the new folder.
 std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,
