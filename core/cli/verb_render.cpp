@@ -205,7 +205,7 @@ void add_render(CLI::App& app, Context& context) {
                   "target to image: an image file, or a name such as chessboard or slanted_edges:angle_deg=3 "
                   "[default: the scene's]")
       ->type_name("TARGET");
-  verb.add_option("--sampler", given.sampler, "ray sampler: paper, hemisphere or pupil [default: the scene's]")
+  verb.add_option("--sampler", given.sampler, "ray sampler: paper, hemisphere, pupil or lattice [default: the scene's]")
       ->type_name("NAME:{paper,hemisphere,pupil}");
   verb.add_option("--transport", given.transport, "light transport: refract, fresnel or ghost [default: the scene's]")
       ->type_name("NAME:{refract,fresnel,ghost}");

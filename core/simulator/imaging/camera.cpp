@@ -76,6 +76,7 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
   if (name == "paper") return Sampler::paper;
   if (name == "hemisphere") return Sampler::hemisphere;
   if (name == "pupil") return Sampler::pupil;
+  if (name == "lattice") return Sampler::lattice;
   return std::nullopt;
 }
 
@@ -99,10 +100,12 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
     views_[i].streams = kStreamsPerView * static_cast<std::uint32_t>(i);
   }
   set_capture(settings.sampler, settings.samples);
-  mse_shares_ = allocate_samples(kMseSamples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   sums_.resize(tiles().size());
   find_spans();
+  const double read_out = share_read_out() * static_cast<double>(scene.sensor.pixels());
+  if (read_out > kMsePixels) mse_samples_ = static_cast<int>(std::ceil(kMseSamples * kMsePixels / read_out));
+  mse_shares_ = allocate_samples(mse_samples_);
   emitter_ = scene.emitter.plane();
   if (scene.diffraction) diffraction_.emplace(scene);
   if (settings.transport != Transport::ghost) return;
@@ -248,7 +251,8 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
   render_light(seed, pixels);
   add_diffraction(pixels);
   if (!scene_->sensor.electronics) return;
-  const ShotNoise shot_noise = settings_.sampler == Sampler::pupil ? ShotNoise::added : ShotNoise::sampled;
+  const bool photons = settings_.sampler == Sampler::paper || settings_.sampler == Sampler::hemisphere;
+  const ShotNoise shot_noise = photons ? ShotNoise::sampled : ShotNoise::added;
   const int width = scene_->sensor.width;
   parallel_->for_each(static_cast<int>(spans_.size()), [&](int index, unsigned thread) {
     const PixelBox& span = spans_[static_cast<std::size_t>(index)];
@@ -259,7 +263,7 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
 }
 
 void Camera::render_light(std::uint64_t seed, float* pixels) {
-  if (ghosts_ && settings_.sampler != Sampler::pupil) {
+  if (ghosts_ && (settings_.sampler == Sampler::paper || settings_.sampler == Sampler::hemisphere)) {
     capture_ghosts(seed, pixels);
     return;
   }
@@ -275,14 +279,20 @@ void Camera::render_light(std::uint64_t seed, float* pixels) {
     source.random_directions(path, seed, samples);
     return tile.area / samples;
   };
+  const auto lattice = [&](RaySource& source, const RayPath& path, const Tile& tile, int samples) {
+    source.lattice_directions(path, seed, 0, samples);
+    return tile.area / samples;
+  };
   if (settings_.sampler == Sampler::hemisphere) {
     for_tiles(pixels, Pixels::all, capture_shares_, everywhere);  // all tiles: this sampler assumes nothing
     return;
   }
   if (settings_.sampler == Sampler::paper)
     for_tiles(pixels, Pixels::lit, capture_shares_, paper);
-  else
+  else if (settings_.sampler == Sampler::pupil)
     for_tiles(pixels, Pixels::lit, capture_shares_, pupil);
+  else
+    for_tiles(pixels, Pixels::lit, capture_shares_, lattice);
   add_ghosts(seed, 0, settings_.samples, pixels);
 }
 
@@ -381,14 +391,14 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
     if (!diffracted_mse_)
       diffracted_mse_ = std::make_unique<DiffractedMse>(*diffraction_, scene_->sensor.width, scene_->sensor.height);
     for (int group = 0; group < kMseGroups; ++group)
-      render_rays(seed, static_cast<std::uint32_t>(group), kMseSamples, kMseGhosts, diffracted_mse_->group(group));
+      render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, diffracted_mse_->group(group));
     return diffracted_mse_->estimate(reference, *parallel_);
   }
   const int width = scene_->sensor.width;
   constexpr int groups = kMseGroups;
   if (ghosts_)
     for (int group = 0; group < groups; ++group)
-      render_rays(seed, static_cast<std::uint32_t>(group), kMseSamples, kMseGhosts, with_ghosts_[group].data());
+      render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, with_ghosts_[group].data());
   parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
     const auto at_tile = static_cast<std::size_t>(index);
     const PixelBox& box = tiles()[at_tile].box;

@@ -34,7 +34,8 @@ enum class Transport {
 enum class Sampler {
   paper,       // the paper's noise, same distribution, tracing only the importance region
   hemisphere,  // the paper's noise as its renderer generates it: the cross-check
-  pupil        // uniform in the importance region, weighted: little noise
+  pupil,       // independent directions in the importance region, weighted: less noise
+  lattice      // the same with a lattice of places and directions for each pixel, shifted at random: least noise
 };
 
 std::optional<Transport> transport_from_name(const std::string& name);
@@ -44,7 +45,8 @@ std::optional<Sampler> sampler_from_name(const std::string& name);
 struct CaptureSettings {
   Transport transport = Transport::fresnel;
   Sampler sampler = Sampler::paper;
-  int samples = 64;  // 1 to kMaxSamples directions per pixel: over the hemisphere, or the importance region (pupil)
+  int samples =
+      64;  // 1 to kMaxSamples directions per pixel: over the hemisphere, or the importance region (pupil, lattice)
   double sensor_albedo = 0;  // transport ghost: share of light scattered by the sensor, Lambertian; 0 to 1
 };
 
@@ -55,6 +57,8 @@ struct Reference {
 
 inline constexpr int kMseGroups = 4;
 inline constexpr int kMseSamples = 8;
+// The noise of an MSE is that of its rays over all pixels: sensors that read out more pixels than this get fewer each.
+inline constexpr double kMsePixels = 80'000;
 // Transport ghost: additional reflected paths per pixel. They carry little light, so there are fewer of them.
 inline constexpr int kMseGhosts = 1;
 inline constexpr int kRaysPerGhost = 32;  // default of noise-free renders
@@ -106,7 +110,7 @@ class Camera {
                                     const NoiseFreeRequest& request, float* pixels);
   static constexpr int kMinBatches = 4;
   // MSE against the reference: mean over pixels of products of independent renders minus independent references.
-  // kMseGroups renders of kMseSamples rays per pixel each.
+  // kMseGroups renders of kMseSamples rays per pixel each, or fewer on sensors of more than kMsePixels.
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
@@ -163,6 +167,7 @@ class Camera {
   std::vector<View> views_;      // one per wavelength
   std::vector<PixelBox> spans_;  // what the electronics read out: parts of rows
   std::vector<int> capture_shares_, mse_shares_;
+  int mse_samples_ = kMseSamples;
   // transport ghost
   std::optional<GhostImage> ghosts_;
   std::vector<float> straight_;                 // an image without reflected light

@@ -63,11 +63,18 @@ Transfers geometric(const FieldPoint& point, const RayBundle& bundle, const Wind
   const double per_cell_v = (window.high_v - window.low_v) / cells;
   double light = 0, moment_x = 0, moment_y = 0;
   Wave radial(point.radial_x, point.radial_y, lp_per_mm), across(-point.radial_y, point.radial_x, lp_per_mm);
-  for (int i = 0; i < cells; ++i)
-    for (int j = 0; j < cells; ++j) {
-      const int cell = i * cells + j;
-      const RayBundle::Light ray = bundle.at(window.low_u + (i + scattered(cell, 0)) * per_cell_u,
-                                             window.low_v + (j + scattered(cell, 1)) * per_cell_v, fresnel);
+  for (int from = 0; from < cells * cells; from += optics::kLanes) {
+    const int count = std::min(optics::kLanes, cells * cells - from);
+    double u[optics::kLanes], v[optics::kLanes];
+    for (int k = 0; k < count; ++k) {
+      const int cell = from + k;
+      u[k] = window.low_u + (cell / cells + scattered(cell, 0)) * per_cell_u;
+      v[k] = window.low_v + (cell % cells + scattered(cell, 1)) * per_cell_v;
+    }
+    RayBundle::Light rays[optics::kLanes];
+    bundle.at_each(u, v, count, fresnel, rays);
+    for (int k = 0; k < count; ++k) {
+      const RayBundle::Light& ray = rays[k];
       if (!(ray.weight > 0)) continue;
       light += ray.weight;
       moment_x += ray.weight * ray.x_mm;
@@ -75,6 +82,7 @@ Transfers geometric(const FieldPoint& point, const RayBundle& bundle, const Wind
       radial.add(ray);
       across.add(ray);
     }
+  }
   return {light, moment_x, moment_y, radial.sum(), across.sum()};
 }
 

@@ -290,7 +290,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                     {"steps", 40}};
     if (choices.camera) {
       OrderedJson& scene = layout.suite["scenes"][0];
-      scene["parameters"] = {{"sampler", "pupil"}, {"samples", 8}};  // little noise but that of the electronics
+      scene["parameters"] = {{"sampler", "lattice"}, {"samples", 8}};  // little noise but that of the electronics
       layout.suite["algorithms"] = {"home", "random", "through-focus-quick", "field-focus"};
       layout.suite["steps"] = 12;
       layout.suite["analysis"] = {{"primary", "yield"},

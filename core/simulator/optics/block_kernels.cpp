@@ -474,7 +474,8 @@ const BlockKernels& kernels() {
                                          take_pixels,
                                          lattice,
                                          sum_runs,
-                                         &ghost_kernels};
+                                         &ghost_kernels,
+                                         &lane_kernels};
   return table;
 }
 

@@ -11,6 +11,7 @@
 
 #include "optics/face_rings.h"
 #include "optics/ghost_block.h"
+#include "optics/lane_block.h"
 
 namespace relign::optics {
 
@@ -131,6 +132,7 @@ struct BlockKernels {
   // every instruction set. length: 8 to kBlockRays, a power of two.
   void (*sum_runs)(const RayBlock& block, int length, float* sums, int count);
   const GhostKernels* ghosts;
+  const LaneKernels* lanes;
 };
 
 namespace generic {

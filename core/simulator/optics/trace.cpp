@@ -120,6 +120,7 @@ TracedRay trace(const Assembly& assembly, const Ray& start, Apertures apertures)
   result.image = at_plane(ray, lens.image_z_mm);
   result.exit_direction = ray.direction;
   result.transmittance = ray.transmittance;
+  result.path_to_last_mm = ray.optical_path_mm;
   result.optical_path_mm = ray.optical_path_mm + dot(result.image - ray.at, ray.direction);
   return result;
 }

@@ -24,6 +24,7 @@ struct TracedRay {
   // From the start to `image`: lengths times indices relative to the ambient medium, negative where the ray is traced
   // backwards to a face or the image plane; valid if passed.
   double optical_path_mm = 0;
+  double path_to_last_mm = 0;  // the same, to the last face
 };
 
 // Faces in their order, stops between them, then the image plane at the prescription's image_z_mm.

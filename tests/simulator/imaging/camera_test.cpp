@@ -86,6 +86,37 @@ TEST(Camera, MseIsUnbiasedFarFromTheOptimum) {
   EXPECT_NEAR(error / spread, 1, 0.35);
 }
 
+// With more pixels than kMsePixels there are fewer rays for each.
+TEST(Camera, MseOfManyPixelsIsUnbiased) {
+  Parallel parallel(2);
+  SceneChoices choices;
+  choices.pixels = 600;
+  const SceneFile scene =
+      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+  ASSERT_GT(static_cast<double>(scene.sensor.pixels()), 4 * kMsePixels);
+  const Reference reference = make_reference(scene, {}, parallel, {}, {});
+  Camera camera(scene, {}, parallel);
+  MountedLens lens(scene);
+  const std::vector<double> pose = {0.52, 0.5, 0.5, 0.5, 0.49};
+  std::vector<float> image(scene.sensor.pixels());
+  camera.render_noise_free(lens, pose, 77, 1024, image.data());
+  double direct = 0;
+  for (std::size_t i = 0; i < image.size(); ++i)
+    direct += std::pow(static_cast<double>(image[i]) - static_cast<double>(reference.mean[i]), 2);
+  direct /= static_cast<double>(image.size());
+  const int n = 20;
+  double sum = 0, squares = 0, error = 0;
+  for (std::uint64_t seed = 0; seed < n; ++seed) {
+    const MseEstimate estimate = camera.noise_free_mse(lens, pose, seed, reference);
+    sum += estimate.mse / n;
+    squares += estimate.mse * estimate.mse / n;
+    error += estimate.standard_error / n;
+  }
+  const double spread = std::sqrt(squares - sum * sum);
+  EXPECT_NEAR(sum, direct, 5 * spread / std::sqrt(n) + 3e-7);
+  EXPECT_NEAR(error / spread, 1, 0.5);
+}
+
 // Run by the test below, once per instruction set: prints a hash of its images.
 TEST(Camera, DISABLED_PrintHash) {
   std::string bytes;

@@ -78,12 +78,20 @@ TEST(Samplers, HaveTheSameMean) {
   const Pooled paper = pool(camera, lens, pose, Sampler::paper, 64, 300, 1000);
   const Pooled hemisphere = pool(camera, lens, pose, Sampler::hemisphere, 64, 80, 5000);
   const Pooled pupil = pool(camera, lens, pose, Sampler::pupil, 8, 100, 9000);
+  const Pooled lattice = pool(camera, lens, pose, Sampler::lattice, 8, 100, 20000);
   for (const auto& [name, comparison] :
        {std::pair{"paper, hemisphere", compare(paper, hemisphere)}, std::pair{"paper, pupil", compare(paper, pupil)},
-        std::pair{"pupil, hemisphere", compare(pupil, hemisphere)}}) {
+        std::pair{"pupil, hemisphere", compare(pupil, hemisphere)},
+        std::pair{"paper, lattice", compare(paper, lattice)}}) {
     EXPECT_LE(comparison.share_beyond, 0.005) << name;
     EXPECT_LT(comparison.whole_sigmas, 3) << name;
   }
+  double independent = 0, shifted = 0;
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    independent += pupil.variance[i];
+    shifted += lattice.variance[i];
+  }
+  EXPECT_LT(shifted, 0.6 * independent) << "of as many rays";
 }
 
 TEST(Samplers, ComparisonDetectsDifferences) {
