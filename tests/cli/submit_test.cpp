@@ -150,6 +150,7 @@ TEST_F(CliSubmit, HostileManifestsAreRefusedInOneSentence) {
   const auto evaluate_with = [&](const std::string& manifest, const std::string& plugin = "") {
     {
       ArchiveMaker maker(place_.path("ours.tar.gz"));
+      maker.add("notes.txt");
       if (!manifest.empty()) maker.add("submission.json", manifest);
       if (!plugin.empty()) maker.add("mine/relign-plugin.json", plugin);
       if (!plugin.empty()) maker.add("mine/mine.so", "nothing");
@@ -213,7 +214,7 @@ TEST_F(CliSubmit, OtherFoldersAreLeftAlone) {
 TEST_F(CliSubmit, InterruptedEvaluationResumes) {
   ASSERT_EQ(pack().exit_code, 0);
   json suite = json::parse(kBoard);
-  suite["instances"] = 200;
+  suite["instances"] = 60;
   suite["algorithms"] = json::array({"random"});
   place_.write("board.json", suite.dump());
   Running first(place_, {RELIGN_PROGRAM, "submit", "evaluate", "ours.tar.gz", "--suite", "board.json", "-o", "ev",
@@ -225,7 +226,7 @@ TEST_F(CliSubmit, InterruptedEvaluationResumes) {
   EXPECT_FALSE(fs::exists(place_.path("ev/evaluation.json")));
   const Outcome done = evaluate({"--json"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_EQ(json::parse(done.out)["trials"], 600);
+  EXPECT_EQ(json::parse(done.out)["trials"], 180);
   EXPECT_EQ(json::parse(done.out)["failed"], 0);
 }
 
