@@ -51,7 +51,9 @@ std::unique_ptr<Network> network_of(const std::string& bytes, InputShape shape) 
     return portable_network(bytes, shape);
   } catch (const std::runtime_error& error) {
     const std::string text = error.what();
-    throw std::runtime_error(text.substr(0, text.find("; set \"reproducible\"")));
+    const std::size_t advice = text.find("; set \"reproducible\"");
+    if (advice == std::string::npos) throw;
+    throw std::runtime_error(text.substr(0, advice) + "; export a network without it");
   }
 }
 

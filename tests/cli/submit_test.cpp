@@ -192,6 +192,28 @@ TEST_F(CliSubmit, SelfTestFindsFailuresAndMethodsThatCannotBeReplayed) {
   EXPECT_THAT(pack().err, HasSubstr("a second trial differs"));
 }
 
+TEST_F(CliSubmit, NetworksNeedNoPlugin) {
+  const std::string imitation = RELIGN_SOURCE_DIR "/plugins/agents/imitation/imitation.onnx";
+  ASSERT_EQ(call({"plugin", "new", "--kind", "agent", "--onnx", imitation, "net"}).exit_code, 0);
+  const json test = {{"scene", "relign_od"}, {"noise_level", "rho0"}, {"steps", 1}};
+  write_manifest({{"algorithm", {{"use", "net.json"}}}, {"self_test", test}, {"training", {{"hours", 2}}}});
+  json manifest = read_json("sub/submission.json");
+  manifest.erase("plugin");
+  place_.write("net/submission.json", manifest.dump());
+  const Outcome packed = call({"submit", "pack", "net", "-o", "ours.tar.gz"});
+  ASSERT_EQ(packed.exit_code, 0) << packed.err;
+  json suite = json::parse(kBoard);
+  suite["scenes"] = {"relign_od"};
+  suite["instances"] = suite["steps"] = 1;
+  place_.write("board.json", suite.dump());
+  const Outcome done = evaluate();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(read_json("ev/evaluation.json")["class"], json({"images"}));
+  for (const json& method : read_json("ev/evaluation.json")["methods"])
+    EXPECT_EQ(method["training"], method["submitted"] ? json({{"hours", 2}}) : json());
+  EXPECT_THAT(call({"verify", "ev/results", "--sandbox"}).out, HasSubstr("the results are reproduced"));
+}
+
 TEST_F(CliSubmit, EnvironmentIsChecked) {
   place_.write("sub/requirements.lock", "relign-no-such-package==1.0\n");
   write_manifest({{"environment", "requirements.lock"}});
