@@ -133,7 +133,7 @@ class ManifestReader {
     reader.reject_unknown();
   }
 
-  // A sandbox shows the files that parameters name: none may lie outside the archive.
+  // A sandbox shows the files that parameters name: none may be outside the archive.
   void refuse_paths_outside(const std::string& pointer, const Json& value) {
     if (value.is_structured())
       for (const Json& inner : value) refuse_paths_outside(pointer, inner);
