@@ -20,6 +20,7 @@ set_property(TARGET Eigen3::Eigen APPEND PROPERTY INTERFACE_COMPILE_DEFINITIONS
   EIGEN_NO_CPUID EIGEN_DEFAULT_L1_CACHE_SIZE=32768 EIGEN_DEFAULT_L2_CACHE_SIZE=524288 EIGEN_DEFAULT_L3_CACHE_SIZE=33554432)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
+relign_require(LibArchive libarchive-dev)
 
 # Distribution functions of the statistics: headers of Boost.Math, nothing is linked.
 find_path(RELIGN_BOOST_INCLUDE_DIR boost/math/distributions/students_t.hpp)

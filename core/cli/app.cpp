@@ -233,6 +233,7 @@ int run_program(int argc, const char* const* argv) {
     add_verify(app, context);
     add_seal(app, context);
     add_unseal(app, context);
+    add_submit(app, context);
     add_lens(app, context);
     add_scene(app, context);
     add_plugin(app, context);

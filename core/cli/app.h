@@ -89,6 +89,8 @@ void add_slurm_status(CLI::App& slurm, Context& context);  // below slurm
 void add_verify(CLI::App& app, Context& context);
 void add_seal(CLI::App& app, Context& context);
 void add_unseal(CLI::App& app, Context& context);
+void add_submit(CLI::App& app, Context& context);
+void add_submit_evaluate(CLI::App& submit, Context& context);  // below submit
 void add_lens(CLI::App& app, Context& context);
 void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
 void add_lens_draw(CLI::App& lens, Context& context);  // below lens

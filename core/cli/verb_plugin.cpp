@@ -6,6 +6,7 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/network_plugin.h"
 #include "cli/scaffold.h"
 
 namespace relign::cli {
@@ -18,6 +19,8 @@ struct NewPluginArguments {
   std::string kind;
   std::string language = "cpp";
   std::string out;
+  std::string onnx;
+  std::string scene = "relign_od";
 };
 
 void refuse_taken_name(Context& context, plugin_host::Kind kind, const std::string& name) {
@@ -40,6 +43,30 @@ std::string next_steps(const NewPlugin& made) {
          "\n  cmake --build build\n  ctest --test-dir build\n  " + use + "\n";
 }
 
+// Makes the plugin of a network. Its id is the path of its side file.
+int new_network(Context& context, const NewPluginArguments& arguments) {
+  if (arguments.kind != "agent")
+    throw Error(ErrorKind::bad_input, "--onnx: requires --kind agent, found '" + arguments.kind + "'");
+  const NewNetworkPlugin wanted{arguments.name, arguments.onnx, arguments.scene,
+                                arguments.out.empty() ? arguments.name : arguments.out};
+  write_network_plugin(context, wanted);
+  const fs::path side_file = wanted.folder / (wanted.name + ".json");
+  if (context.json)
+    print_result(Json{{"id", wanted.name},
+                      {"kind", "agent"},
+                      {"language", "onnx"},
+                      {"folder", fs::absolute(wanted.folder).lexically_normal().string()}}
+                     .dump(2) +
+                 "\n");
+  else
+    print_result(wanted.folder.string() + "\n");
+  std::fprintf(
+      stderr,
+      "Next: fill in normalisation and output in %s (README.md beside it), then\n  relign-bench try %s --scene %s\n",
+      side_file.c_str(), shell_quoted(side_file.string()).c_str(), shell_quoted(wanted.scene).c_str());
+  return kDone;
+}
+
 int new_plugin(Context& context, const NewPluginArguments& arguments) {
   const auto kind = plugin_host::kind_from_name(arguments.kind);
   if (!kind)
@@ -50,6 +77,7 @@ int new_plugin(Context& context, const NewPluginArguments& arguments) {
   if (const std::string wrong = check_plugin_name(wanted.name); !wrong.empty())
     throw Error(ErrorKind::bad_input, wrong);
   refuse_taken_name(context, *kind, wanted.name);
+  if (!arguments.onnx.empty()) return new_network(context, arguments);
   write_project(template_folder(), wanted);
   if (context.json) {
     print_result(Json{{"id", wanted.name},
@@ -69,8 +97,11 @@ void add_new(CLI::App& plugin, Context& context) {
   CLI::App& verb = add_verb(
       plugin,
       {"new",
-       "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt.",
-       "relign-bench plugin new --kind optimizer my_search", "plugin check, try, describe"});
+       "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt. With "
+       "--onnx, an agent that follows your network, without source.",
+       "relign-bench plugin new --kind optimizer my_search\n"
+       "relign-bench plugin new --kind agent --onnx my_net.onnx my_net",
+       "plugin check, try, describe"});
   auto arguments = std::make_shared<NewPluginArguments>();
   verb.add_option("NAME", arguments->name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
   verb.add_option("--kind", arguments->kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
@@ -81,6 +112,15 @@ void add_new(CLI::App& plugin, Context& context) {
       ->check(CLI::IsMember({"cpp", "python"}))
       ->capture_default_str();
   verb.add_option("-o,--out", arguments->out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
+  CLI::Option* onnx =
+      verb.add_option("--onnx", arguments->onnx,
+                      "with --kind agent: ONNX network from images to moves, which is copied and gets a side file")
+          ->type_name("FILE")
+          ->excludes(verb.get_option("--lang"));
+  verb.add_option("--scene", arguments->scene, "with --onnx: scene that the network is for: id, preset or path")
+      ->type_name("SCENE")
+      ->capture_default_str()
+      ->needs(onnx);
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return new_plugin(context, *arguments); }; });
 }

@@ -127,7 +127,14 @@ Model::~Model() {
 const SideFile& Model::about() const { return kept_->about; }
 
 std::vector<double> Model::answer(const std::vector<float>& images) {
-  return checked_answer(*network_, kept_->about, images);
+  const SideFile& side = kept_->about;
+  if (side.mean == 0 && side.deviation == 1 && side.scales.empty()) return checked_answer(*network_, side, images);
+  std::vector<float> normalised(images.size());
+  for (std::size_t i = 0; i < images.size(); ++i)
+    normalised[i] = static_cast<float>((static_cast<double>(images[i]) - side.mean) / side.deviation);
+  std::vector<double> answer = checked_answer(*network_, side, normalised);
+  for (std::size_t axis = 0; axis < side.scales.size(); ++axis) answer[axis] *= side.scales[axis];
+  return answer;
 }
 
 }  // namespace relign::policies

@@ -25,7 +25,7 @@ class Model {
 
   const SideFile& about() const;
   // images: frames x size x size byte values as float, the newest frame last. Returns SideFile::outputs() finite
-  // values; throws std::runtime_error if the network returns anything else.
+  // values, the first ones in shares of the travel; throws std::runtime_error if the network returns anything else.
   std::vector<double> answer(const std::vector<float>& images);
 
  private:

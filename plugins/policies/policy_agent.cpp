@@ -21,13 +21,16 @@ double gain(unsigned step, std::int64_t whole_guesses) {
 }
 
 PolicyAgent::PolicyAgent(const Parameters& given, double stop_below)
-    : model_(given.text("model")),
+    : PolicyAgent(given, given.text("model"), stop_below) {}
+
+PolicyAgent::PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below)
+    : model_(onnx_path),
       whole_guesses_(given.integer("whole_guesses")),
       other_scenes_(given.boolean("other_scenes")),
       stop_below_(stop_below) {
   const SideFile& about = model_.about();
   if (stop_below_ > 0 && !about.doubt)
-    throw std::invalid_argument("'stop_below' needs a network that predicts its own errors; '" + given.text("model") +
+    throw std::invalid_argument("'stop_below' needs a network that predicts its own errors; '" + onnx_path +
                                 "' does not ('doubt' in its side file)");
   const auto size = static_cast<std::size_t>(about.size);
   frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);

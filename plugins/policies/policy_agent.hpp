@@ -25,6 +25,8 @@ class PolicyAgent : public Agent {
  public:
   // stop_below: in the scene's units; 0: never.
   explicit PolicyAgent(const Parameters& given, double stop_below = 0);
+  // With the network at this path instead of that of "model".
+  PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below);
   void run(Trial& trial) override;
 
  private:

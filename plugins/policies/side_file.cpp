@@ -15,6 +15,7 @@ constexpr int kParitySide = 10;
 constexpr int kLargestSize = 1024;
 constexpr int kMaxFrames = 64;
 constexpr int kMaxBlocks = 100;
+constexpr double kLargestScale = 1e6;
 constexpr std::size_t kMaxAxes = 64;
 constexpr std::uintmax_t kMaxSideFileBytes = 16u << 20;
 
@@ -96,11 +97,17 @@ SideFile parse(const Json& json) {
   side.frames = integer(observation, "frames", 1, kMaxFrames);
   side.white = positive(observation, "white");
   side.byte_whites = positive(observation, "byte_whites");
+  side.mean = observation.value("mean", 0.0);
+  if (!std::isfinite(side.mean)) complain("mean: must be finite");
+  if (observation.contains("deviation")) side.deviation = positive(observation, "deviation");
+  if (json.contains("scales"))
+    side.scales = finite_doubles(json.at("scales"), side.axes.size(), "scales", -kLargestScale);
   const auto output = json.at("output").get<std::string>();
   if (output != "way" && output != "move") complain("output: must be 'way' or 'move', found '" + output + "'");
   side.displacement = output == "way";
   if (json.contains("doubt")) {
     if (!side.displacement) complain("doubt: requires output 'way', found '" + output + "'");
+    if (!side.scales.empty()) complain("doubt: cannot be combined with 'scales'");
     side.doubt = doubt_of(json.at("doubt"), side.axes.size());
   }
   // Added after format 1 was first written: the default is "anywhere".

@@ -24,7 +24,11 @@ struct SideFile {
   int frames = 1;                 // stacked captures, the newest last; zeros before the first capture
   double white = 0;               // display value of a lit pixel
   double byte_whites = 0;         // byte 255 is this multiple of `white`
-  bool displacement = true;       // output: the displacement to the optimum ("way"); false: the next move ("move")
+  // The network's input is (byte - mean) / deviation, and its outputs times `scales` are shares of the travel: for
+  // networks that were not trained by relign-train. Parity inputs and outputs are those of the network itself.
+  double mean = 0, deviation = 1;
+  std::vector<double> scales;  // per axis; empty: 1
+  bool displacement = true;    // output: the displacement to the optimum ("way"); false: the next move ("move")
   // Set: a displacement is followed by the logarithms of the standard deviations of its errors along the directions.
   std::optional<Doubt> doubt;
   bool portable = true;        // "reproducible": "anywhere", the same bits on every processor

@@ -91,6 +91,42 @@ TEST(PluginNew, RejectsUnknownKindAndLanguage) {
   expect_refused({"--kind", "scene", "--lang", "rust", "mine"}, HasSubstr("rust"));
 }
 
+TEST(PluginNew, NetworkRunsAsItsOwnAgent) {
+  const Workplace place;
+  const std::string imitation = RELIGN_SOURCE_DIR "/plugins/agents/imitation/imitation.onnx";
+  const Outcome outcome = relign_bench(place, {"plugin", "new", "--kind", "agent", "--onnx", imitation, "mine"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "mine\n");
+  EXPECT_THAT(outcome.err, HasSubstr("relign-bench try mine/mine.json --scene relign_od"));
+  EXPECT_THAT(place.read("mine/README.md"), HasSubstr("`observation.mean`, `observation.deviation`"));
+  const auto steps = [&](const std::string& algorithm) {
+    const Outcome tried = relign_bench(place, {"try", algorithm, "--steps", "3", "--noise-level", "rho0.25", "--json"});
+    EXPECT_EQ(tried.exit_code, 0) << tried.err;
+    return nlohmann::json::parse(tried.out)["steps"];
+  };
+  const nlohmann::json as_imitation = steps("imitation");
+  EXPECT_EQ(steps("mine/mine.json"), as_imitation);
+  // Half of each output is half of each move.
+  nlohmann::json side = nlohmann::json::parse(place.read("mine/mine.json"));
+  side["scales"] = {0.5, 0.5, 0.5, 0.5, 0.5};
+  place.write("mine/mine.json", side.dump());
+  const nlohmann::json halved = steps("mine/mine.json");
+  EXPECT_NEAR(
+      halved[0]["recommended_pose"][0].get<double>() - halved[0]["commanded_pose"][0].get<double>(),
+      0.5 * (as_imitation[0]["recommended_pose"][0].get<double>() - as_imitation[0]["commanded_pose"][0].get<double>()),
+      1e-9);
+}
+
+TEST(PluginNew, RefusesNetworksThatItCannotRun) {
+  const std::string golden = RELIGN_TEST_DATA "/policies/";
+  expect_refused({"--kind", "agent", "--onnx", golden + "tiny.onnx", "mine"},
+                 HasSubstr("tiny.onnx': the network returns 2 values; allowed: one for each of the 5 axes"));
+  expect_refused({"--kind", "agent", "--onnx", golden + "make.py", "mine"}, HasSubstr("not an ONNX network"));
+  expect_refused({"--kind", "agent", "--onnx", golden + "missing.onnx", "mine"}, HasSubstr("missing.onnx"));
+  expect_refused({"--kind", "optimizer", "--onnx", golden + "tiny.onnx", "mine"}, HasSubstr("requires --kind agent"));
+  expect_refused({"--kind", "agent", "--lang", "cpp", "--onnx", golden + "tiny.onnx", "mine"}, HasSubstr("--onnx"));
+}
+
 TEST(PluginNew, LeavesExistingFilesUnchanged) {
   const Workplace place;
   place.write("mine/notes.txt", "precious");
