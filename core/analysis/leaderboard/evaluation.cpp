@@ -79,7 +79,8 @@ std::optional<TrainingCost> training_of(const JsonSource& source, ObjectReader& 
   cost.steps = cost_of(reader, "steps");
   cost.images = cost_of(reader, "images");
   cost.hours = cost_of(reader, "hours");
-  cost.hardware = reader.string("hardware", "");
+  // The manifest of results, from which baselines have theirs, calls it machine.
+  cost.hardware = reader.string("hardware", reader.string("machine", ""));
   reader.reject_unknown();
   return cost;
 }

@@ -23,10 +23,6 @@ std::string strata_text(const Round& round) {
   return join(parts, ", ");
 }
 
-void fact(HtmlWriter& html, const char* name, const std::string& value) {
-  html.element("dt", name).open("dd").element("bdi", value).close();
-}
-
 void round_facts(HtmlWriter& html, const Board& board, const Round& round) {
   html.open("dl");
   fact(html, "suite", round.suite.name + ", " + counted(round.steps, "step") + " per alignment");

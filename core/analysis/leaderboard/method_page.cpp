@@ -21,7 +21,6 @@ using report::number_text;
 
 constexpr std::size_t kMaxPagePictureBytes = 4'000'000;
 constexpr const char* kRoot = "../";
-constexpr const char* kTo = "\u2013";
 
 // Where a method is on the board.
 struct Place {
@@ -47,10 +46,6 @@ std::set<std::string> names_of(const Round& round, const std::string& method) {
       if (one.method == method)
         for (const report::AggregateTraining& training : one.trainings) names.insert(training.name);
   return names;
-}
-
-void fact(HtmlWriter& html, const char* name, const std::string& value) {
-  if (!value.empty()) html.element("dt", name).open("dd").element("bdi", value).close();
 }
 
 // Only addresses that a browser opens as a page; others are shown as text.

@@ -48,7 +48,8 @@ std::map<std::string, std::string> lists_of(const Json& manifest) {
 std::map<NameAndProtocol, ClassKey> classes_of(const LoadedResults& results) {
   const std::map<std::string, std::string> lists = lists_of(results.manifest);
   std::map<NameAndProtocol, ClassKey> classes;
-  for (const Method& method : report::Methods(results).list()) {
+  const report::Methods methods(results);
+  for (const Method& method : methods.list()) {
     const auto list = lists.find(method.name);
     classes[{list == lists.end() ? method.name : list->second, method.protocol}] = class_of(method);
   }
@@ -57,7 +58,8 @@ std::map<NameAndProtocol, ClassKey> classes_of(const LoadedResults& results) {
 
 statistics::StudyOptions options_of(const LoadedResults& results, const std::string& baseline) {
   statistics::StudyOptions options = report::study_options(results);
-  for (const Method& method : report::Methods(results).list())
+  const report::Methods methods(results);
+  for (const Method& method : methods.list())
     options.classes[{method.name, method.protocol}] = class_of(method).name();
   options.baseline = baseline;
   return options;

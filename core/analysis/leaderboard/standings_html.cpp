@@ -16,8 +16,6 @@ using report::number_text;
 using report::sort_value;
 using report::whole_percent;
 
-constexpr const char* kTo = "\u2013";
-
 std::string percent_interval(const statistics::Interval& interval) {
   return interval.exists() ? whole_percent(interval.low) + kTo + whole_percent(interval.high) : "";
 }
@@ -134,6 +132,10 @@ void failure_flag(HtmlWriter& html, std::size_t failed, std::size_t trials) {
   if (failed > 0)
     html.text(" ").element("span", {{"class", "flag"}, {"title", "Each counts as error 1."}},
                            std::to_string(failed) + " of " + counted(trials, "trial") + " failed");
+}
+
+void fact(HtmlWriter& html, const char* name, const std::string& value) {
+  if (!value.empty()) html.element("dt", name).open("dd").element("bdi", value).close();
 }
 
 void open_scroll(HtmlWriter& html, const std::string& label) {

@@ -9,6 +9,8 @@
 
 namespace relign::leaderboard {
 
+inline constexpr const char* kTo = "\u2013";  // between the ends of an interval
+
 // "Observes images and design", "Observes nothing but its own moves", "Oracles".
 std::string class_title(const BoardClass& of_class);
 
@@ -21,6 +23,9 @@ std::string training_text(const std::optional<TrainingCost>& training);
 // "not sealed", "no sandbox", "3 of 30 trials failed"; each with an explanation.
 void condition_flags(HtmlWriter& html, const Entry& entry);
 void failure_flag(HtmlWriter& html, std::size_t failed, std::size_t trials);
+
+// An entry of a definition list; nothing for an empty value.
+void fact(HtmlWriter& html, const char* name, const std::string& value);
 
 // A region that scrolls sideways by keyboard, too.
 void open_scroll(HtmlWriter& html, const std::string& label);
