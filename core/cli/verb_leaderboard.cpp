@@ -62,9 +62,8 @@ void add_leaderboard(CLI::App& app, Context& context) {
   verb.add_option("--baseline", arguments->board.baseline, "method with which every other is compared")
       ->type_name("METHOD")
       ->capture_default_str();
-  verb.callback([&context, arguments] {
-    context.action = [&context, arguments] { return build_site(context, *arguments); };
-  });
+  verb.callback(
+      [&context, arguments] { context.action = [&context, arguments] { return build_site(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -18,8 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr Caution kNotSealed = {"not sealed",
-                                "The instances were not secret: the method may have been tuned to them."};
+constexpr Caution kNotSealed = {"not sealed", "The instances were not secret: the method may have been tuned to them."};
 constexpr Caution kNoSandbox = {"no sandbox",
                                 "The method ran with the rights of a user: it could read files and other processes."};
 constexpr std::size_t kMostDisagreements = 5;
@@ -52,9 +51,9 @@ Candidate read_candidate(const fs::path& folder) {
 }
 
 bool submits(const Evaluation& evaluation, const std::string& method, const std::string& protocol) {
-  return std::any_of(
-      evaluation.methods.begin(), evaluation.methods.end(),
-      [&](const EvaluatedMethod& one) { return one.submitted && one.name == method && one.protocol == protocol; });
+  return std::any_of(evaluation.methods.begin(), evaluation.methods.end(), [&](const EvaluatedMethod& one) {
+    return one.submitted && one.name == method && one.protocol == protocol;
+  });
 }
 
 // Why an evaluation cannot be shown beside an earlier one; empty if it can.
@@ -136,8 +135,8 @@ fs::path merged(Round& round, const std::vector<Entry>& entries, const report::T
   for (std::size_t i = 0; i < std::min(kMostDisagreements, summary.disagreements.size()); ++i)
     round.alarms.push_back("records differ: " + summary.disagreements[i].label + " between '" +
                            summary.disagreements[i].kept.string() + "' and '" +
-                           summary.disagreements[i].other.string() + "': " +
-                           records::to_string(summary.disagreements[i].difference));
+                           summary.disagreements[i].other.string() +
+                           "': " + records::to_string(summary.disagreements[i].difference));
   if (summary.disagreeing > kMostDisagreements)
     round.alarms.push_back("records differ in " + counted(summary.disagreeing, "trial") + " altogether");
   return options.out;

@@ -63,7 +63,7 @@ struct Standing {
 struct BoardClass {
   std::vector<std::string> observes;
   std::string protocol;
-  bool oracles = false;  // not ranked
+  bool oracles = false;             // not ranked
   std::vector<Standing> standings;  // best first; without numbers last
 };
 

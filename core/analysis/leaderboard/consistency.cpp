@@ -94,8 +94,8 @@ void check_trials(std::vector<std::string>& found, const LoadedResults& results)
     found.push_back(std::to_string(results.planned - recorded) + " of " + counted(results.planned, "planned trial") +
                     " are not in the results");
   const Json& manifest = results.manifest;
-  const std::uint64_t of_each = list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() *
-                                count_of(manifest, "instances");
+  const std::uint64_t of_each =
+      list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() * count_of(manifest, "instances");
   std::map<NameAndProtocol, std::set<std::string>> trials;
   for (const statistics::TrialRow& row : results.trials.rows) {
     const statistics::Series& series = results.trials.series_of(row);

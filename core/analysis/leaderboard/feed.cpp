@@ -104,8 +104,8 @@ Json feed(const Board& board) {
     submissions.push_back({{"name", history.name}, {"versions", versions}});
   }
   for (const LeftOut& one : board.left_out) left_out.push_back({{"folder", one.folder}, {"reasons", one.reasons}});
-  return {{"format", kFeedFormat},  {"title", board.title},         {"baseline", board.baseline},
-          {"rounds", rounds},       {"submissions", submissions}, {"left_out", left_out}};
+  return {{"format", kFeedFormat}, {"title", board.title},       {"baseline", board.baseline},
+          {"rounds", rounds},      {"submissions", submissions}, {"left_out", left_out}};
 }
 
 }  // namespace relign::leaderboard

@@ -33,7 +33,8 @@ void round_facts(HtmlWriter& html, const Board& board, const Round& round) {
   else if (round.secret.empty())
     fact(html, "instances", "sealed, commitment " + round.commitment + "; the secret is not published yet");
   else
-    fact(html, "instances", "were sealed, commitment " + round.commitment + "; secret, published since: " + round.secret);
+    fact(html, "instances",
+         "were sealed, commitment " + round.commitment + "; secret, published since: " + round.secret);
   html.element("dt", "submissions").open("dd");
   bool first = true;
   for (const std::size_t index : round.entries) {
@@ -84,22 +85,21 @@ void cost_pictures(HtmlWriter& html, const Round& round, const std::string& prot
       for (const Standing& standing : of_class.standings)
         if (standing.error.n > 0) ranked.push_back(&standing);
   if (ranked.size() < 2) return;
-  std::stable_sort(ranked.begin(), ranked.end(), [](const Standing* a, const Standing* b) {
-    return a->error.estimate < b->error.estimate;
-  });
+  std::stable_sort(ranked.begin(), ranked.end(),
+                   [](const Standing* a, const Standing* b) { return a->error.estimate < b->error.estimate; });
   CostPicture images{"Error against images", "images per alignment, median", "", false, {}};
   CostPicture seconds{"Error against time", "machine and computing time per alignment", "s", true, {}};
   CostPicture training{"Error against training", "training", "h", false, {}};
   for (const Standing* standing : ranked) {
     images.points.push_back({standing->method, standing->images, standing->error});
     seconds.points.push_back({standing->method, standing->seconds(), standing->error});
-    training.points.push_back(
-        {standing->method, standing->training ? standing->training->hours : 0, standing->error});
+    training.points.push_back({standing->method, standing->training ? standing->training->hours : 0, standing->error});
   }
   html.element("h3", "Error against cost, protocol " + protocol);
-  html.element("p", {{"class", "quiet"}},
-               "Methods of all classes except oracles; they do not observe the same. Filled: on the Pareto front. Bars: "
-               "95 % confidence intervals.");
+  html.element(
+      "p", {{"class", "quiet"}},
+      "Methods of all classes except oracles; they do not observe the same. Filled: on the Pareto front. Bars: "
+      "95 % confidence intervals.");
   html.open("div", {{"class", "figures"}});
   draw_costs(html, images);
   draw_costs(html, seconds);
@@ -112,7 +112,10 @@ void cost_pictures(HtmlWriter& html, const Round& round, const std::string& prot
 void round_section(HtmlWriter& html, const Board& board, std::size_t index) {
   const Round& round = board.rounds[index];
   html.open("section", {{"aria-labelledby", round_id(index)}});
-  html.open("h2", {{"id", round_id(index)}}).text("Round of ").element("bdi", round.date.substr(0, 10)).text(": suite ");
+  html.open("h2", {{"id", round_id(index)}})
+      .text("Round of ")
+      .element("bdi", round.date.substr(0, 10))
+      .text(": suite ");
   html.element("bdi", round.suite.name).close();
   round_alarms(html, round);
   round_facts(html, board, round);
@@ -122,11 +125,11 @@ void round_section(HtmlWriter& html, const Board& board, std::size_t index) {
       protocols.push_back(of_class.protocol);
     const std::string title = class_title(of_class);
     html.open("h3").element("bdi", title);
-    html.element("span", {{"class", "quiet"}}, " \u00b7 protocol " + of_class.protocol).close();
-    standings_table(html, board, of_class,
-                    title + ", protocol " + of_class.protocol +
-                        (of_class.oracles ? ": not ranked, since they observe the truth" : ""),
-                    "");
+    html.element("span", {{"class", "quiet"}},
+                 " \u00b7 protocol " + of_class.protocol +
+                     (of_class.oracles ? " \u00b7 not ranked: they observe the true start" : ""))
+        .close();
+    class_table(html, board, of_class, title + ", protocol " + of_class.protocol);
   }
   for (const std::string& protocol : protocols) cost_pictures(html, round, protocol);
   html.close();

@@ -84,11 +84,13 @@ const report::Method* described(const Round& round, const std::string& method) {
 void facts_section(HtmlWriter& html, const Board& board, const Place& latest) {
   const report::Method* method = described(*latest.round, latest.standing->method);
   const Entry* entry = latest.standing->entry ? &board.entries[*latest.standing->entry] : nullptr;
-  if (entry && !entry->submission.summary.empty()) html.open("p").element("bdi", entry->submission.summary).close();
-  else if (method && !method->summary.empty()) html.open("p").element("bdi", method->summary).close();
+  if (entry && !entry->submission.summary.empty())
+    html.open("p").element("bdi", entry->submission.summary).close();
+  else if (method && !method->summary.empty())
+    html.open("p").element("bdi", method->summary).close();
   html.open("dl");
-  fact(html, "observes", latest.of_class->observes.empty() ? "nothing but its own moves"
-                                                           : join(latest.of_class->observes, ", "));
+  fact(html, "observes",
+       latest.of_class->observes.empty() ? "nothing but its own moves" : join(latest.of_class->observes, ", "));
   fact(html, "training", training_text(latest.standing->training));
   if (method) fact(html, "plugin", method->id + (method->plugin_hash.empty() ? "" : ", sha256 " + method->plugin_hash));
   if (entry)
@@ -103,13 +105,13 @@ void standing_sections(HtmlWriter& html, const Board& board, const std::vector<P
   for (const Place& place : places) {
     std::size_t ranked = 0;
     for (const Standing& one : place.of_class->standings) ranked += one.rank > 0 ? 1 : 0;
-    const std::string rank = place.standing->rank > 0 ? "rank " + std::to_string(place.standing->rank) + " of " +
-                                                            std::to_string(ranked)
-                                                      : "not ranked: " + place.standing->not_ranked;
-    standings_table(html, board, *place.of_class,
-                    "Suite " + place.round->suite.name + " of " + place.round->date.substr(0, 10) + ", " +
-                        class_title(*place.of_class) + ", protocol " + place.of_class->protocol + ": " + rank,
-                    kRoot, place.standing->method);
+    const std::string rank = place.standing->rank > 0
+                                 ? "rank " + std::to_string(place.standing->rank) + " of " + std::to_string(ranked)
+                                 : "not ranked: " + place.standing->not_ranked;
+    standing_table(html, board, *place.of_class, *place.standing,
+                   "Suite " + place.round->suite.name + " of " + place.round->date.substr(0, 10) + ", " +
+                       class_title(*place.of_class) + ", protocol " + place.of_class->protocol + ": " + rank,
+                   kRoot);
   }
 }
 
@@ -121,13 +123,14 @@ void score_cell(HtmlWriter& html, const report::Score& score) {
 void stratum_row(HtmlWriter& html, const report::Group& group, const report::Row& row) {
   html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}});
   html.element("bdi", group.scene + ", " + group.noise_level).text(", protocol " + group.protocol);
-  if (row.training_tag != "" && row.training_tag != report::kOneTraining) html.text(" \u00b7 ").element("bdi", row.method);
+  if (row.training_tag != "" && row.training_tag != report::kOneTraining)
+    html.text(" \u00b7 ").element("bdi", row.method);
   html.close();
   score_cell(html, row.score());
   if (row.yield)
-    interval_cell(html, "number", report::sort_value(row.yield->share), report::whole_percent(row.yield->share) + " %",
-                  report::whole_percent(row.yield->interval.low) + kTo +
-                      report::whole_percent(row.yield->interval.high));
+    interval_cell(
+        html, "number", report::sort_value(row.yield->share), report::whole_percent(row.yield->share) + " %",
+        report::whole_percent(row.yield->interval.low) + kTo + report::whole_percent(row.yield->interval.high));
   else
     interval_cell(html, "number", "", "-", "");
   const double steps = row.to_spec ? row.to_spec->steps : report::kMissing;
@@ -141,7 +144,7 @@ void stratum_row(HtmlWriter& html, const report::Group& group, const report::Row
 }
 
 void strata_section(HtmlWriter& html, const Round& round, const std::set<std::string>& names) {
-  const std::string caption = "Final results by scene and noise level, suite " + round.suite.name;
+  const std::string caption = "Final results, suite " + round.suite.name + " of " + round.date.substr(0, 10);
   open_scroll(html, caption);
   html.open("table", {{"class", "ranking sortable"}}).element("caption", caption).open("thead").open("tr");
   report::column_head(html, "name", "scene, noise level", "", "");
@@ -239,8 +242,9 @@ void history_chart(HtmlWriter& html, const Board& board, const History& history)
   }
   html.open("figure", {{"class", "plot"}});
   report::draw_chart(html, chart, report::ChartUse::in_page);
-  html.element("figcaption", chart.title + ", oldest first; the table has the numbers. Versions of different rounds "
-                                           "met different instances.");
+  html.element("figcaption", chart.title +
+                                 ", oldest first; the table has the numbers. Versions of different rounds "
+                                 "met different instances.");
   html.close();
 }
 
@@ -301,6 +305,7 @@ std::string method_html(const Board& board, const std::string& method) {
   failure_flag(html, latest.standing->failed, latest.standing->trials);
   facts_section(html, board, latest);
   standing_sections(html, board, places);
+  html.element("h2", "Results by scene and noise level");
   const Round* before = nullptr;
   for (const Place& place : places) {
     if (place.round == before) continue;

@@ -49,7 +49,9 @@ main:focus { outline: none; }
 .board nav li { min-width: 0; overflow-wrap: anywhere; }
 .board p, .board li { max-width: 100ch; }
 .board caption { text-align: left; color: var(--quiet); font-size: 13px; padding: 2px 0 6px; }
-.board .ranking th.name { min-width: 190px; max-width: 330px; }
+.board h3 { margin-top: 26px; }
+.board caption.unseen { position: absolute; width: 1px; height: 1px; padding: 0; overflow: hidden; clip-path: inset(50%); }
+.board .ranking th.name { min-width: 190px; width: 300px; max-width: 330px; }
 .board .ranking .rank { display: inline-block; min-width: 1.7em; color: var(--quiet); font-weight: 600; }
 .board tr.best .rank { color: var(--accent); }
 .board .who { display: block; margin-left: 1.7em; color: var(--quiet); font-size: 12.5px; font-weight: normal; }
@@ -95,8 +97,9 @@ std::string footer_html(const SitePage& page) {
   HtmlWriter html;
   html.open("footer").open("p").text("All numbers of this site: ");
   html.element("a", {{"href", page.root + "feed.json"}}, "feed.json");
-  html.text(". Errors are normalised: 0 is the instance's own optimum, 1 is no better than the start. Intervals are "
-            "95 % confidence intervals by a stratified bootstrap over instances.");
+  html.text(
+      ". Errors are normalised: 0 is the instance's own optimum, 1 is no better than the start. Intervals are "
+      "95 % confidence intervals by a stratified bootstrap over instances.");
   return html.take();
 }
 

@@ -10,13 +10,13 @@
 namespace relign::leaderboard {
 
 struct SitePage {
-  std::string title;          // plain text, of the window
-  std::string root;           // relative path of the site's folder: "" or "../"
-  std::string board_title;    // plain text, in the navigation
+  std::string title;                                       // plain text, of the window
+  std::string root;                                        // relative path of the site's folder: "" or "../"
+  std::string board_title;                                 // plain text, in the navigation
   std::vector<std::pair<std::string, std::string>> links;  // of the navigation: address, text
-  std::string main;           // HTML
-  std::string definitions;    // HTML: pictures that the main part uses
-  Json data;                  // of the scripts; null: no replay
+  std::string main;                                        // HTML
+  std::string definitions;                                 // HTML: pictures that the main part uses
+  Json data;                                               // of the scripts; null: no replay
 };
 
 // The page is self-contained, and its policy allows its own scripts only.

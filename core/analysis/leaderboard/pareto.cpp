@@ -145,8 +145,9 @@ void draw_costs(HtmlWriter& html, const CostPicture& picture) {
                     (picture.unit.empty() ? "" : " " + picture.unit) + ", error " +
                     number_text(points[i].error.estimate, 3) + ")");
   const std::string caption =
-      picture.title + ". On the Pareto front, where no other method has both a lower cost and a lower error: " +
-      join(words, "; ") + ".";
+      picture.title +
+      ". On the Pareto front, where no other method has both a lower cost and a lower error: " + join(words, "; ") +
+      ".";
   const Ends ends = ends_of(picture);
   const ChartScale x(ends.low, ends.high, ends.logarithmic, kLeft, kRight), y(0, 1, false, kBottom, kTop);
   html.open("figure", {{"class", "plot"}});

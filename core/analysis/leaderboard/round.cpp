@@ -23,16 +23,26 @@ constexpr std::size_t kMaxRoundPictureBytes = 64'000'000;
 
 using NameAndProtocol = std::pair<std::string, std::string>;
 
+constexpr const char* kWordOrder[] = {"images", "merit", "start", "box", "design", "level", "history"};
+
+// By kWordOrder; other words after these, as text.
+bool word_before(const std::string& a, const std::string& b) {
+  const auto place = [](const std::string& word) {
+    return std::find(std::begin(kWordOrder), std::end(kWordOrder), word) - std::begin(kWordOrder);
+  };
+  return place(a) != place(b) ? place(a) < place(b) : a < b;
+}
+
 struct ClassKey {
   bool oracles = false;
-  std::vector<std::string> observes;  // sorted
+  std::vector<std::string> observes;  // sorted by word_before
   std::string name() const { return (oracles ? "oracles " : "") + join(observes, " "); }
 };
 
 ClassKey class_of(const Method& method) {
   ClassKey key = {method.of_class == ObservationClass::oracle,
                   report::observed_words(method, method.protocol != "blind")};
-  std::sort(key.observes.begin(), key.observes.end());
+  std::sort(key.observes.begin(), key.observes.end(), word_before);
   return key;
 }
 
@@ -59,8 +69,7 @@ std::map<NameAndProtocol, ClassKey> classes_of(const LoadedResults& results) {
 statistics::StudyOptions options_of(const LoadedResults& results, const std::string& baseline) {
   statistics::StudyOptions options = report::study_options(results);
   const report::Methods methods(results);
-  for (const Method& method : methods.list())
-    options.classes[{method.name, method.protocol}] = class_of(method).name();
+  for (const Method& method : methods.list()) options.classes[{method.name, method.protocol}] = class_of(method).name();
   options.baseline = baseline;
   return options;
 }
@@ -154,10 +163,9 @@ void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAn
     const NameAndProtocol key = {method.method, aggregate.protocol};
     const auto found = classes.find(key);
     const ClassKey of_class = found == classes.end() ? ClassKey() : found->second;
-    auto place = std::find_if(round.classes.begin() + static_cast<std::ptrdiff_t>(before), round.classes.end(),
-                              [&](const BoardClass& one) {
-                                return one.oracles == of_class.oracles && one.observes == of_class.observes;
-                              });
+    auto place = std::find_if(
+        round.classes.begin() + static_cast<std::ptrdiff_t>(before), round.classes.end(),
+        [&](const BoardClass& one) { return one.oracles == of_class.oracles && one.observes == of_class.observes; });
     if (place == round.classes.end())
       place = round.classes.insert(place, {of_class.observes, aggregate.protocol, of_class.oracles, {}});
     const auto own = trials.find(key);
@@ -196,7 +204,9 @@ void read_standings(Round& round, const fs::path& folder, const std::vector<Eval
   }
   std::stable_sort(round.classes.begin(), round.classes.end(), [](const BoardClass& a, const BoardClass& b) {
     if (a.oracles != b.oracles) return b.oracles;
-    return a.protocol != b.protocol ? a.protocol < b.protocol : a.observes < b.observes;
+    if (a.protocol != b.protocol) return a.protocol < b.protocol;
+    return std::lexicographical_compare(a.observes.begin(), a.observes.end(), b.observes.begin(), b.observes.end(),
+                                        word_before);
   });
   if (!pictures) return;
   round.gallery = report::load_gallery(folder, kMaxRoundPictureBytes);

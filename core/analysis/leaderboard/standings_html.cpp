@@ -31,9 +31,9 @@ void number_cell(HtmlWriter& html, double value, int digits = 3) {
 }
 
 void name_cell(HtmlWriter& html, const Board& board, const Standing& standing, const std::string& root) {
-  html.open("th", {{"scope", "row"},
-                   {"class", "name"},
-                   {"data-sort", standing.rank > 0 ? std::to_string(standing.rank) : ""}});
+  html.open(
+      "th",
+      {{"scope", "row"}, {"class", "name"}, {"data-sort", standing.rank > 0 ? std::to_string(standing.rank) : ""}});
   html.element("span", {{"class", "rank"}}, standing.rank > 0 ? std::to_string(standing.rank) : "\u2013").text(" ");
   html.open("a", {{"href", root + standing.page}}).element("bdi", standing.method).close();
   report::tag(html, standing.training_tag);
@@ -42,8 +42,7 @@ void name_cell(HtmlWriter& html, const Board& board, const Standing& standing, c
     html.text(" ").element("span", {{"class", "mine"}}, "submitted");
     condition_flags(html, entry);
     html.open("span", {{"class", "who"}}).text("version ").element("bdi", entry.evaluation.version);
-    if (!entry.submission.authors.empty())
-      html.text(" \u00b7 ").element("bdi", join(entry.submission.authors, ", "));
+    if (!entry.submission.authors.empty()) html.text(" \u00b7 ").element("bdi", join(entry.submission.authors, ", "));
     html.close();
   }
   html.close();
@@ -62,10 +61,12 @@ void standing_row(HtmlWriter& html, const Board& board, const BoardClass& of_cla
     share_cell(html, standing.beats_baseline);
     share_cell(html, standing.beaten_by_best);
   }
-  html.open("td", {{"class", standing.failed > 0 ? "number bad" : "number"},
-                   {"data-sort", std::to_string(standing.failed)}});
+  html.open("td",
+            {{"class", standing.failed > 0 ? "number bad" : "number"}, {"data-sort", std::to_string(standing.failed)}});
   html.text(std::to_string(standing.failed) + " of " + std::to_string(standing.trials)).close();
-  number_cell(html, standing.images);
+  const double images = std::isfinite(standing.images) ? report::rounded(standing.images, 4) : standing.images;
+  html.element("td", {{"class", "number"}, {"data-sort", sort_value(images)}},
+               std::isfinite(images) ? shortest(images) : "-");
   number_cell(html, standing.seconds());
   html.element("td",
                {{"class", "number"}, {"data-sort", standing.training ? sort_value(standing.training->hours) : "0"}},
@@ -97,8 +98,7 @@ void standings_head(HtmlWriter& html, const std::string& baseline) {
 
 std::string class_title(const BoardClass& of_class) {
   if (of_class.oracles) return "Oracles";
-  return of_class.observes.empty() ? "Observes nothing but its own moves"
-                                   : "Observes " + join(of_class.observes, ", ");
+  return of_class.observes.empty() ? "Observes nothing but its own moves" : "Observes " + join(of_class.observes, ", ");
 }
 
 std::string error_text(const statistics::Band& error) {
@@ -142,14 +142,22 @@ void open_scroll(HtmlWriter& html, const std::string& label) {
   html.open("div", {{"class", "scroll"}, {"role", "region"}, {"tabindex", "0"}, {"aria-label", label}});
 }
 
-void standings_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const std::string& caption,
-                     const std::string& root, const std::string& only) {
+void class_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const std::string& caption) {
   open_scroll(html, caption);
-  html.open("table", {{"class", "ranking sortable"}}).element("caption", caption);
+  html.open("table", {{"class", "ranking sortable"}}).element("caption", {{"class", "unseen"}}, caption);
   standings_head(html, board.baseline);
   html.open("tbody");
-  for (const Standing& standing : of_class.standings)
-    if (only.empty() || standing.method == only) standing_row(html, board, of_class, standing, root);
+  for (const Standing& standing : of_class.standings) standing_row(html, board, of_class, standing, "");
+  html.close().close().close();
+}
+
+void standing_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const Standing& standing,
+                    const std::string& caption, const std::string& root) {
+  open_scroll(html, caption);
+  html.open("table", {{"class", "ranking"}}).element("caption", caption);
+  standings_head(html, board.baseline);
+  html.open("tbody");
+  standing_row(html, board, of_class, standing, root);
   html.close().close().close();
 }
 

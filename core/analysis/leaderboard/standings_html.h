@@ -30,8 +30,10 @@ void fact(HtmlWriter& html, const char* name, const std::string& value);
 // A region that scrolls sideways by keyboard, too.
 void open_scroll(HtmlWriter& html, const std::string& label);
 
-// The ranking of a class. `root`: of links; `only`: that method alone, "" for all.
-void standings_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const std::string& caption,
-                     const std::string& root, const std::string& only = "");
+// The ranking of a class. The caption is for screen readers, since a heading is above the table.
+void class_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const std::string& caption);
+// The row of one method, on its page.
+void standing_table(HtmlWriter& html, const Board& board, const BoardClass& of_class, const Standing& standing,
+                    const std::string& caption, const std::string& root);
 
 }  // namespace relign::leaderboard

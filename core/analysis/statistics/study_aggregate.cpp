@@ -170,7 +170,8 @@ class ProtocolAggregates {
       for (std::size_t second = first + 1; second < ranked; ++second) {
         const bool wanted = first == 0 || ranked <= kMaxComparedMethods;
         const bool of_baseline = methods[first].name == options_.baseline || methods[second].name == options_.baseline;
-        const bool of_class = options_.baseline && best_of_class && class_of(methods[first]) == class_of(methods[second]);
+        const bool of_class =
+            options_.baseline && best_of_class && class_of(methods[first]) == class_of(methods[second]);
         if (wanted || of_baseline || of_class) pairs.emplace_back(first, second);
       }
     }
