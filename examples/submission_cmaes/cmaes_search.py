@@ -1,4 +1,4 @@
-"""CMA-ES of the Python package cmaes, which knows nothing of this benchmark: ask for a pose, tell its merit."""
+"""CMA-ES of the Python package cmaes: ask for a pose, tell its merit."""
 import numpy as np
 from cmaes import CMA
 
