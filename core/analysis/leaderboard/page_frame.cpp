@@ -50,6 +50,7 @@ main:focus { outline: none; }
 .board p, .board li { max-width: 100ch; }
 .board caption { text-align: left; color: var(--quiet); font-size: 13px; padding: 2px 0 6px; }
 .board h3 { margin-top: 26px; }
+.board figcaption, .board caption, .board th.name, .board .broken { overflow-wrap: anywhere; }
 .board caption.unseen { position: absolute; width: 1px; height: 1px; padding: 0; overflow: hidden; clip-path: inset(50%); }
 .board .ranking th.name { min-width: 190px; width: 300px; max-width: 330px; }
 .board .ranking .rank { display: inline-block; min-width: 1.7em; color: var(--quiet); font-weight: 600; }

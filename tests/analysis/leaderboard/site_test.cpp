@@ -156,7 +156,8 @@ TEST_F(LeaderboardSite, WorksInABrowserOnAPhone) {
     text = std::regex_replace(text, std::regex("<meta http-equiv[^>]*>"), "");
     text.insert(text.rfind("</body>"),
                 "<script>document.documentElement.dataset.fits = String(innerWidth < 600 && "
-                "document.documentElement.scrollWidth <= innerWidth); document.documentElement.dataset.sorts = document.querySelectorAll('thead "
+                "document.documentElement.scrollWidth <= innerWidth); document.documentElement.dataset.sorts = "
+                "document.querySelectorAll('thead "
                 "button').length;</script>");
     write_file_atomically(folder_ / "site" / (page + "-probe.html"), text);
     for (const bool probe : {false, true}) {
@@ -171,10 +172,10 @@ TEST_F(LeaderboardSite, WorksInABrowserOnAPhone) {
       EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder_ / "log");
       EXPECT_THAT(read_file(folder_ / "log"), Not(HasSubstr("CONSOLE"))) << page;
       const std::string dom = read_file(folder_ / "dom");
-      EXPECT_THAT(dom, Not(HasSubstr("<img")));
+      EXPECT_EQ(dom.find("<img"), std::string::npos);
       if (!probe) continue;
-      EXPECT_THAT(dom, HasSubstr("data-fits=\"true\"")) << page << " scrolls sideways";
-      EXPECT_THAT(dom, Not(HasSubstr("data-sorts=\"0\""))) << page;
+      EXPECT_NE(dom.find("data-fits=\"true\""), std::string::npos) << page << " scrolls sideways";
+      EXPECT_EQ(dom.find("data-sorts=\"0\""), std::string::npos) << page;
     }
   }
 }
