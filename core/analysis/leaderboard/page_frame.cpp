@@ -52,7 +52,7 @@ main:focus { outline: none; }
 .board h3 { margin-top: 26px; }
 .board figcaption, .board caption, .board th.name, .board .broken { overflow-wrap: anywhere; }
 .board caption.unseen { position: absolute; width: 1px; height: 1px; padding: 0; overflow: hidden; clip-path: inset(50%); }
-.board .ranking th.name { min-width: 190px; width: 300px; max-width: 330px; }
+.board .ranking th.name { min-width: 190px; width: 250px; max-width: 330px; }
 .board .ranking .rank { display: inline-block; min-width: 1.7em; color: var(--quiet); font-weight: 600; }
 .board tr.best .rank { color: var(--accent); }
 .board .who { display: block; margin-left: 1.7em; color: var(--quiet); font-size: 12.5px; font-weight: normal; }

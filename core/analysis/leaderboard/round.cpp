@@ -111,23 +111,17 @@ statistics::Band improvement(const Aggregate& aggregate, const std::string& a, c
   return {};
 }
 
-double number_of(const Json& object, const char* key) {
-  const Json& value = member(object, key);
-  return value.is_number() && value.get<double>() >= 0 ? value.get<double>() : statistics::kMissing;
-}
-
-// As evaluation.json states it, else as the results do.
+// As evaluation.json states it, else as the results do: stated by the plugin, or the images of pretraining.
 std::optional<TrainingCost> training_of(const std::string& name, const std::string& protocol,
-                                        const std::vector<EvaluatedMethod>& listed, const Json& manifest) {
+                                        const std::vector<EvaluatedMethod>& listed, const report::PageModel& page) {
   for (const EvaluatedMethod& method : listed)
     if (method.name == name && method.protocol == protocol && method.training) return method.training;
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const Json& training = object_of(entry, "training");
-    if (training.empty() || text_of(entry, "name") != name) continue;
+  for (const report::TrainingCost& training : page.training) {
+    if (training.method != report::label_of(page.methods, name, protocol)) continue;
     TrainingCost cost;
-    cost.steps = number_of(training, "steps");
-    cost.hours = number_of(training, "hours");
-    cost.hardware = text_of(training, "machine");
+    (training.stated ? cost.steps : cost.images) = training.steps;
+    cost.hours = training.hours;
+    cost.hardware = training.machine;
     return cost;
   }
   return std::nullopt;
@@ -157,7 +151,7 @@ Standing standing_of(const report::AggregateMethod& from, std::size_t strata, co
 // The standings of one protocol, by class.
 void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAndProtocol, ClassKey>& classes,
                  const std::map<NameAndProtocol, Trials>& trials, const std::vector<EvaluatedMethod>& listed,
-                 const Json& manifest, const std::string& baseline) {
+                 const std::string& baseline) {
   const std::size_t before = round.classes.size();
   for (const report::AggregateMethod& method : aggregate.methods) {
     const NameAndProtocol key = {method.method, aggregate.protocol};
@@ -170,7 +164,7 @@ void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAn
       place = round.classes.insert(place, {of_class.observes, aggregate.protocol, of_class.oracles, {}});
     const auto own = trials.find(key);
     Standing standing = standing_of(method, aggregate.strata.size(), own == trials.end() ? Trials() : own->second);
-    standing.training = training_of(method.method, aggregate.protocol, listed, manifest);
+    standing.training = training_of(method.method, aggregate.protocol, listed, round.page);
     if (method.method != baseline) standing.beats_baseline = improvement(aggregate, method.method, baseline);
     if (!place->standings.empty())
       standing.beaten_by_best = improvement(aggregate, place->standings.front().method, method.method);
@@ -200,7 +194,7 @@ void read_standings(Round& round, const fs::path& folder, const std::vector<Eval
   const auto trials = trials_of(results);
   for (const Aggregate& aggregate : round.page.aggregates) {
     if (round.strata.empty()) round.strata = aggregate.strata;
-    add_classes(round, aggregate, classes, trials, listed, results.manifest, baseline);
+    add_classes(round, aggregate, classes, trials, listed, baseline);
   }
   std::stable_sort(round.classes.begin(), round.classes.end(), [](const BoardClass& a, const BoardClass& b) {
     if (a.oracles != b.oracles) return b.oracles;
