@@ -227,6 +227,7 @@ int run_program(int argc, const char* const* argv) {
     add_render(app, context);
     add_report(app, context);
     add_compare(app, context);
+    add_leaderboard(app, context);
     add_plan(app, context);
     add_merge(app, context);
     add_slurm(app, context);

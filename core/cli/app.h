@@ -82,6 +82,7 @@ void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_compare(CLI::App& app, Context& context);
+void add_leaderboard(CLI::App& app, Context& context);
 void add_merge(CLI::App& app, Context& context);
 void add_plan(CLI::App& app, Context& context);
 void add_slurm(CLI::App& app, Context& context);

@@ -4,10 +4,12 @@ Needs the distribution's python3-jsonschema.
 """
 
 import ast
+import hashlib
 import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -208,6 +210,26 @@ SUITE = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels
          "algorithms": ["./loser.py", {"use": "transfer-gp", "name": "learns", "parameters": {"sources": 2, "source_steps": 5}}],
          "instances": 4, "steps": 3, "spec": {"rmse": 0.02, "mtf": {"lp_per_mm": 5, "centre": 0.5, "corner": 0.5}}}
 
+PLAIN = {"scenes": [{"use": "relign_od", "name": "small", "parameters": {"pixels": 20}}], "noise_levels": ["rho0"],
+         "algorithms": ["random"], "instances": 2, "steps": 3}
+
+
+def make_evaluation(folder, results, mine):
+    """An evaluation folder of `results`, of which the method `mine` was submitted."""
+    folder.mkdir()
+    shutil.copytree(results, folder / "results")
+    manifest = json.loads((results / "manifest.json").read_text())
+    methods = [{**{key: entry[key] for key in ("name", "observes", "protocol")}, "training": {"hours": 1.5, "steps": None},
+                "submitted": entry["name"] == mine} for entry in manifest["algorithms"]]
+    own = next(one for one in methods if one["submitted"])
+    suite = {"name": manifest["suite_name"], "sha256": hashlib.sha256(manifest["suite"].encode()).hexdigest(),
+             "instance_set": manifest["instance_set"]}
+    (folder / "submission.json").write_text(json.dumps({"name": mine, "version": "1.0", "authors": ["A. Tester"]}))
+    (folder / "evaluation.json").write_text(json.dumps({
+        "format": "relign-bench/evaluation/1", "name": mine, "version": "1.0", "archive_sha256": "0" * 64, "suite": suite,
+        "sealed": False, "sandbox": False, "date": "2026-11-24", "program_version": manifest["program"]["version"],
+        "class": sorted(own["observes"]), "budget": {"steps": 3}, "methods": methods, "results": "results"}))
+
 
 @unittest.skipIf(program.path() is None, "relign-bench was not built")
 class WrittenFiles(unittest.TestCase):
@@ -228,6 +250,10 @@ class WrittenFiles(unittest.TestCase):
                                                             "--gate", "recommended<=1x"))
         (place / "rays.json").write_text(json.dumps({"rays": [{"start_mm": [0, y, -1], "direction": [0, 0, 1]} for y in (0, 50)]}))
         (place / "rays_out.json").write_text(cls.run_program("lens", "trace", "rays.json", "--apertures", "mesh"))
+        cls.run_program("run", "mine.json", needs={"mine.json": json.dumps(
+            {**PLAIN, "algorithms": ["random", {"use": "nlopt-sbplx", "name": "mine"}]})})
+        make_evaluation(place / "evaluation", place / "results/mine", "mine")
+        cls.run_program("leaderboard", "build", "evaluation", "nowhere", "-o", "site")
         cls.run_program("scene", "new", ROOT / "tests/golden/lenses/cooke_triplet_utf8.zmx", "-o", "new")
 
     @classmethod
@@ -252,7 +278,8 @@ class WrittenFiles(unittest.TestCase):
                "plan": ["plan.json"],
                "prepared": ["cache/*/prepared/*/*.json"], "report": ["report.json"], "compare": ["compare.json"],
                "rays": ["rays.json", "rays_out.json"], "suite": ["new/suite.json", "suite.json"], "scene": ["new/scene.json"],
-               "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json", "glued.json"]}
+               "lens": ["new/lens.json"], "tolerances": ["new/tolerances.json", "glued.json"], "evaluation": ["evaluation/evaluation.json"],
+               "leaderboard": ["site/feed.json"]}
 
     def documents(self, name):
         for pattern in self.WRITTEN[name]:
@@ -264,7 +291,7 @@ class WrittenFiles(unittest.TestCase):
 
     def test_nothing_else_is_written(self):
         known = {file for patterns in self.WRITTEN.values() for pattern in patterns for file in self.folder.glob(pattern)}
-        for file in (*self.folder.glob("merged/**/*.json*"), *self.folder.glob("new/**/*.json*")):
+        for file in (*self.folder.glob("merged/**/*.json*"), *self.folder.glob("new/**/*.json*"), *self.folder.glob("site/**/*.json*")):
             self.assertIn(file, known)
 
     def test_what_is_written_is_valid(self):
@@ -331,6 +358,7 @@ class PrintedResults(unittest.TestCase):
         ("slurm_status", "slurm status --plan plan.json"), ("slurm_script", "slurm script --plan plan.json"),
         ("merge", "merge results/suite -o merged"), ("merge", "merge merged -o again"), ("verify", "verify merged"),
         ("verify", "verify merged --trial {trial} --frames frames"), ("report", "report merged"), ("report", "report merged --format md"),
+        ("leaderboard_build", "leaderboard build evaluation -o site"),
         ("report", "report merged --format csv"), ("report", "report merged --format csv -o ranking.csv"),
         ("try", "try random --scene gaussian_spot --noise-level none --steps 2"), ("validate", "validate suite.json"), ("list", "list"),
         ("describe", "describe relign_od --noise-level rho0.25 --instances 2"), ("describe", "describe transfer-gp"),
@@ -358,6 +386,8 @@ class PrintedResults(unittest.TestCase):
             (folder / "sub/submission.json").write_text(json.dumps(SUBMISSION))
             for name, call in self.CALLS:
                 with self.subTest(call):
+                    if name == "leaderboard_build":
+                        make_evaluation(folder / "evaluation", folder / "results/suite", "random")
                     document = self.printed(folder, call)
                     one = {**schema["definitions"][name], "definitions": schema["definitions"]}
                     check = tools.Draft7Validator(one)

@@ -61,6 +61,12 @@ const char* class_name(ObservationClass of_class) { return words_of(of_class).na
 
 std::string class_title(ObservationClass of_class) { return words_of(of_class).title; }
 
+std::vector<std::string> observed_words(const Method& method, bool start_is_observed) {
+  std::vector<std::string> names = method.observes;
+  if (!start_is_observed && method.of_class != ObservationClass::oracle) std::erase(names, "start");
+  return names;
+}
+
 Methods::Methods(const LoadedResults& results) {
   const std::map<std::string, std::string> tags = training_tags(results.manifest);
   for (const Json& entry : list_of(results.manifest, "algorithms")) {

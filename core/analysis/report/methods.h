@@ -56,6 +56,9 @@ struct Method {
   Json parameters = Json::object();
 };
 
+// What the method observed in its trials: as in the manifest, but without the start if the protocol withholds it.
+std::vector<std::string> observed_words(const Method& method, bool start_is_observed);
+
 inline constexpr const char* kOneTraining = "one training";
 
 // One name may denote several methods: within a suite under different protocols, across folders also with different

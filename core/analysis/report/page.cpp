@@ -8,9 +8,7 @@
 #include "report/sections.h"
 
 namespace relign::report {
-namespace {
 
-// The content security policy allows exactly these scripts, so that injected markup cannot run.
 std::string script_source(const std::string& script) {
   const std::string hex = sha256_hex(script);
   std::string bytes;
@@ -18,8 +16,6 @@ std::string script_source(const std::string& script) {
     bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
   return "'sha256-" + base64(bytes) + "'";
 }
-
-}  // namespace
 
 std::string filled(std::string_view page_template, const std::map<std::string, std::string>& parts) {
   std::string out;

@@ -21,13 +21,6 @@ GroupKey key_of(const Record& record) {
   return {record.scene, record.noise_level, record.protocol};
 }
 
-// What the method observed in these trials: as in the manifest, but without the start if the protocol withholds it.
-std::vector<std::string> observed(const Method& method, bool start_is_observed) {
-  std::vector<std::string> names = method.observes;
-  if (!start_is_observed && method.of_class != ObservationClass::oracle) std::erase(names, "start");
-  return names;
-}
-
 Row row_of(const statistics::RankingRow& from, const Method& method, bool station) {
   Row row;
   row.method = from.algorithm;
@@ -35,7 +28,7 @@ Row row_of(const statistics::RankingRow& from, const Method& method, bool statio
   row.key = method.key;
   row.training_tag = method.training_tag;
   row.of_class = method.of_class;
-  row.observes = observed(method, from.protocol != "blind" && !station);
+  row.observes = observed_words(method, from.protocol != "blind" && !station);
   row.trials = from.trials;
   row.failed = from.failed;
   row.step = from.step;

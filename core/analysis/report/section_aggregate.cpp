@@ -19,22 +19,6 @@ void band_cell(HtmlWriter& html, const statistics::Band& band) {
                 interval_text(band.interval, 3, kTo));
 }
 
-// A dot at the estimate and a bar over the interval, on a scale from 0 to 1.
-void range_cell(HtmlWriter& html, const statistics::Band& band) {
-  html.open("td", {{"class", "range"}, {"data-sort", sort_value(band.estimate)}});
-  if (std::isfinite(band.estimate)) {
-    const auto x = [](double place) { return significant(5 + 170 * place, 4); };
-    html.open("svg", {{"viewBox", "0 0 180 14"}, {"width", "180"}, {"height", "14"}, {"aria-hidden", "true"}});
-    html.empty("path", {{"d", "M5 7H175M5 3v8M90 4v6M175 3v8"}, {"class", "scale"}, {"fill", "none"}});
-    if (band.interval.exists())
-      html.empty(
-          "line",
-          {{"x1", x(band.interval.low)}, {"x2", x(band.interval.high)}, {"y1", "7"}, {"y2", "7"}, {"class", "bar"}});
-    html.empty("circle", {{"cx", x(band.estimate)}, {"cy", "7"}, {"r", "3.5"}}).close();
-  }
-  html.close();
-}
-
 std::string improvement_text(const AggregatePair* pair) {
   if (!pair || !std::isfinite(pair->improvement.estimate)) return "-";
   const statistics::Interval& interval = pair->improvement.interval;
@@ -168,6 +152,21 @@ void matrix(HtmlWriter& html, const Aggregate& entry) {
 }
 
 }  // namespace
+
+void range_cell(HtmlWriter& html, const statistics::Band& band) {
+  html.open("td", {{"class", "range"}, {"data-sort", sort_value(band.estimate)}});
+  if (std::isfinite(band.estimate)) {
+    const auto x = [](double place) { return significant(5 + 170 * place, 4); };
+    html.open("svg", {{"viewBox", "0 0 180 14"}, {"width", "180"}, {"height", "14"}, {"aria-hidden", "true"}});
+    html.empty("path", {{"d", "M5 7H175M5 3v8M90 4v6M175 3v8"}, {"class", "scale"}, {"fill", "none"}});
+    if (band.interval.exists())
+      html.empty(
+          "line",
+          {{"x1", x(band.interval.low)}, {"x2", x(band.interval.high)}, {"y1", "7"}, {"y2", "7"}, {"class", "bar"}});
+    html.empty("circle", {{"cx", x(band.estimate)}, {"cy", "7"}, {"r", "3.5"}}).close();
+  }
+  html.close();
+}
 
 std::string aggregate_section(const PageModel& page) {
   if (page.aggregates.empty()) return "";

@@ -58,4 +58,7 @@ void method_cell(HtmlWriter& html, const std::string& method, bool oracle, const
 void interval_cell(HtmlWriter& html, const std::string& kind, const std::string& sort, const std::string& value,
                    const std::string& interval, const std::string& title = "");
 
+// A table cell with a dot at the estimate and a bar over the interval, on a scale from 0 to 1.
+void range_cell(HtmlWriter& html, const statistics::Band& band);
+
 }  // namespace relign::report

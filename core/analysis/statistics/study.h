@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,9 @@ struct StudyOptions {
   // By method name and protocol: its observation class. The best method of a class is compared with all others of the
   // class, regardless of kMaxComparedMethods. Methods without an entry belong to no class.
   std::map<std::pair<std::string, std::string>, std::string> classes;
+  // Name of the method with which the aggregates compare every other, regardless of kMaxComparedMethods, besides the
+  // best of its class; nullopt: without these comparisons.
+  std::optional<std::string> baseline;
   std::size_t most_bytes = kCurveBytes;  // limit for all threads together
   unsigned threads = 0;                  // 0: one per core. Results do not depend on it
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "statistics/pooled_sample.h"
 
@@ -152,6 +153,31 @@ class ProtocolAggregates {
     return method;
   }
 
+  std::string class_of(const AggregateMethod& method) const {
+    if (method.series.empty()) return "";
+    const Series& series = table_.series[method.series.front()];
+    const auto found = options_.classes.find({series.algorithm, series.protocol});
+    return found == options_.classes.end() ? "" : found->second;
+  }
+
+  // Indices into the first `ranked` methods, which are in the order of their rank; the better one first.
+  std::vector<std::pair<std::size_t, std::size_t>> compared(const std::vector<AggregateMethod>& methods,
+                                                            std::size_t ranked) const {
+    std::vector<std::pair<std::size_t, std::size_t>> pairs;
+    std::map<std::string, std::size_t> best;  // by class
+    for (std::size_t first = 0; first < ranked; ++first) {
+      const bool best_of_class = best.emplace(class_of(methods[first]), first).second;
+      for (std::size_t second = first + 1; second < ranked; ++second) {
+        const bool wanted = first == 0 || ranked <= kMaxComparedMethods;
+        const bool of_baseline = methods[first].name == options_.baseline || methods[second].name == options_.baseline;
+        const bool of_class =
+            options_.baseline && best_of_class && class_of(methods[first]) == class_of(methods[second]);
+        if (wanted || of_baseline || of_class) pairs.emplace_back(first, second);
+      }
+    }
+    return pairs;
+  }
+
   void compute(std::vector<List>& lists, AggregateStudy& result, Parallel& parallel) const {
     // Methods are ordered by interquartile mean, and the order determines the compared pairs.
     struct Entry {
@@ -191,10 +217,7 @@ class ProtocolAggregates {
         wanted.push_back(std::move(entries[at].errors[training]));
         places.push_back(&result.methods[at].members[training - 1].bands);
       }
-    std::vector<std::pair<std::size_t, std::size_t>> pairs;
-    const std::size_t firsts = ranked <= kMaxComparedMethods ? ranked : 1;
-    for (std::size_t first = 0; first < firsts; ++first)
-      for (std::size_t second = first + 1; second < ranked; ++second) pairs.emplace_back(first, second);
+    const std::vector<std::pair<std::size_t, std::size_t>> pairs = compared(result.methods, ranked);
     const StratifiedResampling resampling(instances_, options_.resamples, options_.seed);
     Aggregates found = aggregate(resampling, wanted, pairs, parallel);
     for (std::size_t at = 0; at < places.size(); ++at) *places[at] = std::move(found.methods[at]);

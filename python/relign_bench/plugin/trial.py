@@ -33,7 +33,7 @@ class Observation:
     def __init__(self, message: dict[str, Any], trial: Trial) -> None:
         merit = message["merit"]
         self.step: int = message["step"]
-        self.pose: tuple[float, ...] = tuple(message["pose"])
+        self.pose: tuple[float, ...] = tuple(map(float, message["pose"]))  # JSON has 0 for 0.0
         self.merit: float = math.nan if merit is None else merit
         self.limits_low: int = message["limits_low"]
         self.limits_high: int = message["limits_high"]

@@ -1,0 +1,249 @@
+#include "leaderboard/board.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/error.h"
+#include "base/hash.h"
+#include "base/json_members.h"
+#include "base/text.h"
+#include "leaderboard/consistency.h"
+#include "leaderboard/round.h"
+#include "records/merge.h"
+#include "report/figures.h"
+#include "report/several_folders.h"
+
+namespace relign::leaderboard {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Caution kNotSealed = {"not sealed", "The instances were not secret: the method may have been tuned to them."};
+constexpr Caution kNoSandbox = {"no sandbox",
+                                "The method ran with the rights of a user: it could read files and other processes."};
+constexpr std::size_t kMostDisagreements = 5;
+
+// What a folder must share with the others of its round besides the instances (records/merge.h).
+constexpr const char* kSharedMembers[] = {"limits", "machine_time", "cycle", "cost"};
+
+// An evaluation whose parts do not contradict each other.
+struct Candidate {
+  Entry entry;
+  Json algorithms, shared;  // of the results' manifest
+};
+
+Candidate read_candidate(const fs::path& folder) {
+  Candidate made;
+  made.entry.evaluation = read_evaluation(folder);
+  made.entry.submission = read_submission(folder);
+  const Evaluation& evaluation = made.entry.evaluation;
+  std::error_code ignored;
+  if (fs::is_symlink(evaluation.results_folder(), ignored))
+    throw Error(ErrorKind::bad_input, "'" + evaluation.results_folder().string() + "' is a link, not a folder");
+  const report::LoadedResults results = report::load_results(evaluation.results_folder());
+  if (const auto found = contradictions(evaluation, made.entry.submission, results); !found.empty())
+    throw Error(ErrorKind::bad_input, join(found, "\n"));
+  made.algorithms = list_of(results.manifest, "algorithms");
+  for (const char* key : kSharedMembers) made.shared[key] = member(results.manifest, key);
+  if (!evaluation.sealed) made.entry.cautions.push_back(kNotSealed);
+  if (!evaluation.sandbox) made.entry.cautions.push_back(kNoSandbox);
+  return made;
+}
+
+bool submits(const Evaluation& evaluation, const std::string& method, const std::string& protocol) {
+  return std::any_of(evaluation.methods.begin(), evaluation.methods.end(), [&](const EvaluatedMethod& one) {
+    return one.submitted && one.name == method && one.protocol == protocol;
+  });
+}
+
+// Why an evaluation cannot be shown beside an earlier one; empty if it can.
+std::string conflict(const Candidate& earlier, const Candidate& candidate) {
+  const Evaluation &a = earlier.entry.evaluation, &b = candidate.entry.evaluation;
+  const std::string other = "'" + a.folder.string() + "'";
+  if (a.name == b.name && a.version == b.version && a.archive_sha256 != b.archive_sha256)
+    return "version '" + b.version + "' of '" + b.name + "' is another archive in " + other +
+           "; a changed submission needs a new version";
+  if (a.suite.instance_set != b.suite.instance_set) return "";
+  for (const char* key : kSharedMembers)
+    if (earlier.shared[key] != candidate.shared[key])
+      return std::string("'") + key + "' of the suite differs from that of " + other + ", which has the same instances";
+  if (a.name == b.name) return "";
+  for (const Json& entry : candidate.algorithms)
+    for (const Json& known : earlier.algorithms) {
+      const std::string name = text_of(entry, "name"), protocol = text_of(entry, "protocol");
+      if (text_of(known, "name") != name || text_of(known, "protocol") != protocol) continue;
+      if (submits(a, name, protocol) && submits(b, name, protocol))
+        return "the method '" + name + "' is submitted as '" + a.name + "' in " + other;
+      for (const char* key : {"plugin", "parameters", "merit", "steps"})
+        if (member(known, key) != member(entry, key))
+          return "the method '" + name + "' is another one in " + other + ": its '" + key + "' differs";
+    }
+  return "";
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines(1);
+  for (const char letter : text) {
+    if (letter == '\n')
+      lines.emplace_back();
+    else
+      lines.back() += letter;
+  }
+  return lines;
+}
+
+// By date; of one day in the given order.
+std::vector<Candidate> accepted(const BoardOptions& options, std::vector<LeftOut>& left_out) {
+  std::vector<Candidate> all, kept;
+  for (const fs::path& folder : options.folders) {
+    try {
+      all.push_back(read_candidate(folder));
+    } catch (const Error& error) {
+      left_out.push_back({folder.string(), lines_of(error.what())});
+    }
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
+    return a.entry.evaluation.date < b.entry.evaluation.date;
+  });
+  for (Candidate& candidate : all) {
+    std::string reason;
+    for (const Candidate& earlier : kept)
+      if (reason.empty()) reason = conflict(earlier, candidate);
+    if (reason.empty())
+      kept.push_back(std::move(candidate));
+    else
+      left_out.push_back({candidate.entry.evaluation.folder.string(), {reason}});
+  }
+  return kept;
+}
+
+std::string report_file(const Evaluation& evaluation) {
+  const std::string key = evaluation.name + "\n" + evaluation.version + "\n" + evaluation.suite.instance_set + "\n" +
+                          evaluation.date + "\n" + evaluation.archive_sha256;
+  return "reports/" + report::figure_file_name(evaluation.name).substr(0, 60) + "-" + short_hash(key) + ".html";
+}
+
+// Merges the entries' results, or uses those of the only one.
+fs::path merged(Round& round, const std::vector<Entry>& entries, const report::TemporaryFolder& place) {
+  if (round.entries.size() == 1) return entries[round.entries.front()].evaluation.results_folder();
+  records::MergeOptions options;
+  // Earliest first: of records that differ, the earliest are kept.
+  for (auto entry = round.entries.rbegin(); entry != round.entries.rend(); ++entry)
+    options.sources.push_back(entries[*entry].evaluation.results_folder());
+  options.out = place.path() / short_hash(round.suite.instance_set);
+  const records::MergeSummary summary = records::merge(options);
+  for (std::size_t i = 0; i < std::min(kMostDisagreements, summary.disagreements.size()); ++i)
+    round.alarms.push_back("records differ: " + summary.disagreements[i].label + " between '" +
+                           summary.disagreements[i].kept.string() + "' and '" +
+                           summary.disagreements[i].other.string() +
+                           "': " + records::to_string(summary.disagreements[i].difference));
+  if (summary.disagreeing > kMostDisagreements)
+    round.alarms.push_back("records differ in " + counted(summary.disagreeing, "trial") + " altogether");
+  return options.out;
+}
+
+void add_submissions(Round& round, const std::vector<Entry>& entries) {
+  for (BoardClass& of_class : round.classes)
+    for (Standing& standing : of_class.standings)
+      for (const std::size_t entry : round.entries)
+        if (submits(entries[entry].evaluation, standing.method, of_class.protocol)) {
+          standing.submitted = true;
+          standing.entry = entry;
+        }
+}
+
+// Entries are latest first, and so are rounds.
+std::vector<Round> rounds_of(const std::vector<Entry>& entries, const BoardOptions& options) {
+  std::vector<Round> rounds;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const Evaluation& evaluation = entries[i].evaluation;
+    auto round = std::find_if(rounds.begin(), rounds.end(), [&](const Round& one) {
+      return one.suite.instance_set == evaluation.suite.instance_set;
+    });
+    if (round == rounds.end()) {
+      round = rounds.emplace(rounds.end());
+      round->suite = evaluation.suite;
+      round->steps = evaluation.steps;
+      round->date = evaluation.date;
+    }
+    if (std::none_of(round->entries.begin(), round->entries.end(),
+                     [&](std::size_t later) { return entries[later].evaluation.name == evaluation.name; }))
+      round->entries.push_back(i);
+  }
+  const report::TemporaryFolder place;
+  for (Round& round : rounds) {
+    std::vector<EvaluatedMethod> listed;
+    for (const std::size_t entry : round.entries)
+      listed.insert(listed.end(), entries[entry].evaluation.methods.begin(), entries[entry].evaluation.methods.end());
+    const fs::path results = merged(round, entries, place);
+    read_standings(round, results, listed, options.baseline, true);
+    add_submissions(round, entries);
+  }
+  return rounds;
+}
+
+// The results of an entry's submitted methods: in its round, or alone for a version that a later one replaces there.
+Version version_of(std::size_t entry, const std::vector<Entry>& entries, const std::vector<Round>& rounds,
+                   const BoardOptions& options) {
+  const Evaluation& evaluation = entries[entry].evaluation;
+  const auto round = std::find_if(rounds.begin(), rounds.end(), [&](const Round& one) {
+    return std::find(one.entries.begin(), one.entries.end(), entry) != one.entries.end();
+  });
+  Round alone;
+  if (round == rounds.end())
+    read_standings(alone, evaluation.results_folder(), evaluation.methods, options.baseline, false);
+  const Round& standings = round == rounds.end() ? alone : *round;
+  Version version;
+  version.entry = entry;
+  for (const EvaluatedMethod& method : evaluation.methods) {
+    const BoardClass* of_class = nullptr;
+    const Standing* standing =
+        method.submitted ? find_standing(standings, method.name, method.protocol, &of_class) : nullptr;
+    if (!standing) continue;
+    const auto ranked = std::count_if(of_class->standings.begin(), of_class->standings.end(),
+                                      [](const Standing& one) { return one.rank > 0; });
+    version.results.push_back({method.name, method.protocol, standing->error, standing->trials, standing->failed,
+                               standing->rank, static_cast<std::size_t>(ranked)});
+  }
+  return version;
+}
+
+std::vector<History> histories_of(const std::vector<Entry>& entries, const std::vector<Round>& rounds,
+                                  const BoardOptions& options) {
+  std::vector<History> histories;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const std::string& name = entries[i].evaluation.name;
+    auto history =
+        std::find_if(histories.begin(), histories.end(), [&](const History& one) { return one.name == name; });
+    if (history == histories.end()) history = histories.insert(histories.end(), {name, {}});
+    history->versions.push_back(version_of(i, entries, rounds, options));
+  }
+  return histories;
+}
+
+}  // namespace
+
+std::string method_page(const std::string& method) {
+  return "methods/" + report::figure_file_name(method).substr(0, 60) + "-" + short_hash(method).substr(0, 8) + ".html";
+}
+
+Board make_board(const BoardOptions& options) {
+  Board board;
+  board.title = options.title;
+  board.baseline = options.baseline;
+  std::vector<Candidate> candidates = accepted(options, board.left_out);
+  if (candidates.empty()) {
+    std::string reasons;
+    for (const LeftOut& one : board.left_out) reasons += "\n  '" + one.folder + "': " + join(one.reasons, "; ");
+    throw Error(ErrorKind::bad_input, "no evaluation can be shown:" + reasons);
+  }
+  for (auto candidate = candidates.rbegin(); candidate != candidates.rend(); ++candidate) {
+    candidate->entry.report = report_file(candidate->entry.evaluation);
+    board.entries.push_back(std::move(candidate->entry));
+  }
+  board.rounds = rounds_of(board.entries, options);
+  board.histories = histories_of(board.entries, board.rounds, options);
+  return board;
+}
+
+}  // namespace relign::leaderboard

@@ -1,0 +1,129 @@
+#include "leaderboard/consistency.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "base/json_members.h"
+#include "base/text.h"
+
+namespace relign::leaderboard {
+namespace {
+
+using report::LoadedResults;
+using NameAndProtocol = std::pair<std::string, std::string>;
+
+constexpr std::size_t kMostNamed = 20;
+
+std::string in_quotes(const std::string& text) { return "'" + text + "'"; }
+
+std::string named(const NameAndProtocol& method) {
+  return in_quotes(method.first) + " (protocol " + in_quotes(method.second) + ")";
+}
+
+std::string words_text(const std::set<std::string>& words) {
+  return in_quotes(join({words.begin(), words.end()}, ", "));
+}
+
+// Of the manifest, or of one of the folders that it was merged from.
+template <typename Has>
+bool any_source(const Json& manifest, const Has& has) {
+  const Json& sources = list_of(manifest, "sources");
+  return has(manifest) || std::any_of(sources.begin(), sources.end(), has);
+}
+
+void check_origin(std::vector<std::string>& found, const Evaluation& evaluation, const Submission& submission,
+                  const Json& manifest) {
+  const auto differs = [&](const char* what, const std::string& here, const std::string& there, const char* file) {
+    if (here != there)
+      found.push_back(std::string(what) + " is " + in_quotes(here) + " in evaluation.json and " + in_quotes(there) +
+                      " in " + file);
+  };
+  differs("the name", evaluation.name, submission.name, "submission.json");
+  differs("the version", evaluation.version, submission.version, "submission.json");
+  differs("the instance set", evaluation.suite.instance_set, text_of(manifest, "instance_set"),
+          "the results' manifest");
+  if (!any_source(manifest, [&](const Json& source) {
+        return text_of(object_of(source, "program"), "version") == evaluation.program_version;
+      }))
+    found.push_back("no trial was recorded by relign-bench " + in_quotes(evaluation.program_version));
+  if (evaluation.sealed && text_of(manifest, "commitment").empty())
+    found.push_back("'sealed' is true, but the results have no commitment");
+  if (evaluation.sandbox && !any_source(manifest, [](const Json& source) { return source.contains("sandbox"); }))
+    found.push_back("'sandbox' is true, but no algorithm of the results ran in a sandbox");
+}
+
+void check_observations(std::vector<std::string>& found, const EvaluatedMethod& method, const Json& entry) {
+  std::set<std::string> recorded;
+  for (const Json& word : list_of(entry, "observes"))
+    if (word.is_string()) recorded.insert(word);
+  const std::set<std::string> stated(method.observes.begin(), method.observes.end());
+  if (recorded != stated)
+    found.push_back(named({method.name, method.protocol}) + " observes " + words_text(stated) +
+                    " by evaluation.json and " + words_text(recorded) + " by the results");
+}
+
+// Methods that the harness adds to every run need not be listed.
+void check_methods(std::vector<std::string>& found, const Evaluation& evaluation, const Json& manifest) {
+  std::map<NameAndProtocol, const Json*> recorded;
+  for (const Json& entry : list_of(manifest, "algorithms"))
+    recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
+  std::set<NameAndProtocol> listed;
+  for (const EvaluatedMethod& method : evaluation.methods) {
+    const NameAndProtocol key = {method.name, method.protocol};
+    listed.insert(key);
+    if (method.submitted && method.observes != evaluation.observes)
+      found.push_back("the class is " + in_quotes(join(evaluation.observes, ", ")) + ", but " + named(key) +
+                      " observes " + in_quotes(join(method.observes, ", ")));
+    if (const auto entry = recorded.find(key); entry != recorded.end())
+      check_observations(found, method, *entry->second);
+    else
+      found.push_back("the results have no method " + named(key));
+  }
+  for (const auto& [key, entry] : recorded)
+    if (!listed.count(key) && !flag_of(*entry, "added"))
+      found.push_back("evaluation.json does not list the method " + named(key) + " of the results");
+}
+
+// A trial that is left out would count for the method, so every method needs all of them.
+void check_trials(std::vector<std::string>& found, const LoadedResults& results) {
+  const std::size_t recorded = results.trials.rows.size();
+  if (results.planned == 0) found.push_back("the results plan no trials");
+  if (recorded < results.planned)
+    found.push_back(std::to_string(results.planned - recorded) + " of " + counted(results.planned, "planned trial") +
+                    " are not in the results");
+  const Json& manifest = results.manifest;
+  const std::uint64_t of_each =
+      list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() * count_of(manifest, "instances");
+  std::map<NameAndProtocol, std::set<std::string>> trials;
+  for (const statistics::TrialRow& row : results.trials.rows) {
+    const statistics::Series& series = results.trials.series_of(row);
+    trials[{series.algorithm, series.protocol}].insert(series.scene + "\n" + series.noise_level + "\n" +
+                                                       std::to_string(row.instance));
+  }
+  for (const Json& entry : list_of(manifest, "algorithms")) {
+    const NameAndProtocol key = {text_of(entry, "name"), text_of(entry, "protocol")};
+    if (trials[key].size() != of_each)
+      found.push_back(named(key) + " has " + counted(trials[key].size(), "trial") + " instead of " +
+                      std::to_string(of_each));
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> contradictions(const Evaluation& evaluation, const Submission& submission,
+                                        const LoadedResults& results) {
+  std::vector<std::string> found;
+  check_origin(found, evaluation, submission, results.manifest);
+  check_methods(found, evaluation, results.manifest);
+  check_trials(found, results);
+  if (found.size() > kMostNamed) {
+    const std::size_t more = found.size() - kMostNamed;
+    found.resize(kMostNamed);
+    found.push_back("and " + std::to_string(more) + " more");
+  }
+  return found;
+}
+
+}  // namespace relign::leaderboard

@@ -1,0 +1,24 @@
+// The standings of one results folder: what board.h calls a round, without its evaluations.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "leaderboard/board.h"
+
+namespace relign::leaderboard {
+
+// Sets everything of `round` except suite, entries and date. `listed`: methods of evaluation.json, for training costs.
+// `pictures`: also reads the gallery. Throws Error as report::load_results.
+void read_standings(Round& round, const std::filesystem::path& results, const std::vector<EvaluatedMethod>& listed,
+                    const std::string& baseline, bool pictures);
+
+// The standing of a method; nullptr without one.
+const Standing* find_standing(const Round& round, const std::string& method, const std::string& protocol,
+                              const BoardClass** of_class = nullptr);
+
+// The name of the method to which a series belongs: of several trainings it is that of the list.
+std::string method_of(const statistics::Series& series);
+
+}  // namespace relign::leaderboard
