@@ -24,6 +24,7 @@ constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark ma
 constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
 constexpr std::size_t kSmoothable = 18;  // curves
 constexpr std::size_t kMaxDesigns = 4;
+constexpr double kMiddle = 0.2, kOuter = 0.6;  // shares of the half image: centre within, corners beyond
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
 
@@ -34,6 +35,14 @@ struct Design {
   double limit = 0;                        // how far a mark may be from its place, pixels
   Eigen::MatrixXd motion;                  // Shift x axes, per share of the travel
   std::vector<Eigen::Vector2d> slopes;     // by mark: share of the focus axis per share of the tilts; none: no chart
+
+  bool is_centre(const Mark& mark) const {
+    return std::hypot(mark.x_px - half_width, mark.y_px - half_height) < kMiddle * half_width;
+  }
+  bool is_corner(const Mark& mark) const {
+    return std::fabs(mark.x_px - half_width) > kOuter * half_width &&
+           std::fabs(mark.y_px - half_height) > kOuter * half_height;
+  }
 };
 
 std::vector<float> pixels_of(const relign::ImageView& image) {
@@ -183,7 +192,10 @@ class FieldFocus final : public relign::Agent {
         frequency_(given.number("cycles_per_pixel")),
         stride_(given.number("stride")),
         sweep_(static_cast<int>(given.integer("sweep"))),
-        worst_(given.boolean("worst_field")) {}
+        worst_(given.boolean("worst_field")),
+        centre_limit_(given.number("centre_limit")),
+        corner_limit_(given.number("corner_limit")),
+        other_limit_(given.number("other_limit")) {}
 
   void run(relign::Trial& trial) override {
     trial_ = &trial;
@@ -197,12 +209,20 @@ class FieldFocus final : public relign::Agent {
       return;
     }
     for (auto& channels : channels_)
-      for (const auto& slope : design_->slopes) channels.insert(channels.end(), 2, Channel{slope, {}, {}});
+      for (std::size_t i = 0; i < design_->slopes.size(); ++i)
+        channels.insert(channels.end(), 2, Channel{design_->slopes[i], {}, {}, limit_of(design_->marks[i])});
     take(trial.first());
     if (coarse() && fine()) approach();
   }
 
  private:
+  std::optional<double> limit_of(const Mark& mark) const {
+    const double limit = design_->is_centre(mark)   ? centre_limit_
+                         : design_->is_corner(mark) ? corner_limit_
+                                                    : other_limit_;
+    return limit < 0 ? std::nullopt : std::optional(limit);
+  }
+
   std::shared_ptr<const Design> study() const {
     const relign::Model model = trial_->model();
     const std::vector<float> reference = pixels_of(trial_->reference());
@@ -372,6 +392,7 @@ class FieldFocus final : public relign::Agent {
   double stride_;
   int sweep_;
   bool worst_;
+  double centre_limit_, corner_limit_, other_limit_;  // below 0: not specified
   relign::Trial* trial_ = nullptr;
   std::shared_ptr<const Design> design_;
   // At half the frequency for the first sweep, then at the frequency; by mark: upright edges, level edges.

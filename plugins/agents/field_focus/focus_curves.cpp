@@ -96,7 +96,7 @@ Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, do
     double sum = 0;
     for (const Channel& channel : channels) {
       if (!channel.curve) continue;
-      sum += std::exp(-kSharpness * channel.curve->at(channel.defocus(pose)));
+      if (channel.limit) sum += std::exp(-kSharpness * (channel.curve->at(channel.defocus(pose)) - *channel.limit));
       if (std::fabs(channel.defocus(pose) - channel.defocus(start)) > reach) return -1.0;
     }
     return -std::log(sum) / kSharpness;

@@ -28,6 +28,7 @@ struct Channel {
   Eigen::Vector2d slope;  // of the field's best z over the tilts
   std::vector<Sample> samples;
   std::optional<Curve> curve;
+  std::optional<double> limit = 0.0;  // of the specification; none: the field is not specified
 
   double defocus(const Focus& pose) const { return pose[0] - slope.dot(pose.tail<2>()); }
 };
@@ -40,7 +41,7 @@ int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, doub
 // The plane through the best foci of all curves by least squares.
 Focus plane_of_best_focus(const std::vector<Channel>& channels);
 
-// The pose with the highest MTF of the worst channel, within `reach` of `start` in every field; a soft minimum, so
+// The pose at which the worst channel is farthest above its limit, within `reach` of `start` in every field; a soft minimum, so
 // that errors of single curves average out.
 Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, double reach);
 
