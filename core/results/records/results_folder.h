@@ -1,10 +1,10 @@
 // The results folder: append-only during a run, canonical when it is complete.
 //
 // Layout (described in results/README.md): manifest.json, trials/0000.jsonl ..., times/0000.jsonl ...,
-// logs/, pictures/, scenes/<hash>/, aggregate.csv, costs.csv, curves.csv, curves.json, instances.csv, matrix.csv, report.html.
-// Trial number k of the plan goes into file k / 1000. A trial's lines are appended in one write, closing line last; a
-// trial without a closing line does not count. finish() sorts every file by the plan, so that equal runs give equal
-// bytes for any number of workers.
+// logs/, pictures/, scenes/<hash>/, aggregate.csv, costs.csv, curves.csv, curves.json, instances.csv, matrix.csv,
+// report.html. Trial number k of the plan goes into file k / 1000. A trial's lines are appended in one write, closing
+// line last; a trial without a closing line does not count. finish() sorts every file by the plan, so that equal runs
+// give equal bytes for any number of workers.
 #pragma once
 
 #include <chrono>
