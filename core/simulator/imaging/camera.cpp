@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <relign/random.hpp>
 
 #include "base/error.h"
 #include "imaging/diffracted_mse.h"
@@ -101,8 +102,8 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   }
   set_capture(settings.sampler, settings.samples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
-  sums_.resize(tiles().size());
   find_spans();
+  choose_scored_tiles();
   const double read_out = share_read_out() * static_cast<double>(scene.sensor.pixels());
   if (read_out > kMsePixels) mse_samples_ = static_cast<int>(std::ceil(kMseSamples * kMsePixels / read_out));
   mse_shares_ = allocate_samples(mse_samples_);
@@ -130,6 +131,27 @@ void Camera::find_spans() {
       ++spans_.back().columns;
     }
   }
+}
+
+void Camera::choose_scored_tiles() {
+  const auto pixels = [](const Tile& tile) { return static_cast<double>(tile.box.columns * tile.box.rows); };
+  const auto every = static_cast<std::uint32_t>(settings_.scored_tiles);
+  if (every > 1 && (settings_.transport == Transport::ghost || scene_->diffraction))
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': its noise-free RMSE needs whole images (" +
+                                          (scene_->diffraction ? "diffraction" : "transport 'ghost'") +
+                                          "); use 'scored_tiles' 1, found " + std::to_string(every));
+  constexpr std::uint32_t kKey = 0x5C02ED;
+  double all = 0, scored = 0;
+  for (std::size_t i = 0; i < tiles().size(); ++i) {
+    all += pixels(tiles()[i]);
+    const auto index = static_cast<std::uint32_t>(i);
+    if (philox4x32({index, 0, 0, 0}, {kKey, 0})[0] % every != 0 && !(scored_.empty() && i + 1 == tiles().size()))
+      continue;
+    scored_.push_back(static_cast<int>(i));
+    scored += pixels(tiles()[i]);
+  }
+  pixels_per_scored_ = all / scored;
+  sums_.resize(scored_.size());
 }
 
 double Camera::share_read_out() const {
@@ -399,8 +421,8 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
   if (ghosts_)
     for (int group = 0; group < groups; ++group)
       render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, with_ghosts_[group].data());
-  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
-    const auto at_tile = static_cast<std::size_t>(index);
+  parallel_->for_each(static_cast<int>(scored_.size()), [&](int index, unsigned thread) {
+    const auto at_tile = static_cast<std::size_t>(scored_[static_cast<std::size_t>(index)]);
     const PixelBox& box = tiles()[at_tile].box;
     Workspace& work = *workspaces_[thread];
     for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
@@ -430,14 +452,14 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         ++in_tile;
         add_to_mse(values, o1, o2, sum);
       }
-    sums_[at_tile] = sum;
+    sums_[static_cast<std::size_t>(index)] = sum;
   });
   double product = 0, variance = 0;
   for (const TileSum& sum : sums_) {
     product += sum.product;
     variance += sum.variance;
   }
-  const auto count = static_cast<double>(scene_->sensor.pixels());
+  const double count = static_cast<double>(scene_->sensor.pixels()) / pixels_per_scored_;
   return {product / count, std::sqrt(std::max(0.0, variance)) / count};
 }
 

@@ -48,6 +48,8 @@ struct CaptureSettings {
   int samples =
       64;  // 1 to kMaxSamples directions per pixel: over the hemisphere, or the importance region (pupil, lattice)
   double sensor_albedo = 0;  // transport ghost: share of light scattered by the sensor, Lambertian; 0 to 1
+  // noise_free_mse renders one tile in so many, at random, the same ones always; not with ghosts or diffraction.
+  int scored_tiles = 1;
 };
 
 // Two independent noise-free renders of the reference pose and their mean, O*.
@@ -110,7 +112,8 @@ class Camera {
                                     const NoiseFreeRequest& request, float* pixels);
   static constexpr int kMinBatches = 4;
   // MSE against the reference: mean over pixels of products of independent renders minus independent references.
-  // kMseGroups renders of kMseSamples rays per pixel each, or fewer on sensors of more than kMsePixels.
+  // kMseGroups renders of kMseSamples rays per pixel each, or fewer on sensors of more than kMsePixels. With
+  // settings.scored_tiles above 1 it is estimated from these tiles, with the standard error of their MSE.
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
@@ -154,6 +157,7 @@ class Camera {
   void capture_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   void find_spans();
+  void choose_scored_tiles();
   // Renders an image from each view's share of a pixel's samples: body(source, path, tile, samples) traces the rays of
   // a tile and returns the factor for the sum of a pixel's rays.
   enum class Pixels { lit, all };
@@ -178,7 +182,9 @@ class Camera {
   std::unique_ptr<DiffractedMse> diffracted_mse_;  // made on first use
   optics::EmitterPlane emitter_{};
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one per thread
-  std::vector<TileSum> sums_;                           // one per tile
+  std::vector<int> scored_;                             // tiles that noise_free_mse renders
+  double pixels_per_scored_ = 1;                        // read out, over those in scored tiles
+  std::vector<TileSum> sums_;                           // one per scored tile
 };
 
 }  // namespace relign::imaging
