@@ -10,12 +10,6 @@
 namespace relign::imaging {
 namespace {
 
-SceneFile small_camera() {
-  SceneChoices choices;
-  choices.pixels = 960;
-  return read_scene_file(scene_folder() + "camera_2mp/scene.json", choices);
-}
-
 // Pixels of the regions that differ from the whole frame's.
 int different_pixels(const PixelRegions& regions, int width, const std::vector<float>& image,
                      const std::vector<float>& whole) {
