@@ -102,6 +102,8 @@ Finding check_reference(const Subject& subject) {
   return ok();
 }
 
+namespace {
+
 // Of captures of two regions that overlap, against the whole capture with seed 11 at the same pose.
 std::string flaw_of_regions(const Opened& opened, MountedAssembly& assembly, const std::vector<double>& pose,
                             const std::vector<float>& whole) {
@@ -115,6 +117,8 @@ std::string flaw_of_regions(const Opened& opened, MountedAssembly& assembly, con
       return "a capture of regions has other pixels there than the whole capture with the same pose and seed";
   return "";
 }
+
+}  // namespace
 
 Finding check_same_pixels(const Subject& subject) {
   Opened opened(subject.choice());

@@ -1,7 +1,6 @@
 /*
  * relign/scene/regions.h: optional ability of a scene, since 1.6: captures of some regions of the image, as sensors
- * with regions of interest read them out. A scene without it captures whole frames, which algorithms are told
- * (services/regions.h).
+ * with regions of interest read them out. A scene without it captures whole frames only.
  */
 #ifndef RELIGN_SCENE_REGIONS_H
 #define RELIGN_SCENE_REGIONS_H
