@@ -29,7 +29,7 @@ void expect_bits_of_whole_frames(const SceneFile& scene, const PixelRegions& reg
     std::vector<double> pose(scene.axes(), 0.45);
     pose[2] = z;
     for (const Sampler sampler : {Sampler::pupil, Sampler::paper, Sampler::lattice, Sampler::hemisphere}) {
-      camera.set_capture(sampler, sampler == Sampler::paper || sampler == Sampler::hemisphere ? 64 : 8);
+      camera.set_capture(sampler, 8);
       camera.capture(lens, pose, 5, whole.data());
       read.assign(read.size(), 7.0F);
       camera.capture_regions(lens, pose, 5, regions, read.data());
