@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "base/pixel_region.h"
 #include "plugin_host/process_numbers.h"
 
 namespace relign::sandbox {
@@ -127,6 +128,7 @@ const void* RemoteServices::get(std::string_view id) {
   if (id == RELIGN_SERVICE_REFERENCE) return reference();
   if (id == RELIGN_SERVICE_MEASURES) return offers(RELIGN_SERVICE_MEASURES, "list") ? &measures_ : nullptr;
   // Without its arguments a call is refused where the service is offered, and does nothing.
+  if (id == RELIGN_SERVICE_REGIONS) return offers(RELIGN_SERVICE_REGIONS, "select") ? &regions_ : nullptr;
   if (id == RELIGN_SERVICE_PRIOR) return offers(RELIGN_SERVICE_PRIOR, "draw") ? &prior_ : nullptr;
   if (id == RELIGN_SERVICE_RUN) return offers(RELIGN_SERVICE_RUN, "run") ? &run_ : nullptr;
   if (id == RELIGN_SERVICE_MODEL) {
@@ -276,6 +278,13 @@ void RemoteServices::fill_tables() {
   };
   measures_.fields = [](void* context, relign_text arguments, relign_field_measures* measured) -> relign_status {
     return measured ? self(context).measure_fields(arguments, measured) : RELIGN_BAD_ARGUMENT;
+  };
+  regions_ = {sizeof regions_, kMaxRegions, this, nullptr, why};
+  regions_.select = [](void* context, const std::uint32_t* numbers, std::uint32_t count) -> relign_status {
+    if (!numbers && count > 0) return RELIGN_BAD_ARGUMENT;
+    const PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
+    return status_of(
+        self(context).ask(RELIGN_SERVICE_REGIONS, "select", {{"regions", Json::parse(to_json_text(regions))}}));
   };
   prior_ = {sizeof prior_, 0, this, nullptr, why};
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* sink) -> relign_status {

@@ -119,6 +119,7 @@ StepRecord read_step(const Json& line) {
   step.limits_high = read_whole<std::uint64_t>(line.at("limits_high"));
   step.merit = read_number(line.at("merit"));
   step.measured = read_number(line.at("measured"));
+  if (const auto regions = line.find("regions"); regions != line.end()) step.regions = read_regions(*regions);
   step.machine_seconds = read_number(line.at("machine_seconds"));
   step.recommended_pose = read_numbers(line.at("recommended_pose"));
   step.recommendation = line.at("recommendation").get<std::string>();
@@ -233,16 +234,17 @@ TrialRecord with_members_of(const TrialRecord& was, TrialRecord is) {
 bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
 
 std::string step_line(const std::string& trial, const StepRecord& step) {
-  return LineWriter()
-      .add("trial", trial)
+  LineWriter line;
+  line.add("trial", trial)
       .add("step", step.step)
       .add("commanded_pose", step.commanded_pose)
       .add("true_pose", step.true_pose)
       .add("limits_low", step.limits_low)
       .add("limits_high", step.limits_high)
       .add("merit", step.merit)
-      .add("measured", step.measured)
-      .add("machine_seconds", step.machine_seconds)
+      .add("measured", step.measured);
+  if (!step.regions.empty()) line.raw("regions", to_json_text(step.regions));
+  line.add("machine_seconds", step.machine_seconds)
       .add("recommended_pose", step.recommended_pose)
       .add("recommendation", step.recommendation)
       .add("recommended_seconds", step.recommended_seconds)
@@ -250,8 +252,8 @@ std::string step_line(const std::string& trial, const StepRecord& step) {
       .add("commanded_mse", step.commanded_mse)
       .add("commanded_mse_error", step.commanded_mse_error)
       .add("recommended_mse", step.recommended_mse)
-      .add("recommended_mse_error", step.recommended_mse_error)
-      .close();
+      .add("recommended_mse_error", step.recommended_mse_error);
+  return line.close();
 }
 
 std::string closing_line(const TrialRecord& record, std::size_t steps) {

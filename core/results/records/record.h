@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "base/pixel_region.h"
 #include "records/specification.h"
 
 namespace relign::records {
@@ -23,7 +24,8 @@ struct StepRecord {
   std::uint64_t limits_low = 0;
   std::uint64_t limits_high = 0;
   double merit = 0;
-  double measured = 0;  // RMSE of the capture against O*
+  double measured = 0;   // RMSE of the capture against O*; NaN for one of regions
+  PixelRegions regions;  // that the capture reads out; empty, and not written: all pixels
   double machine_seconds = 0;
   std::vector<double> recommended_pose;
   std::string recommendation;  // "own", "best_measured", "current"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/pixel_region.h"
 #include "imaging/certificate.h"
 #include "imaging/diffraction.h"
 #include "imaging/ghost_image.h"
@@ -103,6 +104,11 @@ class Camera {
   // tracer).
   void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels,
                const std::optional<optics::Motion>& into_print = std::nullopt);
+  // Of these regions only: writes at least their pixels, with the bits of `capture`. Returns the share of the pixels of
+  // a whole capture that is read out. Not with diffraction or transport ghost, where a pixel depends on others.
+  double capture_regions(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                         const PixelRegions& regions, float* pixels);
+  bool captures_regions() const { return !diffraction_ && !ghosts_; }
   // Low-discrepancy sampling of the importance region: `samples` rays per pixel, and with transport ghost one reflected
   // path per `rays_per_ghost` rays.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -117,8 +123,8 @@ class Camera {
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
-  // Parts of rows: the pixels that are read out, and their share of all.
-  const std::vector<PixelBox>& spans() const { return spans_; }
+  // The pixels that are read out, and their share of all.
+  const std::vector<PixelSpan>& spans() const { return spans_; }
   double share_read_out() const;
 
   // For tests: changes sampler and sample count of capture().
@@ -145,7 +151,7 @@ class Camera {
   std::vector<int> allocate_samples(int samples) const;
   const std::vector<Tile>& tiles() const { return views_.front().tiles.tiles(); }  // boxes are the same in all views
   void place(MountedLens& lens, const std::vector<double>& true_pose,
-             const std::optional<optics::Motion>& into_print = std::nullopt);
+             const std::optional<optics::Motion>& into_print = std::nullopt, const PixelRegions& regions = {});
   RayPath ray_path(const View& view) const;
   void render_light(std::uint64_t seed, float* pixels);
   // Light of one group through the current lens: without reflections; and with ghosts. Both without diffraction.
@@ -156,8 +162,8 @@ class Camera {
   // an image without them.
   void capture_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
-  void find_spans();
   void choose_scored_tiles();
+  void read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels);
   // Renders an image from each view's share of a pixel's samples: body(source, path, tile, samples) traces the rays of
   // a tile and returns the factor for the sum of a pixel's rays.
   enum class Pixels { lit, all };
@@ -168,8 +174,8 @@ class Camera {
   CaptureSettings settings_;
   Parallel* parallel_;
   optics::BlockTracer* tracer_;
-  std::vector<View> views_;      // one per wavelength
-  std::vector<PixelBox> spans_;  // what the electronics read out: parts of rows
+  std::vector<View> views_;       // one per wavelength
+  std::vector<PixelSpan> spans_;  // what the electronics read out
   std::vector<int> capture_shares_, mse_shares_;
   int mse_samples_ = kMseSamples;
   // transport ghost

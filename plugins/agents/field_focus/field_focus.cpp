@@ -13,6 +13,8 @@ using field_focus::Channel;
 using field_focus::find_marks;
 using field_focus::Focus;
 using field_focus::Mark;
+using field_focus::Part;
+using field_focus::part_of;
 using relign::Pose;
 
 // The axis order of all scenes: two lateral axes, focus, two tilts, rotation.
@@ -24,7 +26,6 @@ constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark ma
 constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
 constexpr std::size_t kSmoothable = 18;  // curves
 constexpr std::size_t kMaxDesigns = 4;
-constexpr double kMiddle = 0.2, kOuter = 0.6;  // shares of the half image: centre within, corners beyond
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
 
@@ -35,14 +36,6 @@ struct Design {
   double limit = 0;                        // how far a mark may be from its place, pixels
   Eigen::MatrixXd motion;                  // Shift x axes, per share of the travel
   std::vector<Eigen::Vector2d> slopes;     // by mark: share of the focus axis per share of the tilts; none: no chart
-
-  bool is_centre(const Mark& mark) const {
-    return std::hypot(mark.x_px - half_width, mark.y_px - half_height) < kMiddle * half_width;
-  }
-  bool is_corner(const Mark& mark) const {
-    return std::fabs(mark.x_px - half_width) > kOuter * half_width &&
-           std::fabs(mark.y_px - half_height) > kOuter * half_height;
-  }
 };
 
 std::vector<float> pixels_of(const relign::ImageView& image) {
@@ -217,9 +210,8 @@ class FieldFocus final : public relign::Agent {
 
  private:
   std::optional<double> limit_of(const Mark& mark) const {
-    const double limit = design_->is_centre(mark)   ? centre_limit_
-                         : design_->is_corner(mark) ? corner_limit_
-                                                    : other_limit_;
+    const Part part = part_of(mark, design_->half_width, design_->half_height);
+    const double limit = part == Part::centre ? centre_limit_ : part == Part::corner ? corner_limit_ : other_limit_;
     return limit < 0 ? std::nullopt : std::optional(limit);
   }
 

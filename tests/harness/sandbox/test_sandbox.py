@@ -280,6 +280,17 @@ class TestRuns(unittest.TestCase):
                 without_times = [re.sub(r"; its process.*", "", text, flags=re.DOTALL) for _, text in (plain, confined)]
                 self.assertEqual(*without_times)
 
+    def test_regions_of_library_give_equal_steps(self):
+        script = [["select", [[60, 60, 50, 40], [100, 90, 70, 60]]], ["step", [0.5] * 5], ["measure", "mean"],
+                  ["select", [[0, 0, 201, 1]]], ["step", [0.51] * 5]]
+        words = ["try", BUILD / "tests/harness/trials/plugins/service_user", "--scene", "relign_od", "--noise-level", "none",
+                 "--steps", "2", "--parameters", json.dumps({"script": script})]
+        plain, confined = run(*words), run(*words, "--sandbox")
+        self.assertEqual(plain[0], 0, plain[1])
+        self.assertRegex(plain[1], r"\n +1 .* regions ")
+        self.assertIn("200 columns", plain[1])
+        self.assertEqual(plain[1], confined[1])
+
     def test_shows_what_it_is_asked_to(self):
         data = self.root / "data.txt"
         data.write_text("granted")
