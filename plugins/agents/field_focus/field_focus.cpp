@@ -24,7 +24,6 @@ constexpr double kTiltStride = 0.1;            // share of the travel, for the d
 constexpr double kLateralStride = 0.02;
 constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark may be from its place in the reference
 constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
-constexpr std::size_t kSmoothable = 18;  // curves
 constexpr std::size_t kMaxDesigns = 4;
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
@@ -242,12 +241,15 @@ class FieldFocus final : public relign::Agent {
     }
   }
 
-  // Mean over the two opposite edges of a mark, left and right or top and bottom; NaN without any.
+  // Of the two opposite edges of a mark, left and right or top and bottom, that nearer to the centre, which the field's
+  // criterion measures; the mean of both where the mark is at the centre. NaN without any.
   double edge_mtf(const Mark& mark, bool upright, double frequency, const relign::ImageView& image) const {
     const double along = 0.7 * mark.side_px, across = 0.55 * mark.side_px;
     double sum = 0;
     int edges = 0;
+    const double inwards = upright ? design_->half_width - mark.x_px : design_->half_height - mark.y_px;
     for (const double side : {-0.5, 0.5}) {
+      if (std::fabs(inwards) > 0.5 * mark.side_px && side * inwards < 0) continue;
       const double width = upright ? across : along, height = upright ? along : across;
       const double x = mark.x_px + (upright ? side * mark.side_px : 0) - 0.5 * width;
       const double y = mark.y_px + (upright ? 0 : side * mark.side_px) - 0.5 * height;
@@ -293,7 +295,6 @@ class FieldFocus final : public relign::Agent {
     std::vector<Channel>& channels = channels_[near ? 1 : 0];
     const double reach = near ? 0.5 * stride_ : stride_;
     if (fit(channels, near, reach) < 3) return std::nullopt;
-    smooth(channels);
     const Focus plane = plane_of_best_focus(channels);
     return worst_ && near ? best_of_worst(channels, plane, reach) : plane;
   }
@@ -314,29 +315,6 @@ class FieldFocus final : public relign::Agent {
     solution_ = *solution;
     trial_->recommend(centred(solution_));
     return true;
-  }
-
-  // Aberrations are smooth over the image, so one least-squares fit averages the noise of single edges: best focus and
-  // peak are linear with slopes that both directions share, plus quadratic terms of each. The width becomes the mean.
-  void smooth(std::vector<Channel>& channels) const {
-    std::vector<std::size_t> fitted;
-    for (std::size_t i = 0; i < channels.size(); ++i)
-      if (channels[i].curve) fitted.push_back(i);
-    if (fitted.size() < kSmoothable) return;
-    const auto count = static_cast<Eigen::Index>(fitted.size());
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 10), values(count, 3);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const std::size_t at = fitted[static_cast<std::size_t>(i)];
-      const Mark& mark = design_->marks[at / 2];
-      const double u = mark.x_px / design_->half_width - 1;
-      const double v = mark.y_px / design_->half_width - design_->half_height / design_->half_width;
-      rows(i, 0) = u, rows(i, 1) = v;
-      rows.row(i).segment<4>(at % 2 == 0 ? 2 : 6) << 1, u * u, u * v, v * v;
-      values.row(i) << channels[at].curve->peak, channels[at].curve->centre, channels[at].curve->width;
-    }
-    const Eigen::MatrixXd smoothed = rows * rows.colPivHouseholderQr().solve(values);
-    for (Eigen::Index i = 0; i < count; ++i)
-      channels[fitted[static_cast<std::size_t>(i)]].curve = {smoothed(i, 0), smoothed(i, 1), values.col(2).mean()};
   }
 
   bool sharpest_at(double z) const {
