@@ -30,15 +30,16 @@ std::string text_of(const std::function<void()>& body) {
 
 TEST(Fault, NamesWhatIsWrongWithJson) {
   const json object = {{"a", 1}};
-  EXPECT_EQ(text_of([&] { object.at("step"); }), "missing key 'step'");
-  EXPECT_EQ(text_of([&] { object.at("a").get<std::string>(); }), "expected string, found number");
-  EXPECT_THAT(text_of([] { json::parse("{\"a\": 1 \"b\": 2}"); }),
+  EXPECT_EQ(text_of([&] { static_cast<void>(object.at("step")); }), "missing key 'step'");
+  EXPECT_EQ(text_of([&] { static_cast<void>(object.at("a").get<std::string>()); }), "expected string, found number");
+  EXPECT_THAT(text_of([] { static_cast<void>(json::parse("{\"a\": 1 \"b\": 2}")); }),
               AllOf(HasSubstr("invalid JSON at column 12: unexpected string literal"), Not(HasSubstr("exception"))));
-  EXPECT_THAT(text_of([] { json::parse(""); }), HasSubstr("invalid JSON at column 1: unexpected end of input"));
+  EXPECT_THAT(text_of([] { static_cast<void>(json::parse("")); }),
+              HasSubstr("invalid JSON at column 1: unexpected end of input"));
 }
 
 TEST(Fault, NamesFilesAndTheSystemsReason) {
-  EXPECT_EQ(text_of([] { std::filesystem::file_size("no/such"); }),
+  EXPECT_EQ(text_of([] { static_cast<void>(std::filesystem::file_size("no/such")); }),
             "cannot access 'no/such': No such file or directory");
   EXPECT_EQ(text_of([] { std::filesystem::rename("no/such", "other"); }),
             "cannot access 'no/such' or 'other': No such file or directory");
