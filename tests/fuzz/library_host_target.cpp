@@ -114,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::demand(::ftruncate(shared, kImageBytes) == 0, "shared memory of its size");
   int ends[2];
   fuzz::demand(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) == 0, "a pair of sockets");
-  // The requests are dropped: the other end of `out` is read by nobody, and takes them all.
+  // The requests stay unread: a socket takes them all.
   int requests[2];
   fuzz::demand(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, requests) == 0, "a pair of sockets");
   fuzz::demand(::send(ends[0], text.data(), text.size(), MSG_DONTWAIT) == static_cast<ssize_t>(text.size()),

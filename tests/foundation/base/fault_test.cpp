@@ -33,7 +33,7 @@ TEST(Fault, NamesWhatIsWrongWithJson) {
   EXPECT_EQ(text_of([&] { static_cast<void>(object.at("step")); }), "missing key 'step'");
   EXPECT_EQ(text_of([&] { static_cast<void>(object.at("a").get<std::string>()); }), "expected string, found number");
   EXPECT_THAT(text_of([] { static_cast<void>(json::parse("{\"a\": 1 \"b\": 2}")); }),
-              AllOf(HasSubstr("invalid JSON at column 12: unexpected string literal"), Not(HasSubstr("exception"))));
+              AllOf(HasSubstr("invalid JSON at column 11: unexpected string literal"), Not(HasSubstr("exception"))));
   EXPECT_THAT(text_of([] { static_cast<void>(json::parse("")); }),
               HasSubstr("invalid JSON at column 1: unexpected end of input"));
 }
