@@ -1,7 +1,7 @@
 // Checksums of records. The last line of a trial's block in trials/, and each line in times/, ends with the member
 //   "sha256":"..."
-// the SHA-256 of the block's lines, each with its newline, as they are without this member. It detects damaged bytes; an
-// edited record may have an edited checksum, which only a replay shows. Records of earlier versions have none.
+// the SHA-256 of the block's lines, each with its newline, as they are without this member. It detects damaged bytes;
+// an edited record may have an edited checksum, which only a replay shows. Records of earlier versions have none.
 #pragma once
 
 #include <string>
