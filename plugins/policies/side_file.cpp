@@ -156,7 +156,10 @@ SideFile read_side_file(const std::string& path) {
   try {
     return parse(Json::parse(file));
   } catch (const Json::exception& error) {
-    throw std::runtime_error(path + ": not a side file of relign-train (" + error.what() + ")");
+    const std::string text = error.what();  // "[json.exception.out_of_range.403] key 'scales' not found"
+    const std::size_t bracket = text.find("] ");
+    throw std::runtime_error(path + ": not a side file of relign-train (" +
+                             (bracket == std::string::npos ? text : text.substr(bracket + 2)) + ")");
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(path + ": " + error.what());
   }

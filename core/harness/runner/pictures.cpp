@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/displayed_rmse.h"
+#include "base/fault.h"
 #include "base/files.h"
 #include "base/seeds.h"
 #include "images/image_file.h"
@@ -293,7 +294,7 @@ void write_pictures(const PreparedPlan& prepared, const fs::path& results, const
   try {
     Pictures(prepared, results, options).write();
   } catch (const fs::filesystem_error& error) {
-    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+    throw Error(ErrorKind::io, "cannot write the pictures: " + fault_text(error));
   }
 }
 

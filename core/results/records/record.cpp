@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/fault.h"
 #include "base/limits.h"
 #include "base/text.h"
 
@@ -75,7 +76,7 @@ std::vector<double> read_numbers(const Json& list) {
 template <class Whole>
 Whole read_whole(const Json& value) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::numeric_limits<Whole>::max())
-    throw Error(ErrorKind::bad_input, "the line is damaged: expected an integer from 0 to " +
+    throw Error(ErrorKind::bad_input, "expected an integer from 0 to " +
                                           std::to_string(std::numeric_limits<Whole>::max()) + ", found " +
                                           value.dump().substr(0, 40));
   return static_cast<Whole>(value.get<std::uint64_t>());
@@ -89,8 +90,7 @@ std::string read_id(const Json& value) {
                      std::all_of(id.begin(), id.end(), [](unsigned char letter) {
                        return std::isalnum(letter) || letter == '-' || letter == '_' || letter == '.';
                      });
-  if (!plain)
-    throw Error(ErrorKind::bad_input, "the line is damaged: invalid trial id '" + id.substr(0, kLongest) + "'");
+  if (!plain) throw Error(ErrorKind::bad_input, "invalid trial id '" + id.substr(0, kLongest) + "'");
   return id;
 }
 
@@ -98,7 +98,7 @@ std::uint64_t read_seed(const std::string& digits) {
   std::uint64_t seed = 0;
   const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
   if (code != std::errc() || end != digits.data() + digits.size())
-    throw Error(ErrorKind::bad_input, "the line is damaged: invalid seed '" + digits.substr(0, 40) + "'");
+    throw Error(ErrorKind::bad_input, "invalid seed '" + digits.substr(0, 40) + "'");
   return seed;
 }
 
@@ -139,8 +139,8 @@ void read_per_step(const Json& line, const std::string& key, std::vector<double>
   values = read_numbers(*found);
   errors = read_numbers(line.at(key + "_error"));
   if (values.size() != line.at("steps").get<std::size_t>())
-    throw Error(ErrorKind::bad_input, "the line is damaged: " + key + " has " + std::to_string(values.size()) +
-                                          " values for " + line.at("steps").dump() + " steps");
+    throw Error(ErrorKind::bad_input, "" + key + " has " + std::to_string(values.size()) + " values for " +
+                                          line.at("steps").dump() + " steps");
 }
 
 MtfRecord read_mtf(const Json& line, const std::string& prefix) {
@@ -190,7 +190,7 @@ TrialRecord read_closing(const Json& line) {
     if (const auto values = line.find(criterion_name(criterion)); values != line.end()) {
       record.criteria[criterion] = read_numbers(*values);
       if (record.criteria[criterion].size() != line.at("steps").get<std::size_t>())
-        throw Error(ErrorKind::bad_input, std::string("the line is damaged: ") + criterion_name(criterion) + " has " +
+        throw Error(ErrorKind::bad_input, std::string("") + criterion_name(criterion) + " has " +
                                               std::to_string(record.criteria[criterion].size()) + " values for " +
                                               line.at("steps").dump() + " steps");
     }
@@ -204,14 +204,18 @@ TrialRecord read_closing(const Json& line) {
 }
 
 template <class Body>
-auto reading(const std::string& place, Body&& body) {
+auto reading(const std::string& place, Body&& body) -> decltype(body()) {
+  std::string why;
   try {
     return body();
+  } catch (const NewerFormat& error) {
+    throw NewerFormat(place.empty() ? error.what() : place + ": " + error.what());
   } catch (const Error& error) {
-    throw Error(error.kind(), place + ": " + error.what());
-  } catch (const std::exception& error) {
-    throw Error(ErrorKind::bad_input, place + ": the line is damaged: " + error.what());
+    why = error.what();
+  } catch (const Json::exception& error) {
+    why = json_fault(error);
   }
+  throw Error(ErrorKind::bad_input, place.empty() ? why : place + ": the line is damaged: " + why);
 }
 
 }  // namespace
@@ -323,8 +327,8 @@ void check_format(const Json& object, const std::string& what) {
   if (!object.is_object() || found == object.end() || !found->is_number_integer())
     throw Error(ErrorKind::bad_input, what + " has no \"format\"; expected \"format\": " + std::to_string(kFormat));
   if (found->get<std::int64_t>() > kFormat)
-    throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which is newer than this program's " +
-                                          std::to_string(kFormat) + "; read it with a newer relign-bench");
+    throw NewerFormat(what + " has format " + found->dump() + ", which is newer than this program's " +
+                      std::to_string(kFormat) + "; read it with a newer relign-bench");
   if (found->get<std::int64_t>() < 1)
     throw Error(ErrorKind::bad_input,
                 what + " has the invalid format " + found->dump() + "; expected " + std::to_string(kFormat));

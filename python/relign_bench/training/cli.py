@@ -8,6 +8,7 @@ import json
 import math
 import os
 import pathlib
+import shlex
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -253,7 +254,7 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
     randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
                         {**cost_of(recipe, training.seconds, training.threads, None), **(further or {})},
-                        f"relign-train imitate{randomise} --scene {recipe.scene} -o FOLDER", doubt=training.doubt)
+                        f"relign-train imitate{randomise} --scene {shlex.quote(recipe.scene)} -o FOLDER", doubt=training.doubt)
 
 
 def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
@@ -273,9 +274,9 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            f"relign-train ppo --scene {recipe.scene} --warm-start FOLDER_OF_IMITATE -o FOLDER")
+                            f"relign-train ppo --scene {shlex.quote(recipe.scene)} --warm-start FOLDER_OF_IMITATE -o FOLDER")
     return export.write(export.Actor(training.model.policy), path, recipe.scene, recipe.size, recipe.frames, "move",
-                        trained, f"relign-train ppo --preset paper --scene {recipe.scene} -o FOLDER")
+                        trained, f"relign-train ppo --preset paper --scene {shlex.quote(recipe.scene)} -o FOLDER")
 
 
 def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
