@@ -5,25 +5,20 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import math
 import os
 import pathlib
 import sys
 from typing import TYPE_CHECKING, Any
 
-from .._errors import unknown_name
+from .settings import with_goal, with_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from typing import TypeVar
 
     from .._typing import Float64Array
     from .folder import RunFolder
     from .imitate import Training
-    from .reinforce import Recipe as PpoRecipe
     from .reinforce import Reinforcement
-
-    AnyRecipe = TypeVar("AnyRecipe")
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
@@ -127,12 +122,17 @@ def make_parser() -> argparse.ArgumentParser:
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
-    ppo.add_argument("--preset", choices=("paper", "tuned"), default="tuned",
-                     help="paper: network and settings of the paper's package; tuned: starts from imitation learning, covers "
-                          "all noise levels, with a privileged critic [default: %(default)s]")
+    ppo.add_argument("--preset", choices=("paper", "package", "tuned"), default="tuned",
+                     help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
+                          "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
+                          "[default: %(default)s]")
     ppo.add_argument("--warm-start", metavar="DIR", help="folder of a run of relign-train imitate; required by preset tuned")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
+    ppo.add_argument("--device", default="cpu",
+                     help="torch device that trains, cpu or cuda; images are rendered on CPU cores [default: %(default)s]")
+    ppo.add_argument("--minutes", type=float, metavar="M",
+                     help="begin no training segment that would end later than M minutes from now")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
     adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
                  "Continue the training of a run of relign-train imitate so that it suits the captures of a station. The "
@@ -191,12 +191,13 @@ def _ppo(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
     require("stable_baselines3", "stable-baselines3")
-    from .reinforce import PRESETS, Reinforcement
+    from .recipe import preset_recipe
+    from .reinforce import Reinforcement
 
-    recipe = dataclasses.replace(PRESETS[given.preset], scene=given.scene, seed=given.seed, algorithm=given.algorithm)
+    recipe = preset_recipe(given.preset, given.algorithm, given.scene, given.seed)
     recipe = with_goal(with_settings(recipe, given.set), given.set)
-    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log)
-    training.run(given.until)
+    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device)
+    training.run(given.until, given.minutes)
     if training.recurrent:
         log(f"not exported: {RECURRENT}")
         return 0
@@ -216,7 +217,7 @@ def _export(given: argparse.Namespace) -> int:
     recipe = json.loads(kept.read_text())
     if "preset" in recipe:
         require("stable_baselines3", "stable-baselines3")
-        from .reinforce import Recipe as PpoRecipe
+        from .recipe import Recipe as PpoRecipe
         from .reinforce import Reinforcement
 
         return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
@@ -262,6 +263,8 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     Raises:
         ValueError: The policy is recurrent.
     """
+    import torch
+
     from . import export
 
     if training.recurrent:
@@ -274,8 +277,11 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
                             f"relign-train ppo --scene {recipe.scene} --warm-start FOLDER_OF_IMITATE -o FOLDER")
-    return export.write(export.Actor(training.model.policy), path, recipe.scene, recipe.size, recipe.frames, "move",
-                        trained, f"relign-train ppo --preset paper --scene {recipe.scene} -o FOLDER")
+    if training.device != "cpu":
+        trained["device"] = torch.cuda.get_device_name(training.device)
+    return export.write(export.Actor(training.model.policy.cpu(), recipe.input), path, recipe.scene, recipe.size, recipe.frames,
+                        "move", trained, f"relign-train ppo --preset {recipe.preset} --scene {recipe.scene} -o FOLDER",
+                        values=export.VALUES[recipe.input])
 
 
 def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
@@ -291,72 +297,6 @@ def show(given: argparse.Namespace, files: list[pathlib.Path], results: dict[str
     else:
         print("\n".join(map(str, files)))
     return 0
-
-
-def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
-    """A recipe with settings of the form NAME=VALUE applied.
-
-    Raises:
-        ValueError: A name is unknown, or a value is not valid.
-    """
-    names = [field.name for field in dataclasses.fields(recipe)]  # type: ignore[arg-type]
-    values: dict[str, Any] = {}
-    for setting in settings:
-        name, equals, text = setting.partition("=")
-        if not equals:
-            raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        if name not in names:
-            raise ValueError(f"--set {setting}: {unknown_name('setting', name, names)}")
-        kind = type(getattr(recipe, name))
-        try:
-            values[name] = tuple(float(part) for part in text.split(",")) if kind is tuple else kind(text)
-        except ValueError:
-            expected = {tuple: "numbers separated by commas, such as 0,0.25", int: "an integer", float: "a number"}
-            raise ValueError(f"--set {setting}: '{text}' must be {expected.get(kind, kind.__name__)}") from None
-        check_value(setting, name, values[name])
-    return dataclasses.replace(recipe, **values)  # type: ignore[type-var]
-
-
-def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
-    """A recipe with the package's goal for its noise level, unless the preset has no goal or a setting changed it.
-
-    Raises:
-        ValueError: The package has no goal for the level.
-    """
-    from .reinforce import GOALS, PRESETS
-
-    if recipe.goal == 0 or recipe.level == PRESETS[recipe.preset].level or any(text.startswith("goal=") for text in settings):
-        return recipe
-    if recipe.level not in GOALS:
-        raise ValueError(f"--set level={recipe.level:g}: the package has no goal for this level, only for "
-                         f"{', '.join(f'{level:g}' for level in GOALS)}; add --set goal=SCORE, the score below which an "
-                         "episode ends (0: never)")
-    return dataclasses.replace(recipe, goal=GOALS[recipe.level])
-
-
-MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
-               "visited", "gamma", "gae_lambda")
-MAY_BE_NEGATIVE = ("first_log_std",)
-AT_LEAST = {"optimum_samples": 16}
-SHARES = ("levels", "near", "visited", "gamma", "gae_lambda")
-
-
-def check_value(setting: str, name: str, value: Any) -> None:
-    """Checks the range of a setting; the classes of the runs check what depends on other settings.
-
-    Raises:
-        ValueError: The value is out of range.
-    """
-    for number in value if isinstance(value, tuple) else (value,):
-        if isinstance(number, str) or name in MAY_BE_NEGATIVE:
-            continue
-        if not math.isfinite(number) or number < 0 or (number == 0 and name not in MAY_BE_ZERO):
-            expected = "a non-negative number" if name in MAY_BE_ZERO else "a positive number"
-            raise ValueError(f"--set {setting}: {name} must be {expected}")
-        if number < AT_LEAST.get(name, 0):
-            raise ValueError(f"--set {setting}: {name} must be at least {AT_LEAST[name]}")
-        if name in SHARES and number > 1:
-            raise ValueError(f"--set {setting}: {name} must be from 0 to 1")
 
 
 def write_tuning(folder: RunFolder, levels: Sequence[float], rmse: Float64Array) -> list[float]:
