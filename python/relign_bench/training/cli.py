@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import errno
+import fnmatch
 import json
 import os
 import pathlib
@@ -26,6 +28,7 @@ EXAMPLES = """examples:
   relign-train ppo --preset tuned --warm-start training/imitation -o training/ppo
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
+  relign-train sweep study.json --jobs 15 --device cuda -o training/study
 
   An interrupted run resumes with the same command. To try a trained policy:
   relign-bench try imitation --parameters '{"model": "FILE.onnx"}'
@@ -66,6 +69,14 @@ EXPORT = """example:
   relign-train export training/ppo -o my_agent.onnx
 """
 
+SWEEP = """files in the folder:
+  NAME/seed-N                      folder of each training, with the files of relign-train ppo and log.txt
+  sweep.csv, sweep.md, sweep.png   curves, table and figure of all trainings, written at the end and when interrupted
+
+example:
+  relign-train sweep python/recipes/paper_study.json --only 'ppo-*' --jobs 15 --device cuda --minutes 9 -o training/study
+"""
+
 RECURRENT = "relign-bench's agents do not run recurrent networks"
 
 
@@ -80,9 +91,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = make_parser().parse_args(arguments)
     try:
-        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export}[given.verb](given)
+        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export, "sweep": _sweep}[given.verb](given)
     except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
-        print(f"error: {problem}", file=sys.stderr)
+        print(f"error: {sentence(problem)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         hint = "" if given.verb in ("adapt", "export") else f"; the same command resumes the run in {given.out}"
@@ -146,6 +157,18 @@ def make_parser() -> argparse.ArgumentParser:
     adapt.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
     adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                        help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
+    sweep = verb("sweep", "Run many trainings from a file, side by side",
+                 "Run the trainings of a file, recipes times seeds, side by side, and write a table and a figure. Complete trainings "
+                 "are skipped, interrupted ones resume.", SWEEP)
+    sweep.add_argument("file", metavar="FILE", help="trainings as JSON (python/README.md)")
+    sweep.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the sweep")
+    sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
+    sweep.add_argument("--threads", type=int, metavar="N", help="threads of each training [default: all cores, shared equally]")
+    sweep.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
+    sweep.add_argument("--only", metavar="PATTERN", help="trainings whose name, such as ppo/seed-0, matches, with * and ?")
+    sweep.add_argument("--minutes", type=float, metavar="M",
+                       help="begin no training segment that would end later than M minutes from now")
+    sweep.add_argument("--report", action="store_true", help="write table and figure of what there is, and train nothing")
     export = verb("export", "Write the network of a run as ONNX, with its side file",
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
@@ -170,6 +193,31 @@ def require(module: str, package: str) -> None:
         raise ImportError(f"training needs {package}: pip install {package} ({problem})") from None
 
 
+def require_learner(contributed: bool) -> None:
+    """Checks that reinforcement learning can run; `contributed`: with an algorithm of sb3-contrib.
+
+    Raises:
+        ImportError: It cannot; the message has the package to install.
+    """
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
+    require("stable_baselines3", "stable-baselines3")
+    require("matplotlib", "matplotlib")
+    if contributed:
+        require("sb3_contrib", "sb3-contrib")
+
+
+def sentence(problem: BaseException) -> str:
+    """The message of an error, in one line."""
+    if type(problem).__name__ == "OutOfMemoryError":  # of torch, whose text is a page
+        return ("the GPU has too little memory left for this training; run fewer at once (--jobs), or set a smaller size, batch or "
+                "environments; the same command resumes")
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return (f"cannot write '{problem.filename or 'a file of the run'}': {problem.strerror}; the last checkpoint is kept, and the "
+                "same command resumes")
+    return " ".join(str(problem).split())
+
+
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
@@ -188,9 +236,7 @@ def _imitate(given: argparse.Namespace) -> int:
 
 
 def _ppo(given: argparse.Namespace) -> int:
-    require("torch", "torch")
-    require("onnx", "onnx")  # torch would report it only at the end
-    require("stable_baselines3", "stable-baselines3")
+    require_learner(given.algorithm in ("trpo", "recurrent-ppo"))
     from .recipe import preset_recipe
     from .reinforce import Reinforcement
 
@@ -202,6 +248,35 @@ def _ppo(given: argparse.Namespace) -> int:
         log(f"not exported: {RECURRENT}")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
+
+
+def _sweep(given: argparse.Namespace) -> int:
+    from . import sweep, sweep_report
+
+    out = pathlib.Path(given.out)
+    jobs = sweep.read_sweep(given.file, out)
+    if given.only is not None:
+        jobs = [job for job in jobs if fnmatch.fnmatchcase(job.name, given.only)]
+        if not jobs:
+            raise ValueError(f"--only '{given.only}' matches no training of {given.file}")
+    for option in ("jobs", "threads"):
+        if getattr(given, option) is not None and getattr(given, option) < 1:
+            raise ValueError(f"--{option} must be a positive integer, not {getattr(given, option)}")
+    failures: dict[str, str] = {}
+    try:
+        if not given.report:
+            require_learner(any(job.recipe.algorithm in ("trpo", "recurrent-ppo") for job in jobs))
+            from .reinforce import check_device
+
+            check_device(given.device)
+            failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log).run()
+    finally:
+        require("matplotlib", "matplotlib")
+        files = sweep_report.write(jobs, out)
+    if failures:
+        name, reason = next(iter(failures.items()))
+        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}; the same command resumes them")
+    return show(given, files, {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
 
 
 def _export(given: argparse.Namespace) -> int:
@@ -216,6 +291,8 @@ def _export(given: argparse.Namespace) -> int:
     out.parent.mkdir(parents=True, exist_ok=True)
     recipe = json.loads(kept.read_text())
     if "preset" in recipe:
+        if "heads" not in recipe:
+            raise ValueError(f"'{folder}' was trained by an earlier version, with another network; export it with that version")
         require("stable_baselines3", "stable-baselines3")
         from .recipe import Recipe as PpoRecipe
         from .reinforce import Reinforcement
