@@ -48,13 +48,16 @@ class Info(dict[str, Any]):
 
     def get(self, key: str, default: Any = None) -> Any:
         """As of dict."""
-        return self[key] if key in self else default
+        try:
+            return self[key]
+        except KeyError:
+            return default
 
-    def items(self) -> ItemsView[str, Any]:
+    def items(self) -> ItemsView[str, Any]:  # type: ignore[override]
         """As of dict."""
         return self.all().items()
 
-    def values(self) -> ValuesView[Any]:
+    def values(self) -> ValuesView[Any]:  # type: ignore[override]
         """As of dict."""
         return self.all().values()
 
@@ -101,7 +104,7 @@ class Info(dict[str, Any]):
     def __ne__(self, other: object) -> bool:
         return self.all() != other
 
-    __hash__ = None  # type: ignore[assignment]
+    __hash__ = None
 
     def __repr__(self) -> str:
         return repr(self.all())

@@ -10,8 +10,9 @@ import pytest
 
 conftest.need("torch", "stable_baselines3", "sb3_contrib", "gymnasium", "relign", "mitsuba")
 
-import relign_bench  # noqa: E402
 import torch  # noqa: E402
+
+import relign_bench  # noqa: E402
 
 if importlib.util.find_spec("relign_bench._core") is None and program.path() is not None:
     # The compiled module is beside the program, in its build folder.
@@ -69,7 +70,7 @@ def test_networks_agree(pair, figures):
     # In our order of memory the package's network sums in the same order.
     same = compare(ours.model, theirs, seen.contiguous(memory_format=torch.channels_last), recurrent)
     count = sum(value.numel() for value in ours.model.policy.parameters())
-    figures.append(f"{algorithm}: {count} parameters, largest deviation {deviation:.1e}, in the same order of memory {same:.1e}")
+    figures.append(f"{algorithm}: {count} parameters, largest deviation {deviation:.1e}, in one order of memory {same:.1e}")
     assert deviation <= 1e-6
     assert same == 0
 
@@ -123,6 +124,7 @@ def test_actions_observations_and_episodes_agree(pair):
 
 def test_goals_agree():
     from relign.config import Config
+
     from relign_bench.training.recipe import GOALS
 
     assert {level: Config.lens_benchmarks[name]["sgt"] for level, name in BENCHMARKS.items()} == GOALS

@@ -23,7 +23,7 @@ from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import PRESETS, preset_recipe
+from relign_bench.training.recipe import PRESETS
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import with_goal, with_settings
 from relign_bench.training.stable_baselines import StableBaselinesEnv
@@ -220,7 +220,8 @@ class PackageNetwork(unittest.TestCase):
 
         features = PackageFeatures(spaces.Box(0, 3.5, (5, 200, 200), np.float32))
         self.assertEqual([name for name, _ in features.named_parameters()],
-                         [f"{layer}.{kind}" for layer in ("cnn.0", "cnn.3", "cnn.6", "linear.0") for kind in ("weight", "bias")])
+                         [f"{layer}.{kind}" for layer in ("cnn.0", "cnn.3", "cnn.6", "linear.0")
+                          for kind in ("weight", "bias")])
         self.assertEqual(features.linear[0].in_features, 128 * 3 * 3)
 
     def test_pools_before_relu_with_the_values_and_gradients_of_the_package_order(self):
@@ -230,7 +231,8 @@ class PackageNetwork(unittest.TestCase):
         pictures = torch.rand(6, 5, 64, 64, generator=torch.manual_seed(2)) - 0.3
         pictures[0] = 0  # every window of the first pooling has equal values
         results = []
-        for forward in (features, lambda x: features.linear(features.cnn(x.contiguous(memory_format=torch.channels_last)))):
+        in_order = lambda x: features.linear(features.cnn(x.contiguous(memory_format=torch.channels_last)))  # noqa: E731
+        for forward in (features, in_order):
             features.zero_grad()
             values = forward(pictures)
             values.square().sum().backward()
@@ -258,7 +260,8 @@ class FrameBuffer(unittest.TestCase):
                     stack[starts] = 0
                     stack[:, :-1] = stack[:, 1:].copy()
                     stack[:, -1] = random.uniform(0, high, (2, 4, 5)).astype(kind)
-                    step = (stack.copy(), random.uniform(size=(2, 2)), random.uniform(size=2), starts,
+                    step = (stack.copy(),
+                            random.uniform(size=(2, 2)), random.uniform(size=2), starts,
                             torch.tensor(random.uniform(size=2)), torch.tensor(random.uniform(size=2)))
                     for buffer in buffers:
                         buffer.add(*step)

@@ -59,7 +59,8 @@ class Files(unittest.TestCase):
 class Reading(Files):
     def test_recipes_times_values_times_seeds(self):
         jobs = self.read({"scene": "relign_od", "trainings": [
-            {"name": "grid", "settings": {"level": 0.5, "heads": []}, "vary": {"rate": [1e-3, 1e-5], "entropy": [0]}, "seeds": [0, 3]},
+            {"name": "grid", "settings": {"level": 0.5, "heads": []}, "vary": {"rate": [1e-3, 1e-5], "entropy": [0]},
+             "seeds": [0, 3]},
             {"name": "a2c", "algorithm": "a2c", "preset": "package", "seeds": [1]}]})
         self.assertEqual([job.name for job in jobs], ["grid-rate=0.001-entropy=0/seed-0", "grid-rate=0.001-entropy=0/seed-3",
                                                       "grid-rate=1e-05-entropy=0/seed-0", "grid-rate=1e-05-entropy=0/seed-3",
@@ -93,17 +94,19 @@ class Reading(Files):
         job = self.read([{"name": "x", "seeds": [0]}])[0]
         job.folder.mkdir(parents=True)
         (job.folder / "recipe.json").write_text(json.dumps({**vars(job.recipe), "scene": "tessar", "heads": [64, 64]}))
-        with self.assertRaisesRegex(ValueError, r"x/seed-0: .*another recipe \(scene: 'tessar' in the folder, 'relign_od' given\)"):
+        with self.assertRaisesRegex(ValueError, r"x/seed-0: .*another recipe \(scene: 'tessar' in the folder, 'relign_od'"):
             self.read([{"name": "x", "seeds": [0]}])
 
 
 class Running(Files):
     def test_runs_what_is_missing_and_reports(self):
-        content = [{"name": "a", "figure": "row", "settings": TOTAL, "seeds": [0, 1, 2]}, {"name": "b", "settings": TOTAL, "seeds": [5]}]
+        content = [{"name": "a", "figure": "row", "settings": TOTAL, "seeds": [0, 1, 2]},
+                   {"name": "b", "settings": TOTAL, "seeds": [5]}]
         jobs = self.read(content)
         failures, lines = self.run_stub(jobs, threads=1, minutes=5)
         self.assertEqual((failures, all(job.complete() for job in jobs)), ({}, True))
-        self.assertEqual(sorted(line for line in lines if line.startswith("b/")), ["b/seed-5: 20 of 40 steps", "b/seed-5: 40 of 40 steps"])
+        self.assertEqual([line for line in lines if line.startswith("b/")],
+                         ["b/seed-5: 20 of 40 steps", "b/seed-5: 40 of 40 steps"])
         self.assertIn("--threads 1 --device cpu --minutes", (jobs[0].folder / "started").read_text())
         self.run_stub(jobs)
         self.assertEqual((jobs[0].folder / "started").read_text().count("\n"), 1)  # complete ones do not start again
@@ -170,13 +173,14 @@ class Trainings(Files):
             import torch  # noqa: F401
         except ImportError as problem:
             self.skipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index")
-        settings = {"size": 100, "environments": 1, "steps": 10, "batch": 10, "epochs": 1, "episode": 5, "total": 10, "stretch": 10}
+        settings = {"size": 100, "environments": 1, "steps": 10, "batch": 10, "epochs": 1, "episode": 5, "total": 10,
+                    "stretch": 10}
         (self.folder / "study.json").write_text(json.dumps([{"name": "x", "settings": settings, "seeds": [0]}]))
         command = [sys.executable, "-m", "relign_bench.training", "sweep", str(self.folder / "study.json"), "-o",
                    str(self.folder / "out"), "--threads", "1", "--json"]
         # A limit on the size of files stands for a full disk: the weights do not fit.
-        full = subprocess.run(["sh", "-c", 'ulimit -f 64; exec "$@"', "sh", *command], capture_output=True, text=True, check=False,
-                              env={**os.environ, "MPLCONFIGDIR": str(self.folder)})
+        full = subprocess.run(["sh", "-c", 'ulimit -f 64; exec "$@"', "sh", *command], capture_output=True, text=True,
+                              check=False, env={**os.environ, "MPLCONFIGDIR": str(self.folder)})
         self.assertEqual(full.returncode, 2, full.stderr)
         self.assertRegex(full.stderr, "1 of 1 trainings failed, first x/seed-0: cannot write .*the same command resumes")
         self.assertEqual(list((self.folder / "out").rglob("*.half")), [])

@@ -158,8 +158,8 @@ def make_parser() -> argparse.ArgumentParser:
     adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                        help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
     sweep = verb("sweep", "Run many trainings from a file, side by side",
-                 "Run the trainings of a file, recipes times seeds, side by side, and write a table and a figure. Complete trainings "
-                 "are skipped, interrupted ones resume.", SWEEP)
+                 "Run the trainings of a file, recipes times seeds, side by side, and write a table and a figure. Complete "
+                 "trainings are skipped, interrupted ones resume.", SWEEP)
     sweep.add_argument("file", metavar="FILE", help="trainings as JSON (python/README.md)")
     sweep.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the sweep")
     sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
@@ -210,11 +210,11 @@ def require_learner(contributed: bool) -> None:
 def sentence(problem: BaseException) -> str:
     """The message of an error, in one line."""
     if type(problem).__name__ == "OutOfMemoryError":  # of torch, whose text is a page
-        return ("the GPU has too little memory left for this training; run fewer at once (--jobs), or set a smaller size, batch or "
-                "environments; the same command resumes")
+        return ("the GPU has too little memory left for this training; run fewer at once (--jobs), or set a smaller size, "
+                "batch or environments; the same command resumes")
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-        return (f"cannot write '{problem.filename or 'a file of the run'}': {problem.strerror}; the last checkpoint is kept, and the "
-                "same command resumes")
+        return (f"cannot write '{problem.filename or 'a file of the run'}': {problem.strerror}; the last checkpoint is kept, "
+                "and the same command resumes")
     return " ".join(str(problem).split())
 
 
@@ -275,7 +275,8 @@ def _sweep(given: argparse.Namespace) -> int:
         files = sweep_report.write(jobs, out)
     if failures:
         name, reason = next(iter(failures.items()))
-        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}; the same command resumes them")
+        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}; the same command resumes "
+                         "them")
     return show(given, files, {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
 
 

@@ -92,9 +92,9 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
     """Writes PATH.onnx and PATH.json.
 
     The graph takes float32, shape (1, frames, size, size), the newest frame last: bytes, with 255 at BYTE_WHITES times a white
-    pixel, or irradiance in the scene's units. Per axis, in shares of the travel, it returns the residual to the optimum (output "way") or the next
-    move ("move"). With `doubt`, the residual is followed by the logarithms of the standard deviations of its errors along the
-    directions.
+    pixel, or irradiance in the scene's units. Per axis, in shares of the travel, it returns the residual to the optimum (output
+    "way") or the next move ("move"). With `doubt`, the residual is followed by the logarithms of the standard deviations of its
+    errors along the directions.
 
     Args:
         net: The network.

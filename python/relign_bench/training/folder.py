@@ -35,8 +35,8 @@ def check_same(path: Path, recipe: Any, may_grow: Collection[str] = (), ignored:
     kept, wanted = _read(file), _as_json(recipe)
     changed = [name for name in {**kept, **wanted} if kept.get(name) != wanted.get(name) and name not in ignored]
     if not all(name in may_grow and _grew(kept.get(name), wanted.get(name)) for name in changed):
-        raise ValueError(f"'{path}' has a run with another recipe{_difference(changed, kept, wanted)}; choose another folder, or "
-                         "remove this one")
+        raise ValueError(f"'{path}' has a run with another recipe{_difference(changed, kept, wanted)}; choose another folder, "
+                         "or remove this one")
 
 
 class RunFolder:

@@ -22,7 +22,8 @@ class FrameRolloutBuffer(RolloutBuffer):
 
     def reset(self) -> None:
         """Empties the buffer."""
-        self.stacked, *size = self.observation_space.shape or ()
+        shape: tuple[int, ...] = self.observation_space.shape
+        self.stacked, size = shape[0], shape[1:]
         self.obs_shape = (0,)  # no array for stacks
         super().reset()
         kind = torch.uint8 if self.observation_space.dtype == np.uint8 else torch.float32
@@ -30,7 +31,7 @@ class FrameRolloutBuffer(RolloutBuffer):
             self.frames = torch.zeros((self.stacked - 1 + self.buffer_size, self.n_envs, *size), dtype=kind, device=self.device)
         self.ages = np.zeros((self.buffer_size, self.n_envs), np.int64)  # how many older frames a stack has
 
-    def add(self, obs: AnyArray, *arguments: Any, **named: Any) -> None:  # type: ignore[override]
+    def add(self, obs: AnyArray, *arguments: Any, **named: Any) -> None:
         """As of RolloutBuffer."""
         position = self.pos
         super().add(obs[:, 0, 0, :0], *arguments, **named)

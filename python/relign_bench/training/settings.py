@@ -44,7 +44,8 @@ def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
             raise ValueError(f"--set {setting}: {unknown_name('setting', name, names)}")
         values[name] = _parsed(setting, name, text, type(getattr(recipe, name)))
         check_value(setting, name, values[name])
-    if "rate" in values and "last_rate" in names and getattr(recipe, "last_rate") == getattr(recipe, "rate"):
+    given = dataclasses.asdict(recipe)  # type: ignore[call-overload]
+    if "rate" in values and "last_rate" in given and given["last_rate"] == given["rate"]:
         values.setdefault("last_rate", values["rate"])
     return dataclasses.replace(recipe, **values)  # type: ignore[type-var]
 

@@ -69,8 +69,10 @@ def two_level(errors: Float64Array, seed: int = 0) -> tuple[float, float]:
     """
     random = np.random.default_rng(seed)
     trainings, instances = errors.shape
-    drawn = [np.median(errors[random.integers(trainings, size=trainings)][:, random.integers(instances, size=instances)], axis=1)
-             for _ in range(DRAWS)]
+    drawn = []
+    for _ in range(DRAWS):
+        seeds, numbers = random.integers(trainings, size=trainings), random.integers(instances, size=instances)
+        drawn.append(np.median(errors[np.ix_(seeds, numbers)], axis=1))
     low, high = np.quantile(np.mean(drawn, axis=1), [0.025, 0.975])
     return float(low), float(high)
 
@@ -96,8 +98,8 @@ def write(jobs: Sequence[Job], out: pathlib.Path) -> list[pathlib.Path]:
                 table.writerow([job.group, *(getattr(job.recipe, name) for name in SETTINGS), *(row[name] for name in CURVE)])
     lines = ["| " + " | ".join(HEADINGS) + " |", "|---" * len(HEADINGS) + "|"]
     lines += ["| " + " | ".join(_summary(group, groups[group], found)) + " |" for group, found in curves.items()]
-    lines += ["", f"Means of the last {LAST_ROWS} training segments that all seeds have; [95 % interval] over trainings, of errors over "
-                  f"trainings and tuning instances, from {FEWEST_SEEDS} seeds up."]
+    lines += ["", f"Means of the last {LAST_ROWS} training segments that all seeds have. In brackets, from {FEWEST_SEEDS} "
+                  "seeds up, 95 % intervals over trainings; of errors, over trainings and tuning instances."]
     paths[1].write_text("\n".join(lines) + "\n")
     _draw(jobs, groups, curves, paths[2])
     return paths
@@ -132,7 +134,8 @@ def _draw(jobs: Sequence[Job], groups: dict[str, list[Job]], curves: dict[str, C
     rows = list(dict.fromkeys(job.figure for job in jobs))
     figure, panels = pyplot.subplots(len(rows), 3, figsize=(13, 3.2 * len(rows)), squeeze=False, constrained_layout=True)
     for of_row, row in zip(panels, rows):
-        shown = [(group, curves[group]) for group, members in groups.items() if members[0].figure == row and curves[group].count]
+        shown = [(group, curves[group]) for group, members in groups.items()
+                 if members[0].figure == row and curves[group].count]
         for number, (group, found) in enumerate(shown):
             style = {"color": COLOURS[number % len(COLOURS)], "linestyle": ("-", "--", ":")[number // len(COLOURS) % 3]}
             for panel, values, middle, interval in _panels(of_row, found):
