@@ -253,7 +253,7 @@ class FrameBuffer(unittest.TestCase):
             buffers = [made(*arguments, device="cpu", n_envs=2) for made in (RolloutBuffer, FrameRolloutBuffer)]
             random, stack = np.random.default_rng(4), np.zeros((2, 3, 4, 5), kind)
             starts = np.ones(2, bool)
-            for _ in range(3):  # rollouts; episodes go on from one to the next
+            for _ in range(3):  # rollouts, across which episodes continue
                 for buffer in buffers:
                     buffer.reset()
                 for _ in range(7):

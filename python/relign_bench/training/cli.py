@@ -275,8 +275,7 @@ def _sweep(given: argparse.Namespace) -> int:
         files = sweep_report.write(jobs, out)
     if failures:
         name, reason = next(iter(failures.items()))
-        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}; the same command resumes "
-                         "them")
+        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")
     return show(given, files, {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
 
 

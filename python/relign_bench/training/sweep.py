@@ -263,6 +263,6 @@ def _interrupt(*_: object) -> None:
 
 def _reason(status: int, lines: list[str]) -> str:
     if status < 0:
-        return f"ended by signal {signal.Signals(-status).name}"
+        return f"ended by signal {signal.Signals(-status).name}; the same command resumes it"
     errors = [line for line in lines if line.startswith("error: ")]
     return errors[-1].removeprefix("error: ") if errors else f"ended with status {status}; see log.txt"
