@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,8 +77,8 @@ class AlignmentTask:
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
         self.families = [instances] * slots
-        self._make_spare = lambda: Batch(1, scene, noise_level, clipping, suite_seed, size, scene_parameters,
-                                         noise_level_parameters, threads=1)
+        self._make_spare = functools.partial(Batch, 1, scene, noise_level, clipping, suite_seed, size, scene_parameters,
+                                             noise_level_parameters, threads=1)
         self._spare: Batch | None = None
 
     def _observed_shape(self, columns: int | None) -> tuple[int, int]:
@@ -193,14 +194,15 @@ class AlignmentTask:
         Instances are mounted again where an episode has ended by then, so that the value does not depend on the time.
         """
         slots = list(slots)
-        true_poses, steps = self.batch.true_poses(slots), self.steps[slots]
+        true_poses, steps = self.batch.true_poses(slots), [int(self.steps[slot]) for slot in slots]
         drawn = [(self.families[slot], int(self.numbers[slot])) for slot in slots]
 
         def compute() -> Float64Array:
             mse = np.zeros(len(slots))
             here = [k for k, slot in enumerate(slots) if drawn[k] == (self.families[slot], self.numbers[slot])]
             if here:
-                mse[here] = self.batch.noise_free_mse_at([slots[k] for k in here], true_poses[here], steps[here])[0]
+                mse[here] = self.batch.noise_free_mse_at([slots[k] for k in here], true_poses[here],
+                                                         [steps[k] for k in here])[0]
             for k in sorted(set(range(len(slots))) - set(here)):
                 if self._spare is None:
                     self._spare = self._make_spare()
