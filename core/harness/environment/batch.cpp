@@ -206,9 +206,9 @@ std::vector<trials::Truth> Batch::truths_at(const std::vector<unsigned>& slots, 
   std::vector<trials::Truth> truths(slots.size());
   in.for_each(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
-    const auto value = slot.assembly->noise_free_mse(
-        std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
-        frame_seed(slot.state.instance.seed, steps[k], FrameStream::truth_commanded));
+    const auto value =
+        slot.assembly->noise_free_mse(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
+                                      frame_seed(slot.state.instance.seed, steps[k], FrameStream::truth_commanded));
     truths[k] = {value.mse, value.standard_error};
   });
   return truths;

@@ -23,8 +23,8 @@ namespace {
 
 constexpr long kTickNanoseconds = 50'000'000;  // between looks at processes and memory
 constexpr rlim_t kOpenFiles = 1024;
-// What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and one
-// more message of half its size.
+// What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
+// one more message of half its size.
 constexpr std::size_t kSocketBytes = 320'000;
 constexpr rlim_t kTasks = 1024;                           // processes and threads
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp

@@ -180,9 +180,9 @@ void refuse_arguments(Filter& filter) {
     filter.answer(SECCOMP_RET_ALLOW);
     filter.answer(error(EACCES));
   }
-  // Process 1 enforces the limits: nobody else changes its limits, processors or priority.
-  for (const unsigned call : {SYS_prlimit64, SYS_sched_setaffinity, SYS_sched_setscheduler, SYS_sched_setparam,
-                              SYS_sched_setattr})
+  // Process 1 enforces the limits: no other process changes its limits, processors or priority.
+  for (const unsigned call :
+       {SYS_prlimit64, SYS_sched_setaffinity, SYS_sched_setscheduler, SYS_sched_setparam, SYS_sched_setattr})
     refuse_values(filter, call, 0, {1}, EPERM);
   for (const unsigned call : {SYS_setpriority, SYS_ioprio_set}) {
     const unsigned process = call == SYS_setpriority ? PRIO_PROCESS : 1;  // IOPRIO_WHO_PROCESS; not all of a user
@@ -198,7 +198,7 @@ void refuse_arguments(Filter& filter) {
   refuse_values(filter, SYS_setsockopt, 2, {SO_SNDBUF, SO_RCVBUF, SO_SNDBUFFORCE, SO_RCVBUFFORCE, kReserveMemory},
                 EPERM);
   refuse_values(filter, SYS_getsockopt, 2, {SO_COOKIE, kNamespaceCookie}, ENOPROTOOPT);
-  // Flags tell whether a page is in memory (RWF_NOWAIT), advice removes it.
+  // RWF_NOWAIT succeeds if a page is in memory, advice removes it.
   for (const unsigned call : {SYS_preadv2, SYS_pwritev2}) {
     filter.unless_equal(call, 4);
     filter.load(argument(5));

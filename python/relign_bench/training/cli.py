@@ -357,9 +357,9 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
                             f"relign-train ppo --scene {shlex.quote(recipe.scene)} --warm-start FOLDER_OF_IMITATE -o FOLDER")
     if training.device != "cpu":
         trained["device"] = torch.cuda.get_device_name(training.device)
+    again = f"relign-train ppo --preset {recipe.preset} --scene {shlex.quote(recipe.scene)} -o FOLDER"
     return export.write(export.Actor(training.model.policy.cpu(), recipe.input), path, recipe.scene, recipe.size, recipe.frames,
-                        "move", trained, f"relign-train ppo --preset {recipe.preset} --scene {shlex.quote(recipe.scene)} -o FOLDER",
-                        values=export.VALUES[recipe.input])
+                        "move", trained, again, values=export.VALUES[recipe.input])
 
 
 def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
