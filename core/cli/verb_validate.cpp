@@ -60,15 +60,23 @@ int validate(Context& context, const std::string& file) {
       if (error.kind() != ErrorKind::bad_input) throw;
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
     }
-    station = station || scene.facts.owns_stage;
-    const trials::Criteria criteria = runner::criteria_of(spec, scene.facts);
+  }
+  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
+  runner::check_stations(suite, facts);
+  runner::check_merits(suite, facts);
+  runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
+  for (std::size_t i = 0; i < suite.scenes.size(); ++i) {
+    const bool owns_stage = facts[i].owns_stage;
+    station = station || owns_stage;
+    const trials::Criteria criteria =
+        runner::criteria_of(records::specification_of(suite.spec, facts[i].spec), facts[i]);
     // Does not move hardware.
-    const RunCost cost = scene.facts.owns_stage ? RunCost{}
-                                                : measure_run_cost(entry.choice, suite.levels.front().choice, criteria,
-                                                                   quiet_services(context), core_count());
+    const RunCost cost = owns_stage ? RunCost{}
+                                    : measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice, criteria,
+                                                       quiet_services(context), core_count());
     if (!suite.algorithms.empty()) seconds += static_cast<double>(instances_per_algorithm) * cost.instance;
     for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
-      if (!runner::can_run_on(algorithm, scene.facts)) continue;
+      if (!runner::can_run_on(algorithm, facts[i])) continue;
       trials += instances_per_algorithm;
       frames += instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
       const unsigned steps = moves_once(algorithm) ? 1 : algorithm.steps;
@@ -76,10 +84,6 @@ int validate(Context& context, const std::string& file) {
                  (cost.capture + kNoiseFreePerStep * cost.noise_free + cost.judging);
     }
   }
-  if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
-  runner::check_stations(suite, facts);
-  runner::check_merits(suite, facts);
-  runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
   suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   const unsigned cores = core_count();
