@@ -1,5 +1,6 @@
 """relign-train sweep: what a file means, side by side, interrupted and resumed. The last test needs torch."""
 
+import importlib.util
 import json
 import pathlib
 import signal
@@ -98,6 +99,7 @@ class Reading(Files):
 
 
 class Running(Files):
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed: it draws the figure")
     def test_runs_what_is_missing_and_reports(self):
         content = [{"name": "a", "figure": "row", "settings": TOTAL, "seeds": [0, 1, 2]},
                    {"name": "b", "settings": TOTAL, "seeds": [5]}]
