@@ -32,8 +32,8 @@ std::string json_fault(const nlohmann::json::exception& error) {
   constexpr int kParseError = 101, kOtherType = 302, kNoKey = 403;  // of nlohmann's exceptions
   const std::string text = std::string(error.what()) + "\n";
   if (error.id == kParseError) {
-    const std::optional<std::string> column = between(text, ", column ", ": ");
-    return "invalid JSON" + (column ? " at column " + *column : "") + ": " + syntax_fault(error.what());
+    const std::optional<std::string> place = between(text, "parse error at ", ": ");
+    return "invalid JSON" + (place ? " at " + *place : "") + ": " + syntax_fault(error.what());
   }
   const std::optional<std::string> expected = between(text, "type must be ", ", but"),
                                    found = between(text, "but is ", "\n"), key = between(text, "key '", "' not found");

@@ -32,10 +32,11 @@ TEST(Fault, NamesWhatIsWrongWithJson) {
   const json object = {{"a", 1}};
   EXPECT_EQ(text_of([&] { static_cast<void>(object.at("step")); }), "missing key 'step'");
   EXPECT_EQ(text_of([&] { static_cast<void>(object.at("a").get<std::string>()); }), "expected string, found number");
-  EXPECT_THAT(text_of([] { [[maybe_unused]] const json parsed = json::parse("{\"a\": 1 \"b\": 2}"); }),
-              AllOf(HasSubstr("invalid JSON at column 11: unexpected string literal"), Not(HasSubstr("exception"))));
+  EXPECT_THAT(
+      text_of([] { [[maybe_unused]] const json parsed = json::parse("{\"a\": 1 \"b\": 2}"); }),
+      AllOf(HasSubstr("invalid JSON at line 1, column 11: unexpected string literal"), Not(HasSubstr("exception"))));
   EXPECT_THAT(text_of([] { [[maybe_unused]] const json parsed = json::parse(""); }),
-              HasSubstr("invalid JSON at column 1: unexpected end of input"));
+              HasSubstr("invalid JSON at line 1, column 1: unexpected end of input"));
 }
 
 TEST(Fault, NamesFilesAndTheSystemsReason) {
