@@ -47,6 +47,9 @@ struct Batch {
   const float *reference_first, *reference_second;
 };
 
+// Both compilers must see the same layout.
+static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 20 && sizeof(Batch) == 104);
+
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
                                      const optics::PixelStart& from, const std::uint32_t (&words)[4],

@@ -44,7 +44,7 @@ class Buffer {
   std::size_t bytes_ = 0;
 };
 
-// The first GPU. One thread at a time. Throws Error(bad_input) with look_for_gpu()'s sentence.
+// The first GPU, for the thread that opens it. Throws Error(bad_input) with look_for_gpu()'s sentence.
 class Gpu {
  public:
   Gpu();
