@@ -4,12 +4,15 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <new>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "base/files.h"
 #include "base/machine.h"
 #include "base/shell_words.h"
 #include "base/text.h"
+#include "cli/argument_fault.h"
 #include "cli/help.h"
 #include "cli/interrupt.h"
 
@@ -64,7 +67,7 @@ std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& erro
       if (!known_verb->get_group().empty()) known.push_back(known_verb->get_name());
     return "unknown verb '" + extra + "'" + suggestion(extra, known);
   }
-  return error.what();
+  return argument_fault(error.what());
 }
 
 std::string help_hint(const CLI::App& app) {
@@ -99,8 +102,14 @@ int run_action(Context& context) {
   } catch (const Error& error) {
     print_error(error.what());
     return exit_code(error.kind());
+  } catch (const std::filesystem::filesystem_error& error) {
+    print_error(fault_text(error));
+    return kBadInput;
+  } catch (const std::bad_alloc& error) {
+    print_error(fault_text(error));
+    return kInternal;
   } catch (const std::exception& error) {
-    print_error(std::string("internal error: ") + error.what());
+    print_error("internal error: " + fault_text(error));
     return kInternal;
   }
 }
@@ -257,7 +266,7 @@ int run_program(int argc, const char* const* argv) {
     std::fprintf(stderr, "%s\n", help_hint(app).c_str());
     return kBadInput;
   } catch (const std::exception& error) {
-    print_error(std::string("internal error: ") + error.what());
+    print_error("internal error: " + fault_text(error));
     return kInternal;
   }
   if (!context.action) {

@@ -37,7 +37,7 @@ std::string readme(const NewNetworkPlugin& wanted) {
          "| `trained` | `{\"hours\": 3, \"steps\": 100000, \"machine\": \"one GPU\"}`, the cost that reports show | "
          "absent "
          "|\n\nThen:\n\n```sh\nrelign-bench try " +
-         side + " --scene " + shell_quoted(wanted.scene) +
+         shell_quoted(side) + " --scene " + shell_quoted(wanted.scene) +
          " --steps 8\n```\n\nSuites accept the path of the side file wherever they accept an algorithm. `parity` "
          "(inputs of the network with its outputs) does not depend on these keys. After a new export, run\n`" +
          command_of(wanted) + "` again.\n";

@@ -94,7 +94,7 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
   for (const Parameter& parameter : plugin.parameters) {
     const Json value = another_value(parameter, shown_value(parameter, preset));
     if (value.is_null()) continue;
-    return "relign-bench try " + (preset == nullptr ? plugin.id : preset->id) + " --parameters " +
+    return "relign-bench try " + shell_quoted(preset == nullptr ? plugin.id : preset->id) + " --parameters " +
            shell_quoted(Json{{parameter.name, value}}.dump());
   }
   return "";

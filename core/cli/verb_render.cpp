@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
+#include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/animation.h"
 #include "cli/app.h"
@@ -43,7 +44,8 @@ Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manif
     const plugin_host::Parameter* parameter = scene.parameter(name);
     if (parameter == nullptr)
       throw Error(ErrorKind::bad_input, std::string("--") + (option ? option : name) + ": scene '" + used +
-                                            "' has no parameter '" + name + "'; see: relign-bench describe " + used);
+                                            "' has no parameter '" + name + "'; see: relign-bench describe " +
+                                            shell_quoted(used));
     const bool is_file = parameter->type == plugin_host::ParameterType::file;
     given[name] = is_file ? Json(fs::absolute(value.get<std::string>()).string()) : value;
   };

@@ -32,7 +32,7 @@ struct RunArguments {
   unsigned workers = 0;
   std::vector<std::string> only;
   std::string isolation = "process";
-  bool retry_failed = false;
+  bool retry_failed = false, drop_damaged = false;
   std::string plan, shard, secret;
 };
 
@@ -90,7 +90,7 @@ std::string plugin_option(const plugin_host::Manifest& plugin) {
         !inside.empty() && *inside.begin() != "..")
       return "";
   const fs::path typed = plugin.source.extension() == ".py" ? plugin.source : plugin.folder;
-  return " --plugin " + typed.lexically_proximate(fs::current_path()).string();
+  return " --plugin " + shell_quoted(typed.lexically_proximate(fs::current_path()).string());
 }
 
 // The id of a choice, or the path of the document that it was read from.
@@ -146,7 +146,7 @@ std::string trial_to_watch(const suites::Suite& suite, const std::string& best) 
   if (typed_choice(scene) != "relign_od") command += " --scene " + typed_choice(scene);
   command += " --noise-level " + typed_choice(level);
   if (method.protocol != "paper") command += " --protocol " + method.protocol;
-  if (!method.merit.empty()) command += " --merit " + method.merit;
+  if (!method.merit.empty()) command += " --merit " + shell_quoted(method.merit);
   constexpr unsigned kStepsOfTry = 50, kSeedOfTry = 1;
   if (method.steps != kStepsOfTry) command += " --steps " + std::to_string(method.steps);
   if (suite.first_instance != 0) command += " --instance " + std::to_string(suite.first_instance);
@@ -181,6 +181,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.stop = &watch_for_stop();
   options.workers = arguments.workers;
   options.retry_failed = arguments.retry_failed;
+  options.drop_damaged = arguments.drop_damaged;
   if (arguments.isolation == "process") {
     options.worker_program = {"/proc/self/exe", "worker"};
     plugin_host::adopt_orphans();
@@ -289,6 +290,8 @@ void add_run(CLI::App& app, Context& context) {
       ->capture_default_str();
   add_sandbox_options(verb, context);
   verb.add_flag("--retry-failed", arguments->retry_failed, "rerun trials that failed");
+  verb.add_flag("--drop-damaged", arguments->drop_damaged,
+                "remove damaged records from the results folder, and run their trials again");
   CLI::Option* plan =
       verb.add_option("--plan", arguments->plan,
                       "plan to run instead of a suite, written by 'relign-bench plan'; requires --shard")

@@ -61,24 +61,27 @@ std::string row(const trials::Step& step) {
   }
   char buffer[64 + 64 * 16];
   std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.number, pose.c_str(),
-                fixed(step.merit, kDecimals).c_str(), fixed(step.measured_rmse, kDecimals).c_str(),
+                fixed(step.merit, kDecimals).c_str(),
+                (step.regions.empty() ? fixed(step.measured_rmse, kDecimals) : "regions").c_str(),
                 noise_free_text(step.commanded_truth).c_str(), noise_free_text(step.recommended_truth).c_str());
   return buffer;
 }
 
 Json to_json(const trials::Step& step) {
-  return {{"step", step.number},
-          {"commanded_pose", step.commanded_pose},
-          {"true_pose", step.true_pose},
-          {"merit", step.merit},
-          {"measured", step.measured_rmse},
-          {"machine_seconds", step.machine_seconds},
-          {"recommended_pose", step.recommended_pose},
-          {"recommendation", trials::recommendation_source_name(step.recommendation_source)},
-          {"commanded_mse", step.commanded_truth.mse},
-          {"commanded_mse_error", step.commanded_truth.standard_error},
-          {"recommended_mse", step.recommended_truth.mse},
-          {"recommended_mse_error", step.recommended_truth.standard_error}};
+  Json json = {{"step", step.number},
+               {"commanded_pose", step.commanded_pose},
+               {"true_pose", step.true_pose},
+               {"merit", step.merit},
+               {"measured", step.measured_rmse},
+               {"machine_seconds", step.machine_seconds},
+               {"recommended_pose", step.recommended_pose},
+               {"recommendation", trials::recommendation_source_name(step.recommendation_source)},
+               {"commanded_mse", step.commanded_truth.mse},
+               {"commanded_mse_error", step.commanded_truth.standard_error},
+               {"recommended_mse", step.recommended_truth.mse},
+               {"recommended_mse_error", step.recommended_truth.standard_error}};
+  if (!step.regions.empty()) json["regions"] = Json::parse(to_json_text(step.regions));
+  return json;
 }
 
 Json to_json(const TryArguments& arguments, const trials::TrialResult& result) {

@@ -1,10 +1,8 @@
 // relign-bench validate: checks a suite and estimates its run time.
-#include <chrono>
-
-#include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/progress.h"
+#include "cli/run_cost.h"
 #include "cli/shared_files.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
@@ -18,28 +16,18 @@
 namespace relign::cli {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+// Of a method that recommends poses where it has been; the error of a pose is computed once. Methods with a model take
+// up to 2.
+constexpr double kNoiseFreePerStep = 1.3;
 
-struct FrameCost {
-  double capture_seconds = 0;
-  double noise_free_seconds = 0;
-};
+// The baseline that moves once, whatever its budget.
+bool moves_once(const suites::AlgorithmEntry& algorithm) { return algorithm.choice.plugin->id == "home"; }
 
-// Times one capture and one noise-free RMSE at the nominal pose of a perfect lens, on one thread as in a worker. The
-// first of each warms the caches and is not counted.
-FrameCost measure(const LoadedScene& scene) {
-  plugin_host::MountedAssembly assembly = scene.scene->mount("{}");
-  std::vector<float> pixels(std::size_t{scene.facts.image_width} * scene.facts.image_height);
-  FrameCost cost;
-  for (int repeat = 0; repeat < 2; ++repeat) {
-    const Clock::time_point start = Clock::now();
-    assembly.capture(scene.facts.nominal_pose, 1, pixels.data());
-    const Clock::time_point captured = Clock::now();
-    assembly.noise_free_mse(scene.facts.nominal_pose, 1);
-    cost.capture_seconds = std::chrono::duration<double>(captured - start).count();
-    cost.noise_free_seconds = std::chrono::duration<double>(Clock::now() - captured).count();
-  }
-  return cost;
+// The workers' warnings would repeat those of the scene that is checked.
+plugin_host::HostServices quiet_services(Context& context) {
+  plugin_host::HostServices services = context.services(1);
+  services.log = [](int, const std::string&) {};
+  return services;
 }
 
 int validate(Context& context, const std::string& file) {
@@ -72,21 +60,30 @@ int validate(Context& context, const std::string& file) {
       if (error.kind() != ErrorKind::bad_input) throw;
       mistakes += (mistakes.empty() ? "" : "\n") + std::string(error.what());
     }
-    station = station || scene.facts.owns_stage;
-    // Does not move hardware.
-    const FrameCost cost = scene.facts.owns_stage ? FrameCost{} : measure(scene);
-    for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
-      if (!runner::can_run_on(algorithm, scene.facts)) continue;
-      const std::size_t captures = instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
-      trials += instances_per_algorithm;
-      frames += captures;
-      seconds += static_cast<double>(captures) * (cost.capture_seconds + 2 * cost.noise_free_seconds);
-    }
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
   runner::check_merits(suite, facts);
   runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
+  for (std::size_t i = 0; i < suite.scenes.size(); ++i) {
+    const bool owns_stage = facts[i].owns_stage;
+    station = station || owns_stage;
+    const trials::Criteria criteria =
+        runner::criteria_of(records::specification_of(suite.spec, facts[i].spec), facts[i]);
+    // Does not move hardware.
+    const RunCost cost = owns_stage ? RunCost{}
+                                    : measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice, criteria,
+                                                       quiet_services(context), core_count());
+    if (!suite.algorithms.empty()) seconds += static_cast<double>(instances_per_algorithm) * cost.instance;
+    for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
+      if (!runner::can_run_on(algorithm, facts[i])) continue;
+      trials += instances_per_algorithm;
+      frames += instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
+      const unsigned steps = moves_once(algorithm) ? 1 : algorithm.steps;
+      seconds += static_cast<double>(instances_per_algorithm) * (steps + 1.0) *
+                 (cost.capture + kNoiseFreePerStep * cost.noise_free + cost.judging);
+    }
+  }
   suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   const unsigned cores = core_count();
@@ -108,10 +105,10 @@ int validate(Context& context, const std::string& file) {
     return kDone;
   }
   print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
-               "\nframes         " + std::to_string(frames) + "\nexpected time  at most " + duration_text(seconds) +
+               "\nframes         " + std::to_string(frames) + "\nexpected time  about " + duration_text(seconds) +
                " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-               " (from one capture and one noise-free RMSE timed now, two noise-free RMSEs per step; without the "
-               "algorithms' own time)\n" +
+               " (captures, ground truth and own optima, timed now with all cores busy; without the algorithms' own "
+               "time, pretraining, pictures and the report)\n" +
                design_mtf);
   return kDone;
 }

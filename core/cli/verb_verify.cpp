@@ -40,7 +40,9 @@ Json to_json(const runner::ReplayDifference& one) {
 }
 
 Json to_json(const runner::VerifySummary& summary) {
-  Json changes = Json::array(), differences = Json::array();
+  Json changes = Json::array(), differences = Json::array(), damaged = Json::array();
+  for (const records::Damage& one : summary.damaged)
+    damaged.push_back({{"trial", one.trial}, {"file", one.file}, {"line", one.line}, {"what", one.what}});
   for (const runner::Change& one : summary.changes)
     changes.push_back({{"what", one.what}, {"was", one.was}, {"is", one.is}});
   for (const runner::ReplayDifference& one : summary.differences) differences.push_back(to_json(one));
@@ -54,21 +56,23 @@ Json to_json(const runner::VerifySummary& summary) {
           {"ended_by_machine", summary.ended_by_machine},
           {"unknown", summary.unknown},
           {"completed", summary.completed},
+          {"damaged", std::move(damaged)},
           {"differences", std::move(differences)},
           {"changes", std::move(changes)},
           {"verdict", summary.all_equal() ? "equal" : "different"}};
 }
 
-std::string verdict(const runner::VerifySummary& summary) {
+std::string verdict(const runner::VerifySummary& summary, bool sampled) {
   std::string text;
+  for (const records::Damage& one : summary.damaged) text += "damaged    " + records::to_string(one) + "\n";
   for (const runner::ReplayDifference& one : summary.differences)
     text += "different  " + one.trial + " " + one.label + "\n           " + records::to_string(one.difference) +
             (one.tolerated_more ? " (exceeds the tolerance of 1e-6 for another CPU)" : "") + "\n";
   for (const runner::Change& one : summary.changes)
     text += "changed    " + one.what + ": was " + one.was + ", is " + one.is + "\n";
   const std::size_t exact = summary.equal - summary.with_tolerance;
-  text += "replayed   " + std::to_string(summary.replayed) + " of " + trials_text(summary.recorded) + ": " +
-          std::to_string(exact) + " equal bit for bit";
+  text += std::string("replayed   ") + (sampled ? "a sample, " : "") + std::to_string(summary.replayed) + " of " +
+          trials_text(summary.recorded) + ": " + std::to_string(exact) + " equal bit for bit";
   if (summary.with_tolerance > 0)
     text += ", " + std::to_string(summary.with_tolerance) + " equal within 1e-6 (largest deviation " +
             significant(summary.largest_deviation) +
@@ -88,7 +92,10 @@ std::string verdict(const runner::VerifySummary& summary) {
             "; 'relign-bench report' shows them\n";
   const bool nothing = summary.replayed == 0 && summary.unknown == 0;
   text += std::string("verdict    ") +
-          (nothing ? "nothing could be replayed"
+          (!summary.damaged.empty()
+               ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
+                 "--drop-damaged, which runs their trials again"
+           : nothing ? "nothing could be replayed"
            : summary.all_equal() && summary.replayed < summary.recorded
                ? "the replayed trials are reproduced; the others were not replayed"
            : summary.all_equal() ? "the results are reproduced"
@@ -103,7 +110,7 @@ std::string verdict(const runner::VerifySummary& summary) {
 void save_verdict(const std::string& results, const runner::VerifySummary& summary) {
   Json saved = to_json(summary);
   saved["format"] = records::kFormat;
-  for (const char* long_list : {"differences", "changes", "completed"}) saved.erase(long_list);
+  for (const char* long_list : {"damaged", "differences", "changes", "completed"}) saved.erase(long_list);
   try {
     write_file_atomically(std::filesystem::path(results) / "verify.json", saved.dump(1) + "\n");
   } catch (const Error&) {
@@ -155,7 +162,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     std::fprintf(stderr, "Stopped after %zu replays; their results are not kept.\n", summary.replayed);
     return stop_exit_code();
   }
-  if (arguments.add_rules && summary.recorded == 0) {
+  if (arguments.add_rules && summary.recorded == 0 && summary.damaged.empty()) {
     print_result(context.json ? to_json(summary).dump(2) + "\n"
                               : "Every trial in " + arguments.results + " has the scores of all rules.\n");
     return kDone;
@@ -166,9 +173,9 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {
-    print_text(verdict(summary) + (arguments.frames.empty()
-                                       ? ""
-                                       : "frames     " + std::to_string(frames) + " in " + arguments.frames + "\n"));
+    print_text(
+        verdict(summary, arguments.sample > 0) +
+        (arguments.frames.empty() ? "" : "frames     " + std::to_string(frames) + " in " + arguments.frames + "\n"));
   }
   return summary.all_equal() ? kDone : kGateTripped;
 }

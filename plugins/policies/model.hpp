@@ -24,8 +24,9 @@ class Model {
   Model& operator=(const Model&) = delete;
 
   const SideFile& about() const;
-  // images: frames x size x size byte values as float, the newest frame last. Returns SideFile::outputs() finite
-  // values, the first ones in shares of the travel; throws std::runtime_error if the network returns anything else.
+  // images: frames x size x size bytes as float or irradiances, the newest frame last. Returns SideFile::outputs()
+  // finite values, the first ones in shares of the travel; throws std::runtime_error if the network returns anything
+  // else.
   std::vector<double> answer(const std::vector<float>& images);
 
  private:

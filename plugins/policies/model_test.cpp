@@ -68,6 +68,23 @@ TEST_F(ModelFiles, ReproducesParityOutputs) {
   EXPECT_NEAR(answer[1], 0.1, 1e-5);
 }
 
+TEST_F(ModelFiles, ShowsIrradianceInTheUnitsOfTheScene) {
+  nlohmann::json side = this->side();
+  side["observation"]["values"] = "irradiance";
+  // The network divides by 255, so that irradiances give smaller outputs than bytes.
+  const double unit = 3.0 * 0.1 / 255;  // byte_whites x white / 255
+  for (auto& answer : side["parity"]["answers"])
+    for (auto& value : answer) value = value.get<double>() * unit;
+  write_side(side);
+  Model model(onnx());
+  EXPECT_TRUE(model.about().irradiance);
+  EXPECT_NEAR(model.about().shown(model.about().parity[1])[0], 37 * unit, 1e-7);
+  EXPECT_NEAR(model.answer(std::vector<float>(800, 51.0F))[0], 0.2, 1e-5);
+  side["observation"]["values"] = "floats";
+  write_side(side);
+  EXPECT_THAT(refusal(), HasSubstr("values: must be 'bytes' or 'irradiance', found 'floats'"));
+}
+
 TEST_F(ModelFiles, RejectsWrongDoubt) {
   nlohmann::json side = this->side();
   side["doubt"] = {{"directions", {{1, 0}, {0, 1}}}, {"effects", {1, 1}}, {"floor", {0, 0}}, {"drift", 0.01}};

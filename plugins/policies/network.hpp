@@ -15,7 +15,7 @@ class Network {
   Network(const Network&) = delete;
   Network& operator=(const Network&) = delete;
 
-  // input: frames x size x size byte values as float, the newest frame last. Returns the values of the output.
+  // input: frames x size x size bytes as float or irradiances, the newest frame last. Returns the values of the output.
   virtual std::vector<float> answer(const std::vector<float>& input) = 0;
 };
 

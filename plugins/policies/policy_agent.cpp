@@ -76,7 +76,7 @@ void PolicyAgent::check_scene(const Trial& trial) const {
 void PolicyAgent::push_frame(const ImageView& image) {
   const SideFile& about = model_.about();
   std::vector<float> picture = resampled(image, about.size);
-  to_bytes(picture, about.white, about.byte_whites);
+  if (!about.irradiance) to_bytes(picture, about.white, about.byte_whites);
   const auto one = static_cast<std::ptrdiff_t>(picture.size());
   std::copy(frames_.begin() + one, frames_.end(), frames_.begin());
   std::copy(picture.begin(), picture.end(), frames_.end() - one);

@@ -97,6 +97,10 @@ SideFile parse(const Json& json) {
   side.frames = integer(observation, "frames", 1, kMaxFrames);
   side.white = positive(observation, "white");
   side.byte_whites = positive(observation, "byte_whites");
+  const auto values = observation.value("values", std::string("bytes"));
+  if (values != "bytes" && values != "irradiance")
+    complain("values: must be 'bytes' or 'irradiance', found '" + values + "'");
+  side.irradiance = values == "irradiance";
   side.mean = observation.value("mean", 0.0);
   if (!std::isfinite(side.mean)) complain("mean: must be finite");
   if (observation.contains("deviation")) side.deviation = positive(observation, "deviation");
@@ -136,13 +140,14 @@ SideFile parse(const Json& json) {
 }  // namespace
 
 std::vector<float> SideFile::shown(const Parity& input) const {
+  const auto unit = irradiance ? static_cast<float>(byte_whites * white / 255) : 1.0F;
   std::vector<float> values;
   values.reserve(static_cast<std::size_t>(frames) * static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
   for (int frame = 0; frame < frames; ++frame)
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x) {
         const int block = (frame * kParitySide + y * kParitySide / size) * kParitySide + x * kParitySide / size;
-        values.push_back(static_cast<float>(input.bytes[static_cast<std::size_t>(block)]));
+        values.push_back(unit * static_cast<float>(input.bytes[static_cast<std::size_t>(block)]));
       }
   return values;
 }
@@ -156,7 +161,10 @@ SideFile read_side_file(const std::string& path) {
   try {
     return parse(Json::parse(file));
   } catch (const Json::exception& error) {
-    throw std::runtime_error(path + ": not a side file of relign-train (" + error.what() + ")");
+    const std::string text = error.what();  // "[json.exception.out_of_range.403] key 'scales' not found"
+    const std::size_t bracket = text.find("] ");
+    throw std::runtime_error(path + ": not a side file of relign-train (" +
+                             (bracket == std::string::npos ? text : text.substr(bracket + 2)) + ")");
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(path + ": " + error.what());
   }

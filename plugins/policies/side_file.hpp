@@ -24,7 +24,8 @@ struct SideFile {
   int frames = 1;                 // stacked captures, the newest last; zeros before the first capture
   double white = 0;               // display value of a lit pixel
   double byte_whites = 0;         // byte 255 is this multiple of `white`
-  // The network's input is (byte - mean) / deviation, and its outputs times `scales` are shares of the travel: for
+  bool irradiance = false;        // the input has the scene's units ("values": "irradiance"), without bytes
+  // The network's input is (value - mean) / deviation, and its outputs times `scales` are shares of the travel: for
   // networks that were not trained by relign-train. Parity inputs and outputs are those of the network itself.
   double mean = 0, deviation = 1;
   std::vector<double> scales;  // per axis; empty: 1
@@ -38,6 +39,7 @@ struct SideFile {
   int blocks = 0;
   std::vector<float> reference;
   // A parity input: `frames` images of 10 x 10 bytes, each byte a block of size / 10 pixels; and the expected output.
+  // As irradiance, a byte is that share of 255 of byte_whites * white.
   struct Parity {
     std::vector<std::uint8_t> bytes;
     std::vector<float> answer;

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from gymnasium import spaces
 
 from . import rewards as _rewards
 from ._errors import check_name
+from ._info import Later
 from .batch import Batch
 from .conventions import LARGEST_MOVE, to_bytes
 
@@ -74,6 +76,10 @@ class AlignmentTask:
         self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
+        self.families = [instances] * slots
+        self._make_spare = functools.partial(Batch, 1, scene, noise_level, clipping, suite_seed, size, scene_parameters,
+                                             noise_level_parameters, threads=1)
+        self._spare: Batch | None = None
 
     def _observed_shape(self, columns: int | None) -> tuple[int, int]:
         height, width = self.reference.shape
@@ -100,6 +106,8 @@ class AlignmentTask:
         self.past_actions[slots] = 0
         self.steps[slots] = 0
         self.numbers[slots] = numbers
+        for slot, family in zip(slots, families):
+            self.families[slot] = family
         self._observe(slots)
         self.scores[slots] = self._scores(self.score, slots)
 
@@ -168,10 +176,10 @@ class AlignmentTask:
         return images
 
     def infos(self, slots: Slots) -> list[dict[str, Any]]:
-        """The info dictionary of each slot; see `AlignmentEnv`."""
+        """The info dictionary of each slot, without the noise-free RMSE; see `AlignmentEnv`."""
         true_poses, commanded = self.batch.true_poses(slots), self.batch.commanded_poses(slots)
         measured = self.batch.measured_rmse(slots)
-        infos: list[dict[str, Any]] = [{
+        return [{
             "true_pose": true_poses[k],
             "commanded_pose": commanded[k],
             "measured_rmse": float(measured[k]),
@@ -179,11 +187,31 @@ class AlignmentTask:
             "limits": self.batch.limits(slot),
             "instance": int(self.numbers[slot]),
         } for k, slot in enumerate(slots)]
-        if self.noise_free:
-            rmse = np.sqrt(np.maximum(0.0, self.batch.noise_free_mse(slots)[0]))
-            for k, info in enumerate(infos):
-                info["noise_free_rmse"] = float(rmse[k])
-        return infos
+
+    def noise_free_rmse(self, slots: Slots) -> Later:
+        """The noise-free RMSE of each slot now, shape (n,), for whenever it is read.
+
+        Instances are mounted again where an episode has ended by then, so that the value does not depend on the time.
+        """
+        slots = list(slots)
+        true_poses, steps = self.batch.true_poses(slots), [int(self.steps[slot]) for slot in slots]
+        drawn = [(self.families[slot], int(self.numbers[slot])) for slot in slots]
+
+        def compute() -> Float64Array:
+            mse = np.zeros(len(slots))
+            here = [k for k, slot in enumerate(slots) if drawn[k] == (self.families[slot], self.numbers[slot])]
+            if here:
+                mse[here] = self.batch.noise_free_mse_at([slots[k] for k in here], true_poses[here],
+                                                         [steps[k] for k in here])[0]
+            for k in sorted(set(range(len(slots))) - set(here)):
+                if self._spare is None:
+                    self._spare = self._make_spare()
+                self._spare.reset([0], [drawn[k][1]], drawn[k][0])
+                mse[k] = self._spare.noise_free_mse_at([0], true_poses[k:k + 1], steps[k:k + 1])[0][0]
+            rmse: Float64Array = np.sqrt(np.maximum(0.0, mse))
+            return rmse
+
+        return Later(compute)
 
 
 def check_family(name: str) -> None:

@@ -125,6 +125,19 @@ class Batch:
         mse, error = self._core.noise_free_mse(list(slots))
         return np.array(mse), np.array(error)
 
+    def noise_free_mse_at(self, slots: Slots, true_poses: npt.ArrayLike, steps: Sequence[int],
+                          ) -> tuple[Float64Array, Float64Array]:
+        """What `noise_free_mse` returned at an earlier step of the same instances.
+
+        Args:
+            slots: The slots.
+            true_poses: True poses at that step, shape (n, axes).
+            steps: Number of moves since the reset.
+        """
+        mse, error = self._core.noise_free_mse_at(list(slots), np.ascontiguousarray(true_poses, np.float64),
+                                                  list(map(int, steps)))
+        return np.array(mse), np.array(error)
+
     def optima(self, slots: Slots) -> list[tuple[Float64Array, float] | None]:
         """Each instance's own optimum: (true pose, noise-free MSE), or None where the scene does not search for it."""
         return [None if found is None else (np.array(found[0]), found[1]) for found in self._core.optima(list(slots))]

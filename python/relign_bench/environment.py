@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 
 from ._errors import check_name
+from ._info import Info, Later
 from ._task import AlignmentTask, choose_instance
 from .rendering import Window, draw_frame
 
@@ -59,6 +60,10 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     `true_pose` and `commanded_pose` (shape (axes,), shares of the travel), `measured_rmse`, `noise_free_rmse`, `score`,
     `limits` (shape (axes,): which axes met a limit during the latest move) and `instance` (its number).
 
+    `noise_free_rmse` is computed when it is read, which takes as long as about ten captures, and has the same value whenever
+    that is. Reading, printing or pickling the whole info reads it too. No reward of `relign_bench.rewards` uses it; a wrapper
+    whose reward does reads it at every step.
+
     Args:
         scene: Id, preset or path of a scene, as in a suite.
         noise_level: Id, preset or path of a noise level.
@@ -74,7 +79,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
         goal: Score below which an episode terminates; None: never.
         max_episode_steps: Steps after which an episode is truncated; None: never.
-        noise_free: Whether info has `noise_free_rmse`, which costs about ten captures a step. Switch it off for training.
+        noise_free: Whether info has `noise_free_rmse`.
         instances: Family of the instances: "training", "tuning" or "benchmark". Suites use "benchmark"; train on "training",
             choose checkpoints on "tuning".
         suite_seed: Seed of the families; the default of suites is 1.
@@ -124,7 +129,14 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         self._ready = True
         if self.render_mode == "human":
             self.render()
-        return self.task.observation_of(0), self.task.infos([0])[0]
+        return self.task.observation_of(0), self._info()
+
+    def _info(self) -> dict[str, Any]:
+        info = Info(self.task.infos([0])[0])
+        if self.task.noise_free:
+            later = self.task.noise_free_rmse([0])
+            info["noise_free_rmse"] = Later(lambda: float(later()[0]))
+        return info
 
     def step(self, action: AnyArray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves the stage and captures once.
@@ -147,8 +159,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         rewards, terminated, truncated = self.task.step([0], action)
         if self.render_mode == "human":
             self.render()
-        return (self.task.observation_of(0), float(rewards[0]), bool(terminated[0]), bool(truncated[0]),
-                self.task.infos([0])[0])
+        return (self.task.observation_of(0), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), self._info())
 
     def render(self) -> ByteArray | None:  # type: ignore[override]
         """Shows the current state.

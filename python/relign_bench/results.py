@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import shlex
 from typing import TYPE_CHECKING
 
 from ._errors import check_name
@@ -37,7 +38,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
     if what in ("curves", "instances"):
         table = folder / (what + ".csv")
         if not table.is_file():
-            raise FileNotFoundError(f"'{table}' does not exist; `relign-bench report {folder}` writes it")
+            raise FileNotFoundError(f"'{table}' does not exist; `relign-bench report {shlex.quote(str(folder))}` writes it")
         return pandas.read_csv(table)
     if not (folder / "trials").is_dir():
         raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")

@@ -10,6 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ._errors import check_name
+from ._info import Info, Later
 from ._task import AlignmentTask, choose_instance
 from .environment import AlignmentEnv
 from .rendering import draw_frame
@@ -85,7 +86,7 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
             if seeds[slot] is not None or self._generators[slot] is None:
                 self._generators[slot], _ = gymnasium.utils.seeding.np_random(seeds[slot])
         self._start(slots, options)
-        return self.task.observations(), self._gather(slots, self.task.infos(slots))
+        return self.task.observations(), self._gather(slots)
 
     def step(self, actions: AnyArray) -> tuple[Observation, Float64Array, BoolArray, BoolArray, dict[str, Any]]:
         """Moves and captures once in every environment.
@@ -119,16 +120,16 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
         every = list(range(self.num_envs))
         if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
             ended = [int(k) for k in np.flatnonzero(self._over)]
-            final_infos = self._gather(ended, self.task.infos(ended))
+            final_infos = self._gather(ended)
             final_observations = np.full(self.num_envs, None, object)
             for slot in ended:
                 final_observations[slot] = self.task.observation_of(slot)
             self._start(ended, {})
-            infos = self._gather(every, self.task.infos(every))
+            infos = self._gather(every)
             infos["final_obs"], infos["_final_obs"] = final_observations, terminated | truncated
             infos["final_info"], infos["_final_info"] = final_infos, terminated | truncated
         else:
-            infos = self._gather(every, self.task.infos(every))
+            infos = self._gather(every)
         return self.task.observations(), rewards, terminated, truncated, infos
 
     def render(self) -> tuple[ByteArray, ...]:  # type: ignore[override]
@@ -153,15 +154,25 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
         self.task.reset(slots, [number for number, _ in chosen], [family for _, family in chosen])
         self._over[slots] = False
 
-    def _gather(self, slots: Slots, infos: list[dict[str, Any]]) -> dict[str, Any]:
+    def _gather(self, slots: Slots) -> dict[str, Any]:
         """One array per key, with the mask "_key" that Gymnasium's vector environments add."""
         mask = np.zeros(self.num_envs, bool)
         mask[slots] = True
-        gathered: dict[str, Any] = {}
+        infos = self.task.infos(slots)
+        gathered = Info()
         for key in infos[0] if infos else ():
             first = np.asarray(infos[0][key])
             values = np.zeros((self.num_envs, *first.shape), first.dtype)
             for slot, info in zip(slots, infos):
                 values[slot] = info[key]
             gathered[key], gathered["_" + key] = values, mask
+        if infos and self.task.noise_free:
+            later = self.task.noise_free_rmse(slots)
+
+            def spread() -> Float64Array:
+                values = np.zeros(self.num_envs)
+                values[slots] = later()
+                return values
+
+            gathered["noise_free_rmse"], gathered["_noise_free_rmse"] = Later(spread), mask
         return gathered

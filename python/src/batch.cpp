@@ -69,15 +69,31 @@ void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const 
 }
 
 // Means and standard errors, one per slot.
+py::tuple lists_of(const std::vector<trials::Truth>& truths) {
+  std::vector<double> mse, error;
+  for (const trials::Truth& truth : truths) mse.push_back(truth.mse), error.push_back(truth.standard_error);
+  return py::make_tuple(mse, error);
+}
+
 py::tuple noise_free_mse(Batch& batch, const Slots& slots) {
   std::vector<trials::Truth> found;
   {
     const py::gil_scoped_release release;
     found = batch.truths(slots);
   }
-  std::vector<double> mse, error;
-  for (const trials::Truth& truth : found) mse.push_back(truth.mse), error.push_back(truth.standard_error);
-  return py::make_tuple(mse, error);
+  return lists_of(found);
+}
+
+py::tuple noise_free_mse_at(Batch& batch, const Slots& slots, const py::buffer& poses,
+                            const std::vector<unsigned>& steps) {
+  const double* numbers = numbers_of<double>(poses, {slots.size(), batch.facts().axes.size()}, false, "poses");
+  if (steps.size() != slots.size()) throw Error(ErrorKind::bad_input, "noise_free_mse_at needs one step per slot");
+  std::vector<trials::Truth> found;
+  {
+    const py::gil_scoped_release release;
+    found = batch.truths_at(slots, numbers, steps);
+  }
+  return lists_of(found);
 }
 
 py::list optima(Batch& batch, const Slots& slots) {
@@ -167,6 +183,7 @@ void bind_batch(py::module_& module) {
       .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
       .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
       .def("noise_free_mse", &noise_free_mse, arg("slots"))
+      .def("noise_free_mse_at", &noise_free_mse_at, arg("slots"), arg("poses"), arg("steps"))
       .def("optima", &optima, arg("slots"))
       .def("instance", &instance, arg("slot"))
       .def("true_poses",

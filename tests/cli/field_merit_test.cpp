@@ -10,7 +10,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 // With captures of little noise, which the narrow edges of the small image need.
-constexpr const char* kScene = R"({"use": "chart.json", "parameters": {"samples": 512}})";
+constexpr const char* kScene = R"({"use": "chart.json", "parameters": {"sampler": "lattice", "samples": 64}})";
 
 TEST(CliFieldMerit, TryShowsTheMeritThatTheAlgorithmObserves) {
   const Workplace place;

@@ -26,8 +26,13 @@ TEST(CliMistakes, ReportsInvalidArguments) {
   const Workplace place;
   expect_mistake(place, {"rnu"}, 2, HasSubstr("unknown verb 'rnu'; did you mean 'run'?"));
   expect_mistake(place, {"run"}, 2, HasSubstr("SUITE is required"));
+  expect_mistake(place, {"report", "a", "--format", "xml"}, 2,
+                 HasSubstr("--format: found 'xml', expected one of html,md,csv,json"));
+  expect_mistake(place, {"run", "a.json", "--workers", "two"}, 2, HasSubstr("--workers: found 'two', expected"));
+  expect_mistake(place, {"run", "a.json", "-o"}, 2, HasSubstr("--out: missing value DIR"));
+  expect_mistake(place, {"run", "--plan", "p.json"}, 2, HasSubstr("--plan also needs --shard"));
   expect_mistake(place, {"run", "a.json", "--wrokers", "2"}, 2, HasSubstr("did you mean '--workers'?"));
-  expect_mistake(place, {"run", "a.json", "--workers", "0"}, 2, HasSubstr("--workers"));
+  expect_mistake(place, {"run", "a.json", "--workers", "0"}, 2, HasSubstr("--workers: found '0', expected 1 to 1024"));
   expect_mistake(place, {"run", "a.json", "--progress", "loud"}, 2, HasSubstr("--progress"));
   expect_mistake(place, {"run", "a.json", "--only", "color=red"}, 2, HasSubstr("unknown key 'color'"));
   expect_mistake(place, {"run", "a.json", "--only", "scene"}, 2, HasSubstr("key=value"));

@@ -67,6 +67,17 @@ TEST(CliNames, CommandsOfferedForCopyingAreQuoted) {
   const Outcome made = relign_bench(place, {"plugin", "new", "mine", "--kind", "optimizer", "--out", name + "2"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   EXPECT_THAT(made.err, HasSubstr("cd '$(touch pwned) x2'"));
+  fs::create_directories(place.path(name + "4"));
+  fs::copy_file(RELIGN_SOURCE_DIR "/examples/compass_python/compass.py", place.path(name + "4") / "compass.py");
+  place.write("own.json", Json{{"scenes", {"gaussian_spot"}},
+                               {"noise_levels", {"none"}},
+                               {"algorithms", {"./" + name + "4/compass.py"}},
+                               {"instances", 1},
+                               {"steps", 1}}
+                              .dump());
+  const Outcome ran = relign_bench(place, {"run", "own.json", "-o", name + "3"});
+  ASSERT_EQ(ran.exit_code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("--plugin '$(touch pwned) x4/compass.py'"));
   expect_harmless(place, made, name);
 }
 

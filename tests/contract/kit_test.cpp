@@ -24,7 +24,8 @@ TEST(Kit, PassesForEveryPlugin) {
         EXPECT_NE(result.finding.verdict, Verdict::warning) << result.check << ": " << result.finding.sentence;
       }
     }
-    EXPECT_GE(inspection.count(Verdict::ok), 10u);
+    // "network" runs nothing before a user names a network; "imitation" is the same agent with one.
+    EXPECT_GE(inspection.count(Verdict::ok), plugin->id == "network" ? 4u : 10u);
   }
 }
 

@@ -17,13 +17,15 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
 from relign_bench.training import export
-from relign_bench.training.cli import with_goal, with_settings
 from relign_bench.training.directions import Directions
+from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.reinforce import PRESETS, Reinforcement
+from relign_bench.training.recipe import PRESETS
+from relign_bench.training.reinforce import Reinforcement
+from relign_bench.training.settings import with_goal, with_settings
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -125,6 +127,10 @@ class Segments(Folder):
             goal("level=0.3")
 
     def test_wrong_recipes_are_refused(self):
+        with self.assertRaisesRegex(ValueError, "unknown input 'bytes'; inputs: float32, uint8"):
+            Reinforcement(dataclasses.replace(PAPER, input="bytes"), self.folder / "z", threads=1, log=quiet)
+        with self.assertRaisesRegex(ValueError, "device 'mps' is not supported; expected 'cpu' or 'cuda'"):
+            Reinforcement(PAPER, self.folder / "z", threads=1, log=quiet, device="mps")
         with self.assertRaisesRegex(ValueError, "size=40.*at least 64 columns"):
             Reinforcement(dataclasses.replace(PAPER, size=40), self.folder / "z", threads=1, log=quiet)
         with self.assertRaisesRegex(ValueError, "needs --warm-start FOLDER"):
@@ -212,17 +218,62 @@ class PackageNetwork(unittest.TestCase):
     def test_has_the_layers_of_the_package(self):
         from gymnasium import spaces
 
-        features = PackageFeatures(spaces.Box(0, 255, (5, 200, 200), np.uint8))
-        convolutions = [layer for layer in features.convolutions if isinstance(layer, torch.nn.Conv2d)]
-        self.assertEqual([(c.out_channels, c.kernel_size, c.stride) for c in convolutions],
-                         [(32, (3, 3), (2, 2)), (64, (3, 3), (2, 2)), (128, (3, 3), (2, 2))])
+        features = PackageFeatures(spaces.Box(0, 3.5, (5, 200, 200), np.float32))
+        self.assertEqual([name for name, _ in features.named_parameters()],
+                         [f"{layer}.{kind}" for layer in ("cnn.0", "cnn.3", "cnn.6", "linear.0")
+                          for kind in ("weight", "bias")])
         self.assertEqual(features.linear[0].in_features, 128 * 3 * 3)
-        # The package has ReLU before the pooling, which gives the same values.
-        pictures = torch.rand(2, 5, 200, 200)
-        x = pictures
-        for convolution in convolutions:
-            x = torch.nn.functional.max_pool2d(torch.relu(convolution(x)), 2)
-        torch.testing.assert_close(features.convolutions(pictures), x.flatten(1), rtol=1e-4, atol=1e-5)
+
+    def test_pools_before_relu_with_the_values_and_gradients_of_the_package_order(self):
+        from gymnasium import spaces
+
+        features = PackageFeatures(spaces.Box(0, 3.5, (5, 64, 64), np.float32))
+        pictures = torch.rand(6, 5, 64, 64, generator=torch.manual_seed(2)) - 0.3
+        pictures[0] = 0  # every window of the first pooling has equal values
+        results = []
+        in_order = lambda x: features.linear(features.cnn(x.contiguous(memory_format=torch.channels_last)))  # noqa: E731
+        for forward in (features, in_order):
+            features.zero_grad()
+            values = forward(pictures)
+            values.square().sum().backward()
+            results.append([values.detach().clone(), *(parameter.grad.clone() for parameter in features.parameters())])
+        for ours, package in zip(*results):
+            torch.testing.assert_close(ours, package, rtol=1e-5, atol=1e-6)
+        torch.testing.assert_close(results[0][0], results[1][0], rtol=0, atol=0)
+
+
+class FrameBuffer(unittest.TestCase):
+    def test_equals_the_buffer_of_stable_baselines(self):
+        from gymnasium import spaces
+        from stable_baselines3.common.buffers import RolloutBuffer
+
+        for kind, high in ((np.uint8, 255), (np.float32, 1)):
+            space = spaces.Box(0, high, (3, 4, 5), kind)
+            arguments = (7, space, spaces.Box(-1, 1, (2,), np.float32))
+            buffers = [made(*arguments, device="cpu", n_envs=2) for made in (RolloutBuffer, FrameRolloutBuffer)]
+            random, stack = np.random.default_rng(4), np.zeros((2, 3, 4, 5), kind)
+            starts = np.ones(2, bool)
+            for _ in range(3):  # rollouts, across which episodes continue
+                for buffer in buffers:
+                    buffer.reset()
+                for _ in range(7):
+                    stack[starts] = 0
+                    stack[:, :-1] = stack[:, 1:].copy()
+                    stack[:, -1] = random.uniform(0, high, (2, 4, 5)).astype(kind)
+                    step = (stack.copy(),
+                            random.uniform(size=(2, 2)), random.uniform(size=2), starts,
+                            torch.tensor(random.uniform(size=2)), torch.tensor(random.uniform(size=2)))
+                    for buffer in buffers:
+                        buffer.add(*step)
+                    starts = random.uniform(size=2) < 0.3
+                samples = []
+                for buffer in buffers:
+                    buffer.compute_returns_and_advantage(torch.zeros(2), starts)
+                    np.random.seed(5)
+                    samples.append([*buffer.get(6), *buffer.get(6)])
+                for one, other in zip(*samples):
+                    for field, value in one._asdict().items():
+                        torch.testing.assert_close(other._asdict()[field], value, rtol=0, atol=0)
 
 
 if __name__ == "__main__":

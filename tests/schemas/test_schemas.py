@@ -81,7 +81,7 @@ class Schemas(unittest.TestCase):
     def test_recipes_have_the_settings_of_trainings(self):
         schema, check = tools.load("recipe"), tools.validator("recipe")
         readme = (ROOT / "python/README.md").read_text().split("### Recipes", 1)[1]
-        for name, file, side in (("imitation", "imitate.py", "imitation/randomised"), ("ppo", "reinforce.py", "ppo_paper/ppo-paper")):
+        for name, file, side in (("imitation", "imitate.py", "imitation/randomised"), ("ppo", "recipe.py", "ppo_paper/ppo-paper")):
             module = ast.parse((ROOT / "python/relign_bench/training" / file).read_text())
             recipe = next(one for one in module.body if isinstance(one, ast.ClassDef) and one.name == "Recipe")
             fields = {one.target.id for one in recipe.body if isinstance(one, ast.AnnAssign)}
@@ -94,6 +94,21 @@ class Schemas(unittest.TestCase):
             self.assertEqual(tools.complaints(check, document), [])
             for what, wrong in tools.wrong_versions(schema, document):
                 self.assertFalse(check.is_valid(wrong), f"{name}: {what}")
+
+    def test_sweeps_of_the_tree_have_the_keys_that_relign_train_reads(self):
+        schema, check = tools.load("sweep"), tools.validator("sweep")
+        module = ast.parse((ROOT / "python/relign_bench/training/sweep.py").read_text())
+        read = {one.targets[0].id: set(ast.literal_eval(one.value)) for one in module.body
+                if isinstance(one, ast.Assign) and one.targets[0].id in ("KEYS", "TRAINING_KEYS")}
+        self.assertEqual(set(schema["definitions"]["training"]["properties"]), read["TRAINING_KEYS"])
+        self.assertEqual(set(schema["oneOf"][0]["properties"]), read["KEYS"])
+        files = sorted((ROOT / "python/recipes").glob("*.json"))
+        self.assertTrue(files)
+        for file in files:
+            document = json.loads(file.read_text())
+            self.assertEqual(tools.complaints(check, document), [])
+            for change in ({"trainings": []}, {"trainings": [{"name": "x"}]}, {"trainings": [{"name": "x", "seeds": [0], "sed": 1}]}):
+                self.assertFalse(check.is_valid({**document, **change}), change)
 
     def test_the_readme_names_each(self):
         readme = (tools.FOLDER / "README.md").read_text()

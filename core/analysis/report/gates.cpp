@@ -71,7 +71,9 @@ void add_replay(Gates& gates, const LoadedResults& results) {
   }
   const std::uint64_t replayed = count_of(verified, "replayed"), equal = count_of(verified, "equal");
   if (replayed == 0) return;
-  const std::string share = std::to_string(equal) + "/" + std::to_string(replayed);
+  const std::uint64_t recorded = count_of(verified, "recorded");
+  const std::string share = std::to_string(equal) + "/" + std::to_string(replayed) +
+                            (recorded > replayed ? " of " + std::to_string(recorded) + " trials" : "");
   gates.push_back(equal == replayed
                       ? QualityGate{"replay", true, "replay " + share}
                       : QualityGate{"replay", false,

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "base/fault.h"
 #include "base/files.h"
 #include "base/json_places.h"
 
@@ -68,9 +69,7 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& problem) override {
-    error = problem.what();
-    // "[json.exception.parse_error.101] parse error at line 3, column 5: syntax error ..." -> the last part
-    if (const auto colon = error.find(": "); colon != std::string::npos) error = error.substr(colon + 2);
+    error = syntax_fault(problem.what());
     error_offset = position == 0 ? 0 : position - 1;
     return false;
   }

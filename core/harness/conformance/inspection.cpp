@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "base/json_source.h"
 #include "base/text.h"
 #include "conformance/checks.h"
@@ -205,7 +206,7 @@ void run_one_check(const std::filesystem::path& plugin, const std::string& name,
   try {
     finding = check->look(open_subject(plugin));
   } catch (const std::exception& error) {
-    finding = failed(error.what());
+    finding = failed(fault_text(error));
   }
   report(finding);
 }

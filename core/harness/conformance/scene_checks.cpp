@@ -102,6 +102,24 @@ Finding check_reference(const Subject& subject) {
   return ok();
 }
 
+namespace {
+
+// Of captures of two regions that overlap, against the whole capture with seed 11 at the same pose.
+std::string flaw_of_regions(const Opened& opened, MountedAssembly& assembly, const std::vector<double>& pose,
+                            const std::vector<float>& whole) {
+  const std::uint32_t width = opened.facts.image_width, height = opened.facts.image_height;
+  const PixelRegions regions = {{width / 4, height / 3, (width + 1) / 2, (height + 2) / 3},
+                                {width / 2, height / 2, width - width / 2, height - height / 2}};
+  std::vector<float> pixels(whole.size(), std::nanf(""));
+  assembly.capture_regions(pose, 11, regions, pixels.data());
+  for (const PixelSpan& span : spans_of(regions, width))
+    if (std::memcmp(pixels.data() + span.first, whole.data() + span.first, span.count * sizeof(float)) != 0)
+      return "a capture of regions has other pixels there than the whole capture with the same pose and seed";
+  return "";
+}
+
+}  // namespace
+
 Finding check_same_pixels(const Subject& subject) {
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);
@@ -116,6 +134,10 @@ Finding check_same_pixels(const Subject& subject) {
     return failed(
         "the same pose and seed give another image after other captures; an image must depend only on "
         "assembly, pose and frame seed");
+  if (assembly.captures_regions()) {
+    const std::string flaw = flaw_of_regions(opened, assembly, pose, first);
+    if (!flaw.empty()) return failed(flaw);
+  }
   Opened second(subject.choice(), 3);
   MountedAssembly other = second.scene.mount("{}");
   second.capture(other, elsewhere, 14);

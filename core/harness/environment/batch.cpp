@@ -188,13 +188,27 @@ void Batch::render_at(const std::vector<unsigned>& slots, const double* true_pos
 }
 
 std::vector<trials::Truth> Batch::truths(const std::vector<unsigned>& slots) {
+  std::vector<double> true_poses;
+  std::vector<unsigned> steps;
+  for (const unsigned slot : slots) {
+    const State& now = state(slot);
+    true_poses.insert(true_poses.end(), now.true_pose.begin(), now.true_pose.end());
+    steps.push_back(now.step);
+  }
+  return truths_at(slots, true_poses.data(), steps);
+}
+
+std::vector<trials::Truth> Batch::truths_at(const std::vector<unsigned>& slots, const double* true_poses,
+                                            const std::vector<unsigned>& steps) {
   Implementation& in = *implementation_;
   in.check(slots, true);
+  const std::size_t axes = in.facts.axes.size();
   std::vector<trials::Truth> truths(slots.size());
   in.for_each(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
-    const auto value = slot.assembly->noise_free_mse(
-        slot.state.true_pose, frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::truth_commanded));
+    const auto value =
+        slot.assembly->noise_free_mse(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
+                                      frame_seed(slot.state.instance.seed, steps[k], FrameStream::truth_commanded));
     truths[k] = {value.mse, value.standard_error};
   });
   return truths;

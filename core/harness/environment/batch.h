@@ -86,6 +86,9 @@ class Batch {
 
   // Noise-free MSE at the current poses; the value that a trial records for the same step.
   std::vector<trials::Truth> truths(const std::vector<unsigned>& slots);
+  // The value of `truths` at an earlier step of the same instances: the true poses and steps of State then.
+  std::vector<trials::Truth> truths_at(const std::vector<unsigned>& slots, const double* true_poses,
+                                       const std::vector<unsigned>& steps);
   // The pose at which each lens is best, cached until the slot's next reset. Nothing where the scene does not search
   // it.
   std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> optima(const std::vector<unsigned>& slots);

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "base/fault.h"
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/shell_words.h"
@@ -165,7 +166,7 @@ void Catalog::scan(const fs::path& root) {
     try {
       add(folder);
     } catch (const std::exception& problem) {
-      refused_.push_back(problem.what());
+      refused_.push_back(fault_text(problem));
     }
   }
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "base/json_members.h"
 #include "plugin_host/process_manifest.h"
 
@@ -52,7 +53,7 @@ Choice choice_from_json(const Json& json) {
   try {
     return read(json);
   } catch (const Json::exception& error) {
-    throw Error(ErrorKind::internal, std::string("malformed choice sent to a worker: ") + error.what());
+    throw Error(ErrorKind::internal, "malformed choice sent to a worker: " + json_fault(error));
   }
 }
 

@@ -29,6 +29,7 @@ struct Abilities {
   const relign_scene_mtf* mtf = nullptr;
   const relign_scene_average* average = nullptr;
   const relign_scene_fields* fields = nullptr;
+  const relign_scene_regions* regions = nullptr;
 };
 
 class LibraryAssembly final : public AssemblyBackend {
@@ -49,6 +50,17 @@ class LibraryAssembly final : public AssemblyBackend {
     scene_.demand("capture", "it returned no image and no reason", [&] {
       return scene_.table().capture(object_, true_pose.data(), axes_of(true_pose), frame_seed, pixels);
     });
+  }
+
+  double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed, const PixelRegions& regions,
+                         float* pixels) override {
+    const std::vector<std::uint32_t> numbers = to_numbers(regions);
+    double share = -1;
+    scene_.demand("capture_regions", "it returned no image and no reason", [&] {
+      return can_.regions->capture(object_, true_pose.data(), axes_of(true_pose), frame_seed, numbers.data(),
+                                   static_cast<std::uint32_t>(regions.size()), pixels, &share);
+    });
+    return share;
   }
 
   MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
@@ -155,6 +167,7 @@ class LibraryScene final : public SceneBackend {
       can_.mtf = static_cast<const relign_scene_mtf*>(ask(RELIGN_SCENE_MTF));
       can_.average = static_cast<const relign_scene_average*>(ask(RELIGN_SCENE_AVERAGE));
       can_.fields = static_cast<const relign_scene_fields*>(ask(RELIGN_SCENE_FIELDS));
+      can_.regions = static_cast<const relign_scene_regions*>(ask(RELIGN_SCENE_REGIONS));
       stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
@@ -164,6 +177,7 @@ class LibraryScene final : public SceneBackend {
     if (can_.mtf && (!RELIGN_HAS_MEMBER(can_.mtf, measure) || !can_.mtf->measure)) can_.mtf = nullptr;
     if (can_.average && (!RELIGN_HAS_MEMBER(can_.average, render) || !can_.average->render)) can_.average = nullptr;
     if (can_.fields && (!RELIGN_HAS_MEMBER(can_.fields, measure) || !can_.fields->measure)) can_.fields = nullptr;
+    if (can_.regions && (!RELIGN_HAS_MEMBER(can_.regions, capture) || !can_.regions->capture)) can_.regions = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
@@ -188,6 +202,7 @@ class LibraryScene final : public SceneBackend {
     return std::make_unique<LibraryAssembly>(object_, can_, offsets_json);
   }
 
+  bool captures_regions() override { return can_.regions != nullptr; }
   bool offers_stage() const override { return stage_ != nullptr; }
 
   void begin(std::uint64_t seed) override {

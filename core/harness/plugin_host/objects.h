@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "base/error.h"
+#include "base/pixel_region.h"
 #include "plugin_host/catalog.h"
 #include "plugin_host/process_session.h"
 
@@ -93,6 +94,11 @@ class MountedAssembly {
   MountedAssembly& operator=(MountedAssembly&&) = delete;
 
   void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels);
+  // Writes at least the pixels of the regions. Returns the share of a whole capture's pixels that is read out. Only for
+  // a scene that captures_regions().
+  double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed, const PixelRegions& regions,
+                         float* pixels);
+  bool captures_regions() const;  // its scene does
   struct Truth {
     double mse;
     double standard_error;

@@ -98,6 +98,15 @@ class ProcessAssembly final : public AssemblyBackend {
                          pixels);
   }
 
+  double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed, const PixelRegions& regions,
+                         float* pixels) override {
+    const char* what = "capture_regions";
+    const Json answer = scene_.ask_for_image(about_pose(what, true_pose) + ",\"seed\":" + std::to_string(frame_seed) +
+                                                 ",\"regions\":" + to_json_text(regions),
+                                             "captured", what, pixels);
+    return scene_.plugin().number(answer, "share", what);
+  }
+
   MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
     const char* what = "noise_free_mse";
     const Json answer = scene_.plugin().ask_line(
@@ -161,6 +170,15 @@ class ProcessScene final : public SceneBackend {
     return std::make_unique<ProcessAssembly>(scene_, ++mounted_, offsets_json);
   }
 
+  // Requested when an algorithm first selects regions, so that scenes of older protocols need no answer before.
+  bool captures_regions() override {
+    if (!captures_regions_)
+      captures_regions_ =
+          !offers_stage() && scene_.plugin().ask_line(request("captures_regions") + "}\n", "ok", "captures_regions",
+                                                      "unsupported")["message"] == "ok";
+    return *captures_regions_;
+  }
+
   bool offers_stage() const override {
     const auto owns = scene_.description().find("owns_stage");
     return owns != scene_.description().end() && *owns == true;
@@ -198,6 +216,7 @@ class ProcessScene final : public SceneBackend {
  private:
   SceneProcess scene_;
   std::vector<float> reference_;
+  std::optional<bool> captures_regions_;
   std::uint64_t mounted_ = 0;  // number of the latest assembly
 };
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/pixel_region.h"
 #include "plugin_host/guard.h"
 #include "plugin_host/process_child.h"
 
@@ -84,6 +85,22 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
   return {{"message", "result"}, {"value", value}};
 }
 
+// Asked for as {"regions": [[column, row, columns, rows], ...]}.
+Json ask_regions(const Json& request, const relign_regions_service& service) {
+  const std::string call = text_of(request, "call");
+  if (call != "select") return unsupported("'" + call + "'");
+  PixelRegions regions;
+  try {
+    regions = read_regions(request.value("regions", Json()));
+  } catch (const Error& error) {
+    return refused(error.what());
+  }
+  const std::vector<std::uint32_t> numbers = to_numbers(regions);
+  const relign_status status =
+      service.select(service.context, numbers.data(), static_cast<std::uint32_t>(regions.size()));
+  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, service);
+}
+
 Json ask_prior(const Json& request, const relign_prior_service& prior) {
   const auto number = whole_number(request, "number");
   if (!number) return no_whole_number("number");
@@ -128,6 +145,8 @@ Json ProcessServices::answer(const Json& request) {
   const void* asked = service(id.c_str());
   if (asked && id == RELIGN_SERVICE_MEASURES)
     return ask_measures(request, *static_cast<const relign_measures_service*>(asked));
+  if (asked && id == RELIGN_SERVICE_REGIONS)
+    return ask_regions(request, *static_cast<const relign_regions_service*>(asked));
   if (asked && id == RELIGN_SERVICE_PRIOR) return ask_prior(request, *static_cast<const relign_prior_service*>(asked));
   if (asked && id == RELIGN_SERVICE_HISTORY)
     return ask_history(request, *static_cast<const relign_history_service*>(asked), trial_.task->axes);

@@ -95,6 +95,17 @@ void MountedAssembly::capture(const std::vector<double>& true_pose, std::uint64_
   implementation_->backend->capture(true_pose, frame_seed, pixels);
 }
 
+bool MountedAssembly::captures_regions() const { return implementation_->scene->backend->captures_regions(); }
+
+double MountedAssembly::capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed,
+                                        const PixelRegions& regions, float* pixels) {
+  const double share = implementation_->backend->capture_regions(true_pose, frame_seed, regions, pixels);
+  if (!(share >= 0 && share <= 1))
+    implementation_->scene->backend->refuse("capture_regions",
+                                            "found a share of " + shortest(share) + " of the pixels; expected 0 to 1");
+  return share;
+}
+
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
   const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
   if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)

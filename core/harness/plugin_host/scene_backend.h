@@ -20,6 +20,8 @@ class AssemblyBackend {
   virtual ~AssemblyBackend() = default;  // unmounts it
 
   virtual void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
+  virtual double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed,
+                                 const PixelRegions& regions, float* pixels) = 0;
   virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
   virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
   virtual std::optional<MountedAssembly::Average> render_average(const std::vector<double>&, std::uint64_t, double,
@@ -45,6 +47,8 @@ class SceneBackend {
   virtual std::string describe() = 0;
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) = 0;
+
+  virtual bool captures_regions() = 0;
 
   // The three functions after offers_stage are called only when it returns true.
   virtual bool offers_stage() const = 0;

@@ -28,6 +28,14 @@ const void* ShieldedServices::shielded(std::string_view id, const void* service)
     measures_.outer.fields = pass<Table, &Table::fields, relign_text, relign_field_measures*>;
     return &measures_.outer;
   }
+  if (id == RELIGN_SERVICE_REGIONS) {
+    using Table = relign_regions_service;
+    fill(regions_, service);
+    regions_.outer.most = regions_.inner->most;
+    regions_.outer.select = pass<Table, &Table::select, const std::uint32_t*, std::uint32_t>;
+    regions_.outer.why = pass<Table, &Table::why, const relign_text_sink*>;
+    return &regions_.outer;
+  }
   if (id == RELIGN_SERVICE_PRIOR) {
     using Table = relign_prior_service;
     fill(prior_, service);

@@ -63,6 +63,7 @@ class ShieldedServices {
 
   CallbackShield* shield_;
   Pair<relign_measures_service> measures_;
+  Pair<relign_regions_service> regions_;
   Pair<relign_prior_service> prior_;
   Pair<relign_history_service> history_;
   Pair<relign_run_service> run_;

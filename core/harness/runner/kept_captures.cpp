@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "images/image_file.h"
 #include "runner/pictures.h"
 
@@ -32,7 +33,7 @@ void KeptCaptures::write(const fs::path& results, const std::string& trial) cons
     images::write_preview(folder / frame_name(0), first_, white);
     if (last_step_ > 0) images::write_preview(folder / frame_name(last_step_), last_, white);
   } catch (const fs::filesystem_error& error) {
-    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+    throw Error(ErrorKind::io, "cannot write the pictures: " + fault_text(error));
   }
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/displayed_rmse.h"
+#include "base/fault.h"
 #include "base/files.h"
 #include "base/seeds.h"
 #include "images/image_file.h"
@@ -197,15 +198,24 @@ class Pictures {
     if (fs::exists(folder / film_name())) return;
     std::vector<images::Image> film;
     for (const std::size_t place : film_frames(record.steps.size()))
-      film.push_back(seen(job, record.steps[place].true_pose, record.steps[place].step));
+      film.push_back(seen(job, record.steps[place].true_pose, record.steps[place].step, record.steps[place].regions));
     images::write_film(folder / film_name(), film, kFilmTile, white);
   }
 
-  images::Image seen(const TrialJob& job, const std::vector<double>& true_pose, unsigned step) {
+  images::Image seen(const TrialJob& job, const std::vector<double>& true_pose, unsigned step,
+                     const PixelRegions& regions = {}) {
     const TrialRunner::Placed placed = runner_.place(job);
     images::Image frame(job.facts.image_width, job.facts.image_height);
-    placed.assembly->capture(true_pose, frame_seed(placed.instance.seed, step, FrameStream::capture),
-                             frame.values.data());
+    const std::uint64_t seed = frame_seed(placed.instance.seed, step, FrameStream::capture);
+    if (regions.empty()) {
+      placed.assembly->capture(true_pose, seed, frame.values.data());
+      return frame;
+    }
+    images::Image read = frame;
+    placed.assembly->capture_regions(true_pose, seed, regions, read.values.data());
+    for (const PixelSpan& span : spans_of(regions, frame.width))
+      std::copy_n(read.values.begin() + static_cast<std::ptrdiff_t>(span.first), span.count,
+                  frame.values.begin() + static_cast<std::ptrdiff_t>(span.first));
     return frame;
   }
 
@@ -284,7 +294,7 @@ void write_pictures(const PreparedPlan& prepared, const fs::path& results, const
   try {
     Pictures(prepared, results, options).write();
   } catch (const fs::filesystem_error& error) {
-    throw Error(ErrorKind::io, "cannot write the pictures: " + std::string(error.what()));
+    throw Error(ErrorKind::io, "cannot write the pictures: " + fault_text(error));
   }
 }
 

@@ -29,7 +29,8 @@ class Run {
         options_(options),
         reporter_(options),
         selected_(select_trials(prepared.plan, options.only)),
-        writer_(options.results),
+        writer_(options.results, options.drop_damaged ? records::ResultsWriter::OnDamage::drop
+                                                      : records::ResultsWriter::OnDamage::refuse),
         hashes_(hash_libraries(suite_)),
         factory_(prepared, options, hashes_, reporter_),
         learnt_(prepared, pretrainer_options(), options.worker_program.empty() ? nullptr : in_a_worker()) {}
@@ -37,6 +38,7 @@ class Run {
   RunSummary execute() {
     if (writer_.repaired() > 0)
       reporter_.message("the previous run ended while writing; half-written trials are dropped and run again");
+    for (const records::Damage& damage : writer_.dropped()) reporter_.message("dropped: " + records::to_string(damage));
     // First, because trials made with other pretrained data run again.
     learnt_.prepare(selected_, [this](const std::string& algorithm) { reporter_.begin("pretraining " + algorithm); });
     pretraining_worker_.reset();

@@ -32,6 +32,7 @@ struct RunOptions {
   // limits of time and memory.
   std::vector<std::string> worker_program;
   bool retry_failed = false;  // run finished trials that failed again
+  bool drop_damaged = false;  // remove damaged records of an earlier run, and run their trials again
   // key=value: scene, noise_level, algorithm, protocol, instance. Values of one key are alternatives; different keys
   // must all match.
   std::vector<std::pair<std::string, std::string>> only;
@@ -72,8 +73,8 @@ PreparedPlan prepare(suites::Suite suite, const std::filesystem::path& cache_fol
                      const std::atomic<bool>* stop = nullptr,
                      std::shared_ptr<const plugin_host::Sandbox> sandbox = nullptr);
 
-// Throws Error(bad_input) for an `only` without matches, Error(io) for the folder. A fault of an algorithm is a failed
-// trial, not an exception.
+// Throws Error(bad_input) for an `only` without matches and for damaged records without drop_damaged, Error(io) for the
+// folder. A fault of an algorithm is a failed trial, not an exception.
 RunSummary run(const PreparedPlan& prepared, const RunOptions& options);
 
 // Names and hashes of the data files of a scene as canonical JSON: its identity in addition to its Choice.

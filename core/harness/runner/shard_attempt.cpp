@@ -34,10 +34,16 @@ std::string machine_name() {
 }
 
 std::set<std::string> complete_trials(const fs::path& folder, const std::function<void(const std::string&)>& notify) {
+  const auto run_again = [&notify](const std::string& why) {
+    if (notify) notify("trials of an earlier attempt run again: " + why);
+  };
   try {
-    return records::complete_trials(folder);
+    std::vector<records::Damage> damaged;
+    const std::set<std::string> complete = records::complete_trials(folder, damaged);
+    for (const records::Damage& damage : damaged) run_again(records::to_string(damage));
+    return complete;
   } catch (const Error& error) {
-    if (notify) notify(std::string("trials of an earlier attempt run again: ") + error.what());
+    run_again(error.what());
     return {};
   }
 }

@@ -54,7 +54,9 @@ std::vector<ShardStatus> status_of_shards(const FrozenPlan& plan, const fs::path
     for (const std::string& attempt : shard.attempts) {
       require_plan(results / attempt, plan.hash);
       try {
-        done.merge(records::complete_trials(results / attempt));
+        std::vector<records::Damage> damaged;
+        done.merge(records::complete_trials(results / attempt, damaged));
+        for (const records::Damage& damage : damaged) on_message("ignored: " + records::to_string(damage));
       } catch (const Error& error) {
         on_message(std::string("ignored: ") + error.what());
       }

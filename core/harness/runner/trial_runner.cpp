@@ -66,6 +66,7 @@ records::StepRecord to_record(const trials::Step& step) {
   record.limits_high = step.limits_high;
   record.merit = step.merit;
   record.measured = step.measured_rmse;
+  record.regions = step.regions;
   record.machine_seconds = step.machine_seconds;
   record.recommended_pose = step.recommended_pose;
   record.recommendation = trials::recommendation_source_name(step.recommendation_source);

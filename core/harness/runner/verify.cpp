@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/machine.h"
+#include "records/checksum.h"
 #include "records/results_folder.h"
 #include "runner/plan_pretraining.h"
 #include "runner/provenance.h"
@@ -130,6 +131,16 @@ class Replay {
 
   void replay(TrialRunner& runner, const ChosenTrial& chosen, const suites::PlannedTrial& trial, std::size_t index,
               VerifySummary& summary, const std::function<void()>& on_done) {
+    std::string lines;
+    records::TrialRecord was;
+    try {
+      was = records::read_stored(options_.results, chosen.where, &lines);
+    } catch (const Error& error) {
+      if (error.kind() != ErrorKind::bad_input) throw;
+      const std::lock_guard<std::mutex> hold(mutex_);
+      summary.damaged.push_back({(options_.results / "trials").string(), 0, trial.id, error.what()});
+      return on_done();
+    }
     TrialJob job = make_job(prepared_, trial);
     if (const Pretrainer::Entries* entries = learnt_.of(trial)) job.prepared = data_of(*entries);
     const auto show = [&](const trials::Step& step, const float* pixels) {
@@ -137,14 +148,13 @@ class Replay {
     };
     const TrialOutcome outcome = runner.run(job, options_.stop, show);
     if (outcome.stopped) return;
-    std::string lines;
-    const records::TrialRecord was = records::read_stored(options_.results, chosen.where, &lines);
     const bool tolerant = other_cpu_ && (promises_this_cpu(job.scene) || promises_this_cpu(job.level) ||
                                          promises_this_cpu(job.algorithm));
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
     // Equal numbers in different bytes: the file was edited.
-    const bool same_bytes = lines == records::to_lines(records::with_members_of(was, outcome.record)) + "\n";
+    const bool same_bytes =
+        records::without_checksum(lines) == records::to_lines(records::with_members_of(was, outcome.record)) + "\n";
     if (!difference && !tolerant && !same_bytes)
       difference = records::Difference{true, 0, "bytes of the lines", "other", "other bytes for equal values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
@@ -216,9 +226,10 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary);
   std::map<std::string, records::PluginHashes> plugins;
   for (const ChosenTrial& trial : rest) plugins[trial.id];
-  records::for_each_times(options.results, [&plugins](const records::TrialTimes& times) {
+  const auto take_plugins = [&plugins](const records::TrialTimes& times) {
     if (const auto found = plugins.find(times.trial); found != plugins.end()) found->second = times.plugins;
-  });
+  };
+  records::for_each_times(options.results, take_plugins, &summary.damaged);
 
   std::set<Change> changes;
   compare_machines(manifest, changes);

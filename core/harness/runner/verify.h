@@ -12,6 +12,7 @@
 
 #include "plugin_host/catalog.h"
 #include "records/compare.h"
+#include "records/damage.h"
 #include "trials/scene_facts.h"
 #include "trials/trial.h"
 
@@ -55,20 +56,21 @@ struct ReplayDifference {
 struct VerifySummary {
   std::size_t recorded = 0;  // complete trials of the plan
   std::size_t replayed = 0, equal = 0;
-  std::size_t with_tolerance = 0;    // of `equal`: only within kOtherCpuTolerance, on another processor
-  double largest_deviation = 0;      // among these, |is - was| / (1 + |was|)
-  std::size_t stations = 0;          // cannot be replayed: recorded on hardware
-  std::size_t ended_by_machine = 0;  // cannot be replayed: ended by a crash or a limit of time or memory
-  std::size_t unknown = 0;           // not in the suite as it is now, because data or definitions changed
-  std::size_t completed = 0;         // with add_rules: records that were completed
+  std::size_t with_tolerance = 0;        // of `equal`: only within kOtherCpuTolerance, on another processor
+  double largest_deviation = 0;          // among these, |is - was| / (1 + |was|)
+  std::size_t stations = 0;              // cannot be replayed: recorded on hardware
+  std::size_t ended_by_machine = 0;      // cannot be replayed: ended by a crash or a limit of time or memory
+  std::size_t unknown = 0;               // not in the suite as it is now, because data or definitions changed
+  std::size_t completed = 0;             // with add_rules: records that were completed
+  std::vector<records::Damage> damaged;  // not replayed
   std::vector<ReplayDifference> differences;
   std::vector<Change> changes;
   bool stopped = false;
 
-  bool all_equal() const { return differences.empty() && unknown == 0; }
+  bool all_equal() const { return differences.empty() && unknown == 0 && damaged.empty(); }
 };
 
-// Throws Error: bad_input for a folder that is not a results folder, newer or damaged, a suite that can no longer be
+// Throws Error: bad_input for a folder that is not a results folder or newer, a suite that can no longer be
 // read, and a trial that does not exist or cannot be replayed; plugin_rejected; io.
 VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog);
 

@@ -45,8 +45,10 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
   };
   std::map<std::string, std::vector<Candidate>> by_algorithm;
   std::size_t count = 0;
-  records::for_each_stored(
-      options.results, [&](const records::TrialRecord& closing, const records::StoredTrial& where) {
+  records::for_each_with_steps(  // since records without checksum are damaged where their steps cannot be read
+      options.results,
+      [&](const records::TrialRecord& closing, const records::StoredTrial& where,
+          const std::vector<records::StepNumbers>&) {
         if (!options.trial.empty() && closing.trial != options.trial) return;
         if (options.add_rules && !records::lacks_rules(closing)) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
@@ -63,7 +65,10 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
               {rank, {closing.trial, where}});
           ++count;
         }
-      });
+      },
+      {}, &summary.damaged);
+  for (const records::Damage& damage : summary.damaged)
+    if (!options.trial.empty() && damage.trial == options.trial) records::throw_if_damaged({damage});
   if (!options.trial.empty() && summary.recorded == 0)
     throw Error(ErrorKind::bad_input, "--trial " + options.trial + ": " + options.results.string() +
                                           " has no complete trial of this id; instances.csv lists them");

@@ -21,6 +21,7 @@
 #include <thread>
 #include <tuple>
 
+#include "base/fault.h"
 #include "plugin_host/process_session.h"
 #include "plugin_host/sandbox.h"
 #include "runner/pictures.h"
@@ -162,7 +163,7 @@ class Worker {
       } catch (const std::bad_alloc&) {
         channel_.send({{"done", {{"out_of_memory", true}}}});
       } catch (const std::exception& error) {
-        channel_.send({{"error", {{"kind", static_cast<int>(ErrorKind::internal)}, {"text", error.what()}}}});
+        channel_.send({{"error", {{"kind", static_cast<int>(ErrorKind::internal)}, {"text", fault_text(error)}}}});
       }
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -12,22 +13,25 @@ namespace relign::sandbox {
 class Connection {
  public:
   Connection();  // by the descriptors in the environment. Throws Error.
+  Connection(int in, int out, int shared);
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
   void send_line(std::string_view line);  // with its newline
   void send(const Json& message);
-  // The next message. When the host has gone, the process ends.
+  // The next message, an object. When the host has gone, the process ends. Throws Error(bad_input).
   Json receive();
   const std::string& last_line() const { return line_; }  // of receive, verbatim
 
-  // The shared memory from `offset` on. It never moves: the library keeps pointers to images in it.
-  const char* shared(std::size_t offset) const { return mapped_ + offset; }
+  // `count` values of `size` bytes of the shared memory from `offset` on. It never moves: the library keeps pointers to
+  // images in it. Throws Error(bad_input) when it has fewer.
+  const char* shared(std::size_t offset, std::uint64_t count, std::size_t size);
   // Writes into it. False when it is too large for the sandbox.
   bool write_shared(std::size_t offset, std::string_view bytes) const;
 
  private:
-  int in_, out_;
+  int in_, out_, shared_;
+  std::size_t bytes_ = 0;  // that the shared memory has at least
   std::string received_, line_;
   const char* mapped_;
 };

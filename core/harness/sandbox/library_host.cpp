@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "plugin_host/manifest.h"
 #include "plugin_host/objects.h"
 #include "sandbox/connection.h"
@@ -48,7 +49,7 @@ class LibraryHost {
     try {
       body();
     } catch (const std::exception& error) {
-      reply = {{"message", "failed"}, {"text", reason(error.what(), manifest_->id, during)}};
+      reply = {{"message", "failed"}, {"text", reason(fault_text(error), manifest_->id, during)}};
     }
     std::fflush(stdout);
     connection_.send(reply);
@@ -87,7 +88,7 @@ int main(int count, char** words) {
     relign::sandbox::LibraryHost(words[1]).serve();
     return 0;
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "%s\n", error.what());
+    std::fprintf(stderr, "%s\n", relign::fault_text(error).c_str());
     return 1;
   }
 }

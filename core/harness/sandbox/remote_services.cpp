@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "base/json_members.h"
+#include "base/pixel_region.h"
 #include "plugin_host/process_numbers.h"
 
 namespace relign::sandbox {
@@ -99,12 +101,13 @@ relign_image RemoteServices::image_at(std::size_t offset) {
   image.height = height_;
   image.channels = 1;
   image.row_stride_bytes = std::uint64_t{width_} * sizeof(float);
-  image.pixels = reinterpret_cast<const float*>(connection_.shared(offset));
+  image.pixels =
+      reinterpret_cast<const float*>(connection_.shared(offset, std::uint64_t{width_} * height_, sizeof(float)));
   return image;
 }
 
 const relign_image* RemoteServices::latest_image() {
-  if (width_ == 0) return nullptr;
+  if (width_ == 0 || height_ == 0) return nullptr;
   latest_ = image_at(0);
   return &latest_;
 }
@@ -115,7 +118,7 @@ Json RemoteServices::ask(const char* service, const char* call, Json arguments) 
   arguments["call"] = call;
   connection_.send(arguments);
   Json answer = connection_.receive();
-  why_ = answer.value("text", std::string());
+  why_ = relign::text_of(answer, "text");
   return answer;
 }
 
@@ -127,6 +130,7 @@ const void* RemoteServices::get(std::string_view id) {
   if (id == RELIGN_SERVICE_REFERENCE) return reference();
   if (id == RELIGN_SERVICE_MEASURES) return offers(RELIGN_SERVICE_MEASURES, "list") ? &measures_ : nullptr;
   // Without its arguments a call is refused where the service is offered, and does nothing.
+  if (id == RELIGN_SERVICE_REGIONS) return offers(RELIGN_SERVICE_REGIONS, "select") ? &regions_ : nullptr;
   if (id == RELIGN_SERVICE_PRIOR) return offers(RELIGN_SERVICE_PRIOR, "draw") ? &prior_ : nullptr;
   if (id == RELIGN_SERVICE_RUN) return offers(RELIGN_SERVICE_RUN, "run") ? &run_ : nullptr;
   if (id == RELIGN_SERVICE_MODEL) {
@@ -228,8 +232,9 @@ relign_status RemoteServices::model_pixels(const char* call, relign_model_lens* 
   Json arguments = {{"lens", number_of(lens)}, {"pose", values_of(pose, axes)}};
   if (seed) arguments["seed"] = *seed;
   const relign_status status = status_of(ask(RELIGN_SERVICE_MODEL, call, std::move(arguments)));
-  const std::size_t bytes = std::size_t{model_.image_width} * model_.image_height * sizeof(float);
-  if (status == RELIGN_OK) std::memcpy(pixels, connection_.shared(model_offset_), bytes);
+  const std::uint64_t count = std::uint64_t{model_.image_width} * model_.image_height;
+  if (status == RELIGN_OK)
+    std::memcpy(pixels, connection_.shared(model_offset_, count, sizeof(float)), count * sizeof(float));
   return status;
 }
 
@@ -239,7 +244,7 @@ relign_status RemoteServices::load(const relign_text_sink* sink) {
   if (answer.at("bytes").is_null()) return RELIGN_UNSUPPORTED;
   const auto bytes = answer.at("bytes").get<std::size_t>();
   const auto offset = answer.at("offset").get<std::size_t>();
-  write(sink, bytes > 0 ? std::string(connection_.shared(offset), bytes) : std::string());
+  write(sink, bytes > 0 ? std::string(connection_.shared(offset, bytes, 1), bytes) : std::string());
   return RELIGN_OK;
 }
 
@@ -276,6 +281,13 @@ void RemoteServices::fill_tables() {
   };
   measures_.fields = [](void* context, relign_text arguments, relign_field_measures* measured) -> relign_status {
     return measured ? self(context).measure_fields(arguments, measured) : RELIGN_BAD_ARGUMENT;
+  };
+  regions_ = {sizeof regions_, kMaxRegions, this, nullptr, why};
+  regions_.select = [](void* context, const std::uint32_t* numbers, std::uint32_t count) -> relign_status {
+    if (!numbers && count > 0) return RELIGN_BAD_ARGUMENT;
+    const PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
+    return status_of(
+        self(context).ask(RELIGN_SERVICE_REGIONS, "select", {{"regions", Json::parse(to_json_text(regions))}}));
   };
   prior_ = {sizeof prior_, 0, this, nullptr, why};
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* sink) -> relign_status {

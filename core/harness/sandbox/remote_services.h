@@ -61,6 +61,7 @@ class RemoteServices {
   relign_image latest_{}, reference_{};
   relign_reference_service reference_table_{};
   relign_measures_service measures_{};
+  relign_regions_service regions_{};
   relign_prior_service prior_{};
   relign_run_service run_{};
   relign_model_service model_{};

@@ -3,6 +3,8 @@
 #include <limits>
 #include <map>
 
+#include "base/error.h"
+
 namespace relign::sandbox {
 namespace {
 
@@ -12,7 +14,12 @@ std::uint32_t observed_bits(const Json& words) {
       {"box", RELIGN_OBSERVES_BOX},        {"design", RELIGN_OBSERVES_DESIGN}, {"level", RELIGN_OBSERVES_LEVEL},
       {"history", RELIGN_OBSERVES_HISTORY}};
   std::uint32_t bits = 0;
-  for (const Json& word : words) bits |= kBits.at(word.get<std::string>());
+  for (const Json& word : words) {
+    const auto known = kBits.find(word.get<std::string>());
+    if (known == kBits.end())
+      throw Error(ErrorKind::bad_input, "the host named the unknown observation '" + word.get<std::string>() + "'");
+    bits |= known->second;
+  }
   return bits;
 }
 

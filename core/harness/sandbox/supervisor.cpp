@@ -10,6 +10,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <ctime>
 
@@ -21,6 +23,9 @@ namespace {
 
 constexpr long kTickNanoseconds = 50'000'000;  // between looks at processes and memory
 constexpr rlim_t kOpenFiles = 1024;
+// What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
+// one more message of half its size.
+constexpr std::size_t kSocketBytes = 320'000;
 constexpr rlim_t kTasks = 1024;                           // processes and threads
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
 
@@ -59,31 +64,64 @@ void limit(int what, rlim_t most) {
 // Processes of the sandbox apart from this one, and the memory that they use.
 struct Use {
   std::size_t processes = 0, bytes = 0;
+  const char* unknown = nullptr;  // what could not be read
 };
+
+// The text of a file of /proc up to `size` bytes; false with errno.
+bool read_start(const char* path, char* text, std::size_t size) {
+  const int file = ::open(path, O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  const ssize_t count = ::read(file, text, size - 1);
+  const int problem = errno;
+  ::close(file);
+  errno = problem;
+  text[count > 0 ? count : 0] = 0;
+  return count >= 0;
+}
+
+// Sockets of this network namespace, which is the sandbox's own; those without a process count as well.
+bool count_sockets(std::size_t& sockets) {
+  const int file = ::open("/proc/self/net/unix", O_RDONLY | O_CLOEXEC);
+  if (file < 0) return false;
+  std::size_t lines = 0;
+  char text[4096];
+  ssize_t count = 0;
+  while ((count = ::read(file, text, sizeof text)) > 0)
+    lines += static_cast<std::size_t>(std::count(text, text + count, '\n'));
+  ::close(file);
+  sockets = lines > 0 ? lines - 1 : 0;  // without the heading
+  return count == 0 && lines > 0;
+}
 
 Use use() {
   static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   Use all;
   DIR* const folder = ::opendir("/proc");
-  if (!folder) return all;
+  if (!folder) return {0, 0, "its processes"};
   while (const dirent* entry = ::readdir(folder)) {
     if (entry->d_name[0] < '1' || entry->d_name[0] > '9' || std::strcmp(entry->d_name, "1") == 0) continue;
     ++all.processes;
     const std::string path = std::string("/proc/") + entry->d_name + "/statm";
-    char text[128] = {};
-    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    char text[128];
     unsigned long size = 0, resident = 0;
-    if (file >= 0 && ::read(file, text, sizeof text - 1) > 0 && std::sscanf(text, "%lu %lu", &size, &resident) == 2)
-      all.bytes += resident * page;
-    if (file >= 0) ::close(file);
+    if (read_start(path.c_str(), text, sizeof text)) {
+      if (std::sscanf(text, "%lu %lu", &size, &resident) == 2) all.bytes += resident * page;
+    } else if (errno != ENOENT && errno != ESRCH) {  // it ended
+      all.unknown = "the memory of its processes";
+    }
   }
   ::closedir(folder);
+  std::size_t sockets = 0;
+  if (!count_sockets(sockets)) all.unknown = "its sockets";
+  all.bytes += sockets * kSocketBytes;
   return all;
 }
 
 bool within(const Limits& limits) {
   const Use now = use();
-  if (now.processes > limits.processes)
+  if (now.unknown)
+    std::fprintf(stderr, "sandbox: ended because %s cannot be counted: %s\n", now.unknown, std::strerror(errno));
+  else if (now.processes > limits.processes)
     std::fprintf(stderr, "sandbox: ended for %zu processes; at most %zu are allowed\n", now.processes,
                  limits.processes);
   else if (limits.memory_bytes > 0 && now.bytes > limits.memory_bytes)

@@ -5,14 +5,16 @@
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sched.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstddef>
-#include <iterator>
+#include <initializer_list>
 #include <vector>
 
 #include "sandbox/failure.h"
@@ -30,6 +32,9 @@ constexpr unsigned kArchitecture = AUDIT_ARCH_AARCH64;
 
 constexpr unsigned kX32Bit = 0x40000000;  // system calls of the x32 interface of x86-64
 constexpr unsigned kLastOld = 334;        // rseq; later numbers, from 424 on, are equal on all architectures
+// Of newer headers than this program needs.
+constexpr unsigned kReserveMemory = 73, kNamespaceCookie = 71;  // SO_RESERVE_MEM, SO_NETNS_COOKIE
+constexpr unsigned kCold = 20, kPageOut = 21;                   // MADV_COLD, MADV_PAGEOUT
 constexpr unsigned kNewNamespaces =
     CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
 
@@ -42,6 +47,12 @@ constexpr unsigned kRefused[] = {
     SYS_kcmp,
     SYS_perf_event_open,
     SYS_get_robust_list,
+    SYS_migrate_pages,
+    SYS_move_pages,
+    // which pages of shared files are in memory: one trial could leave a message to the next
+    SYS_fadvise64,
+    SYS_readahead,
+    SYS_mincore,
     // what outlives a process, or is shared with others: keys, System V memory, queues, locks and notices on files
     SYS_add_key,
     SYS_request_key,
@@ -152,6 +163,14 @@ constexpr unsigned error(int code) { return SECCOMP_RET_ERRNO | static_cast<unsi
 // The low half of an argument: both architectures are little-endian.
 constexpr std::size_t argument(unsigned number) { return offsetof(seccomp_data, args) + 8 * number; }
 
+// Allows a call, except with one of these values of an argument.
+void refuse_values(Filter& filter, unsigned call, unsigned number, std::initializer_list<unsigned> values, int code) {
+  filter.unless_equal(call, 2 + 2 * values.size());
+  filter.load(argument(number));
+  for (const unsigned value : values) filter.if_equal_answer(value, error(code));
+  filter.answer(SECCOMP_RET_ALLOW);
+}
+
 void refuse_arguments(Filter& filter) {
   // Sockets of a pair or with a path in the sandbox, no others: the kernel does not separate all families (vsock).
   for (const unsigned call : {SYS_socket, SYS_socketpair}) {
@@ -161,18 +180,41 @@ void refuse_arguments(Filter& filter) {
     filter.answer(SECCOMP_RET_ALLOW);
     filter.answer(error(EACCES));
   }
+  // Process 1 enforces the limits: no other process changes its limits, processors or priority.
+  for (const unsigned call :
+       {SYS_prlimit64, SYS_sched_setaffinity, SYS_sched_setscheduler, SYS_sched_setparam, SYS_sched_setattr})
+    refuse_values(filter, call, 0, {1}, EPERM);
+  for (const unsigned call : {SYS_setpriority, SYS_ioprio_set}) {
+    const unsigned process = call == SYS_setpriority ? PRIO_PROCESS : 1;  // IOPRIO_WHO_PROCESS; not all of a user
+    filter.unless_equal(call, 7);
+    filter.load(argument(0));
+    filter.unless_different(process, 1);
+    filter.answer(error(EPERM));
+    filter.load(argument(1));
+    filter.if_equal_answer(1, error(EPERM));
+    filter.answer(SECCOMP_RET_ALLOW);
+  }
+  // Memory of the kernel that supervisor.cpp does not count, and numbers that count the sockets of the whole machine.
+  refuse_values(filter, SYS_setsockopt, 2, {SO_SNDBUF, SO_RCVBUF, SO_SNDBUFFORCE, SO_RCVBUFFORCE, kReserveMemory},
+                EPERM);
+  refuse_values(filter, SYS_getsockopt, 2, {SO_COOKIE, kNamespaceCookie}, ENOPROTOOPT);
+  // RWF_NOWAIT succeeds if a page is in memory, advice removes it.
+  for (const unsigned call : {SYS_preadv2, SYS_pwritev2}) {
+    filter.unless_equal(call, 4);
+    filter.load(argument(5));
+    filter.unless_different(0, 1);
+    filter.answer(error(EOPNOTSUPP));
+    filter.answer(SECCOMP_RET_ALLOW);
+  }
+  refuse_values(filter, SYS_madvise, 2, {MADV_WILLNEED, kCold, kPageOut}, EPERM);
   filter.unless_equal(SYS_clone, 4);
   filter.load(argument(0));
   filter.unless_any_bit(kNewNamespaces, 1);
   filter.answer(error(EPERM));
   filter.answer(SECCOMP_RET_ALLOW);
   // Locks and notices on files that other sandboxes see as well.
-  constexpr unsigned kCommands[] = {F_SETLK,      F_SETLKW,    F_GETLK,    F_OFD_SETLK,
-                                    F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY};
-  filter.unless_equal(SYS_fcntl, 2 + 2 * std::size(kCommands));
-  filter.load(argument(1));
-  for (const unsigned command : kCommands) filter.if_equal_answer(command, error(ENOLCK));
-  filter.answer(SECCOMP_RET_ALLOW);
+  refuse_values(filter, SYS_fcntl, 1,
+                {F_SETLK, F_SETLKW, F_GETLK, F_OFD_SETLK, F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY}, ENOLCK);
 }
 
 Filter make_filter() {

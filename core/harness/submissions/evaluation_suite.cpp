@@ -81,7 +81,9 @@ Json relocated(const Json& entry, Kind kind, const fs::path& relative_to, plugin
 
 Json submitted_entry(const Submission& submission, const fs::path& folder, const std::string& place,
                      plugin_host::Catalog& catalog) {
-  const auto placed = [&place](const std::string& path) { return (fs::path(place) / path).lexically_normal().string(); };
+  const auto placed = [&place](const std::string& path) {
+    return (fs::path(place) / path).lexically_normal().string();
+  };
   std::string use = submission.use;
   if (!submission.plugin.empty()) {
     const auto plugin = catalog.add(folder / submission.plugin);

@@ -18,8 +18,9 @@ using Relocate = std::function<std::string(const std::string& path)>;
 Json relocated(const Json& entry, plugin_host::Kind kind, const std::filesystem::path& relative_to,
                plugin_host::Catalog& catalog, const Relocate& relocate);
 
-// The suite's entry of the submission, whose files are in `folder`; `place` is that folder in the suite. Adds its plugin to
-// the catalog. Throws Error: bad_input if the plugin is not the algorithm that the manifest names; plugin_rejected.
+// The suite's entry of the submission, whose files are in `folder`; `place` is that folder in the suite. Adds its
+// plugin to the catalog. Throws Error: bad_input if the plugin is not the algorithm that the manifest names;
+// plugin_rejected.
 Json submitted_entry(const Submission& submission, const std::filesystem::path& folder, const std::string& place,
                      plugin_host::Catalog& catalog);
 

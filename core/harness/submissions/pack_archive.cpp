@@ -1,6 +1,7 @@
 #include <archive.h>
 #include <archive_entry.h>
 
+#include <cstring>
 #include <memory>
 #include <optional>
 
@@ -79,8 +80,7 @@ class Writer {
   }
   [[noreturn]] void fail() {
     if (output_.failure) throw *output_.failure;
-    const char* reason = archive_error_string(writer_.get());
-    throw Error(ErrorKind::io, "cannot write '" + name_.string() + "': " + (reason ? reason : "unknown reason"));
+    throw Error(ErrorKind::io, "cannot write '" + name_.string() + "': " + std::strerror(archive_errno(writer_.get())));
   }
 
   fs::path name_;

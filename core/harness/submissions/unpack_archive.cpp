@@ -91,9 +91,8 @@ class Unpacking {
   }
   [[noreturn]] void refuse_entry(const std::string& why) const { refuse("entry '" + shown(last_) + "': " + why); }
   [[noreturn]] void refuse_damaged(const std::string& after) const {
-    const char* reason = archive_error_string(reader_.get());
     refuse((after.empty() ? std::string() : "after entry '" + shown(after) + "': ") + "it is damaged, or not a tar " +
-           "archive, plain or compressed with gzip or Zstandard" + (reason ? " (" + std::string(reason) + ")" : ""));
+           "archive, plain or compressed with gzip or Zstandard");
   }
 
   void take(struct archive_entry* entry) {

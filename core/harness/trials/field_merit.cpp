@@ -58,8 +58,8 @@ FieldMerit::FieldMerit(Merit merit, const MtfLimits& limits, const SceneFacts& s
                 "scene '" + scene.name + "': the reference image has no edges in the scene's 'fields'");
 }
 
-double FieldMerit::of(const images::View& capture) const {
-  const images::FieldEdges edges(capture, scene_.fields);
+double FieldMerit::of(const images::View& capture, const images::EdgeFields& fields) const {
+  const images::FieldEdges edges(capture, fields);
   if (merit_ == Merit::mtf) return mtf_of(edges);
   return reference_energy_ / (reference_energy_ + edges.edge_energy());
 }

@@ -22,7 +22,8 @@ class FieldMerit {
   // `scene` must outlive it. Throws Error(bad_input), see field_merit_mistake, or plugin_failed if the reference image
   // shows no edges.
   FieldMerit(Merit merit, const MtfLimits& limits, const SceneFacts& scene, const images::View& reference);
-  double of(const images::View& capture) const;
+  // `fields`: those of the scene, with what the capture shows of them.
+  double of(const images::View& capture, const images::EdgeFields& fields) const;
 
  private:
   double mtf_of(const images::FieldEdges& edges) const;

@@ -80,7 +80,7 @@ void NestedTrial::take_outer_observation() {
   relign_observation latest{};
   latest.struct_size = sizeof latest;
   outer_->write_observation(&latest);
-  if (latest.merit < best_.merit) {
+  if (latest.merit < best_.merit && host_->shows_all()) {
     best_pose_.assign(latest.pose, latest.pose + task_.axes);
     best_ = latest;
     best_.pose = best_pose_.data();

@@ -82,6 +82,7 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   const std::uint64_t seed = algorithm_seed(outer.table().task->seed, inner.id, runs_++);
   NestedTrial nested(host, outer, inner, budget, seed, rules.largest_move);
   relign_status status = RELIGN_OK;
+  host.select_regions({});  // what the outer algorithm selected was for its own capture
   try {
     const ScopedLargestMove limit(host, nested.table().task->largest_move);
     plugin_host::Algorithm algorithm(inner, setup.services);

@@ -109,7 +109,59 @@ SceneFacts read(const JsonSource& source) {
   return facts;
 }
 
+struct Overlap {
+  images::Region region{};
+  double pixels = 0;
+};
+
+Overlap overlap_of(const images::Region& one, const images::Region& other) {
+  Overlap overlap;
+  const std::size_t left = std::max(one.x, other.x), top = std::max(one.y, other.y);
+  const std::size_t right = std::min(one.x + one.width, other.x + other.width);
+  const std::size_t bottom = std::min(one.y + one.height, other.y + other.height);
+  if (right <= left || bottom <= top) return overlap;
+  overlap.region = {left, top, right - left, bottom - top};
+  overlap.pixels = static_cast<double>(overlap.region.width) * static_cast<double>(overlap.region.height);
+  return overlap;
+}
+
+images::Region as_region(const PixelRegion& region) { return {region.column, region.row, region.columns, region.rows}; }
+
+// A box around a mark, cut at the image's upper and left border.
+images::Region around(const images::Mark& mark) {
+  const auto from = [&](double centre) { return static_cast<std::size_t>(std::max(0.0, centre - mark.side_px / 2)); };
+  const auto side = static_cast<std::size_t>(mark.side_px);
+  return {from(mark.x_px), from(mark.y_px), side, side};
+}
+
 }  // namespace
+
+void show_regions(const PixelRegions& regions, const images::EdgeFields& fields, images::EdgeFields& shown) {
+  constexpr images::Region kNothing{0, 0, 1, 1};  // too small for any edge
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const images::EdgeField& field = fields[i];
+    const auto is_read = [&](const images::Region& edge) {
+      return std::any_of(regions.begin(), regions.end(), [&](const PixelRegion& region) {
+        return overlap_of(edge, as_region(region)).pixels == overlap_of(edge, edge).pixels;
+      });
+    };
+    shown[i].tangential = field.tangential;
+    shown[i].sagittal = field.sagittal;
+    if (!field.mark) {
+      if (field.tangential && !is_read(*field.tangential)) shown[i].tangential.reset();
+      if (field.sagittal && !is_read(*field.sagittal)) shown[i].sagittal.reset();
+      continue;
+    }
+    shown[i].window = kNothing;
+    double most = 0;
+    for (const PixelRegion& region : regions) {
+      const Overlap read = field.window ? overlap_of(as_region(region), *field.window)
+                                        : overlap_of(as_region(region), as_region(region));
+      const double pixels = overlap_of(read.region, around(*field.mark)).pixels;
+      if (pixels > most) most = pixels, shown[i].window = read.region;
+    }
+  }
+}
 
 MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
   times.speed_mm_per_s = given.speed_mm_per_s.value_or(times.speed_mm_per_s);

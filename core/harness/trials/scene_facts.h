@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/json_source.h"
+#include "base/pixel_region.h"
 #include "base/shared_keys.h"
 #include "images/edge_fields.h"
 
@@ -28,6 +29,10 @@ struct MachineTime {
   double exposure_ms = 15;
   double readout_ms = 30;
 };
+
+// Sets what a capture of these regions shows of the scene's fields: `shown` has the same fields. A field with a mark is
+// measured inside one region, that which contains most of the mark, and others only if a region contains them.
+void show_regions(const PixelRegions& regions, const images::EdgeFields& fields, images::EdgeFields& shown);
 
 // `times` with the members that are given replaced.
 MachineTime changed_by(const MachineTimeKeys& given, MachineTime times);

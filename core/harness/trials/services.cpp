@@ -31,6 +31,7 @@ const void* Services::get(std::string_view id) {
   if (std::this_thread::get_id() != shared_.thread) return nullptr;
   if (id == RELIGN_SERVICE_REFERENCE) return reference();
   if (id == RELIGN_SERVICE_MEASURES) return measures();
+  if (id == RELIGN_SERVICE_REGIONS) return regions();
   if (id == RELIGN_SERVICE_PRIOR) return prior();
   if (id == RELIGN_SERVICE_HISTORY) return history();
   if (id == RELIGN_SERVICE_RUN) return run();
@@ -64,7 +65,7 @@ const void* Services::measures() {
       if (!value) return shared.refuse("'value' is null");
       const relign_image &capture = shared.host.last_capture(), &reference = shared.host.reference_image();
       *value = measure({capture.pixels, capture.width, capture.height},
-                       {reference.pixels, reference.width, reference.height}, shared.host.setup().scene, text_of(name),
+                       {reference.pixels, reference.width, reference.height}, shared.host.shown_scene(), text_of(name),
                        text_of(arguments_json));
       return RELIGN_OK;
     });
@@ -75,12 +76,37 @@ const void* Services::measures() {
     return shared.answer([&]() -> relign_status {
       const relign_image& capture = shared.host.last_capture();
       shared.fields = {
-          {capture.pixels, capture.width, capture.height}, shared.host.setup().scene, text_of(arguments_json)};
+          {capture.pixels, capture.width, capture.height}, shared.host.shown_scene(), text_of(arguments_json)};
       shared.fields.write(fields);
       return RELIGN_OK;
     });
   };
   return &measures_;
+}
+
+const void* Services::regions() {
+  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
+  regions_.struct_size = sizeof regions_;
+  regions_.most = kMaxRegions;
+  regions_.context = &shared_;
+  regions_.select = [](void* context, const std::uint32_t* numbers, std::uint32_t count) {
+    auto& shared = *static_cast<ServiceContext*>(context);
+    return shared.answer([&]() -> relign_status {
+      const SceneFacts& scene = shared.host.setup().scene;
+      if (!numbers && count > 0) return shared.refuse("'regions' is null");
+      PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
+      if (const std::string mistake = mistake_of(regions, scene.image_width, scene.image_height); !mistake.empty())
+        return shared.refuse(mistake);
+      if (!shared.host.captures_regions()) {
+        shared.why = "the scene '" + scene.name + "' captures whole frames only";
+        return RELIGN_UNSUPPORTED;
+      }
+      shared.host.select_regions(std::move(regions));
+      return RELIGN_OK;
+    });
+  };
+  regions_.why = tell_why;
+  return &regions_;
 }
 
 namespace {

@@ -60,6 +60,7 @@ class Services {
   const SimulatedLens* simulated_lens() const;  // null on a station
   const void* reference();
   const void* measures();
+  const void* regions();
   const void* prior();
   const void* history();
   const void* run();
@@ -69,6 +70,7 @@ class Services {
   ServiceContext shared_;
   relign_reference_service reference_{};
   relign_measures_service measures_{};
+  relign_regions_service regions_{};
   relign_prior_service prior_{};
   relign_history_service history_{};
   std::unique_ptr<RunService> run_;

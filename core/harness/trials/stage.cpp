@@ -30,12 +30,18 @@ class SimulatedStage final : public Stage {
 
   const std::vector<double>& reached_pose() const override { return motion_.reached_pose(); }
 
-  double capture(unsigned step, float* pixels) override {
-    assembly_.capture(motion_.true_pose(), frame_seed(setup_.instance.seed, step, FrameStream::capture), pixels);
-    const double seconds = (machine_time_.exposure_ms + machine_time_.readout_ms) / 1000;
+  double capture(unsigned step, const PixelRegions& regions, float* pixels) override {
+    const std::uint64_t seed = frame_seed(setup_.instance.seed, step, FrameStream::capture);
+    double share = 1;
+    if (regions.empty())
+      assembly_.capture(motion_.true_pose(), seed, pixels);
+    else
+      share = assembly_.capture_regions(motion_.true_pose(), seed, regions, pixels);
+    const double seconds = (machine_time_.exposure_ms + machine_time_.readout_ms * share) / 1000;
     motion_.wait(seconds);
     return seconds;
   }
+  bool captures_regions() const override { return assembly_.captures_regions(); }
 
   VirtualMove would_reach(const std::vector<double>& commanded) const override {
     StageMotion::Arrival arrival = motion_.would_reach(commanded);
@@ -93,7 +99,8 @@ class HardwareStage final : public Stage {
   }
 
   const std::vector<double>& reached_pose() const override { return reached_; }
-  double capture(unsigned, float* pixels) override { return station_.capture(pixels); }
+  double capture(unsigned, const PixelRegions&, float* pixels) override { return station_.capture(pixels); }
+  bool captures_regions() const override { return false; }
   VirtualMove would_reach(const std::vector<double>&) const override { return {unknown_, kUnknown}; }
   std::vector<double> cured(std::vector<double>) const override { return unknown_; }
   Truth truth_at(const std::vector<double>&, std::uint64_t) override { return {kUnknown, kUnknown}; }

@@ -30,8 +30,9 @@ class Stage {
   virtual Arrival step_to(const std::vector<double>& commanded) = 0;
   virtual const std::vector<double>& reached_pose() const = 0;  // where relative moves start
 
-  // Captures an image at the current pose. Returns machine seconds.
-  virtual double capture(unsigned step, float* pixels) = 0;
+  // Captures an image at the current pose, or only its regions, if there are some. Returns machine seconds.
+  virtual double capture(unsigned step, const PixelRegions& regions, float* pixels) = 0;
+  virtual bool captures_regions() const = 0;  // otherwise `regions` must be empty
 
   // The result of fixing the lens at a recommended pose: a move there, and the shift while the glue cures. Nothing
   // moves. NaN where unknown.

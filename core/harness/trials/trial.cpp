@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/fault.h"
 #include "trials/trial_host.h"
 
 namespace relign::trials {
@@ -66,7 +67,7 @@ TrialResult run_algorithm(const TrialSetup& setup, TrialHost& host) {
     const bool algorithms_own = ours && ours->kind() == ErrorKind::plugin_failed;
     // close() rethrows the host's failures; any other exception here means a library that was refused before the trial.
     if (!host.host_failed() && !algorithms_own) throw;
-    result.message = error.what();
+    result.message = fault_text(error);
     if (const auto* ended = dynamic_cast<const plugin_host::PluginEnded*>(&error)) result.outcome = ended->outcome();
   }
   result.environment_changes = watch.changes();

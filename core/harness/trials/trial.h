@@ -36,8 +36,9 @@ struct Step {
   std::vector<double> true_pose;
   std::uint64_t limits_low = 0;
   std::uint64_t limits_high = 0;
-  double measured_rmse = 0;              // of the capture against O*
+  double measured_rmse = 0;              // of the capture against O*; NaN for one of regions
   double merit = 0;                      // as shown to the algorithm, if it observes the merit
+  PixelRegions regions;                  // that the capture reads out; empty: all pixels
   double machine_seconds = 0;            // simulated clock after this capture
   std::vector<double> recommended_pose;  // commanded coordinates
   RecommendationSource recommendation_source = RecommendationSource::best_measured;

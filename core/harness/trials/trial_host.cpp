@@ -218,17 +218,21 @@ void TrialHost::move_and_capture(const std::vector<double>& commanded) {
 // Takes the capture of the pending step, and its score and time.
 void TrialHost::capture() {
   const auto start = Clock::now();
-  pending_.machine_seconds += stage_->capture(pending_.number, pixels_.data());
+  pending_.regions = std::exchange(next_regions_, {});
+  const bool whole = pending_.regions.empty();
+  pending_.machine_seconds += stage_->capture(pending_.number, pending_.regions, pixels_.data());
   pending_.simulation_seconds = seconds_since(start);
-  pending_.measured_rmse = images::rmse(pixels_.data(), reference_.data(), pixels_.size());
-  if (!std::isfinite(pending_.measured_rmse))
+  const double rmse = whole ? images::rmse(pixels_.data(), reference_.data(), pixels_.size()) : score_regions();
+  if (!std::isfinite(rmse))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
                                               std::to_string(pending_.number) + " has non-finite pixels");
-  pending_.merit = pending_.measured_rmse;
+  pending_.measured_rmse = whole ? rmse : std::numeric_limits<double>::quiet_NaN();
+  pending_.merit = rmse;
   if (rules_.merit == Merit::combined)
-    pending_.merit = combined_merit(pending_.measured_rmse, pending_.true_pose, setup_->scene.nominal_pose);
+    pending_.merit = combined_merit(rmse, pending_.true_pose, setup_->scene.nominal_pose);
   else if (field_merit_)
-    pending_.merit = field_merit_->of(view_of(image_));
+    pending_.merit = field_merit_->of(view_of(image_), shown_scene().fields);
+  if (!whole) return;  // regions are not comparable with other regions
   if (pending_.merit < best_merit_) {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;
@@ -237,6 +241,26 @@ void TrialHost::capture() {
     lowest_measured_ = pending_.measured_rmse;
     lowest_measured_pose_ = pending_.commanded_pose;
   }
+}
+
+// Of a capture of regions: sets the other pixels to 0, and returns the RMSE of the regions' pixels.
+double TrialHost::score_regions() {
+  double sum = 0;
+  std::size_t end = 0, count = 0;
+  for (const PixelSpan& span : spans_of(pending_.regions, image_.width)) {
+    std::fill(pixels_.begin() + static_cast<std::ptrdiff_t>(end),
+              pixels_.begin() + static_cast<std::ptrdiff_t>(span.first), 0.0F);
+    end = span.first + span.count;
+    for (std::size_t i = span.first; i < end; ++i) {
+      const double difference = static_cast<double>(pixels_[i]) - static_cast<double>(reference_[i]);
+      sum += difference * difference;
+    }
+    count += span.count;
+  }
+  std::fill(pixels_.begin() + static_cast<std::ptrdiff_t>(end), pixels_.end(), 0.0F);
+  if (shown_scene_.axes.empty()) shown_scene_ = setup_->scene;
+  show_regions(pending_.regions, setup_->scene.fields, shown_scene_.fields);
+  return std::sqrt(sum / static_cast<double>(count));
 }
 
 // ---- the record of a step ---------------------------------------------------------------------

@@ -79,6 +79,12 @@ class TrialHost final : public TrialView {
   void write_observation(relign_observation* observation) const override;
   const relign_image& reference_image() const { return reference_image_; }
   const relign_image& last_capture() const { return image_; }
+  bool shows_all() const { return pending_.regions.empty(); }  // the last capture is a whole frame
+  // The scene as the last capture shows it: its fields end where the regions do.
+  const SceneFacts& shown_scene() const { return shows_all() ? setup_->scene : shown_scene_; }
+  bool captures_regions() const { return stage_->captures_regions(); }
+  // Of the next capture; must be valid, and empty if the scene does not capture regions.
+  void select_regions(PixelRegions regions) { next_regions_ = std::move(regions); }
   // Returns the old value.
   double set_largest_move(double largest) { return std::exchange(rules_.largest_move, largest); }
   // Counts a refused request. Returns `status`, but RELIGN_FAILED to an algorithm that never stops asking.
@@ -102,6 +108,7 @@ class TrialHost final : public TrialView {
   std::vector<double> within_largest_move(std::vector<double> commanded) const;
   void move_and_capture(const std::vector<double>& commanded);
   void capture();
+  double score_regions();
   void close_step();
   void choose_recommendation();
   Truth truth_at(const std::vector<double>& true_pose, unsigned step, FrameStream stream);
@@ -121,6 +128,8 @@ class TrialHost final : public TrialView {
 
   std::vector<float> reference_;  // tightly packed
   std::optional<FieldMerit> field_merit_;
+  SceneFacts shown_scene_;  // of a capture of regions
+  PixelRegions next_regions_;
   std::vector<float> pixels_;  // of the pending step
   Step pending_;               // the last step, whose record is not yet complete
   std::vector<Step> steps_;    // complete

@@ -62,6 +62,12 @@ class ImageView {
   std::size_t height_;
 };
 
+// A rectangle of an image's pixels.
+struct Region {
+  std::uint32_t column = 0, row = 0;
+  std::uint32_t columns = 0, rows = 0;
+};
+
 // The effective parameters: defaults, then preset, then the user's, already checked by the host.
 class Parameters {
  public:

@@ -179,6 +179,30 @@ inline const relign_scene_fields* scene_fields() {
   return &table;
 }
 
+// A rectangle is four numbers in the interface.
+inline std::vector<Region> to_regions(const std::uint32_t* values, std::uint32_t count) {
+  std::vector<Region> regions(count);
+  for (Region& region : regions) {
+    region = {values[0], values[1], values[2], values[3]};
+    values += 4;
+  }
+  return regions;
+}
+
+inline const relign_scene_regions* scene_regions() {
+  static const relign_scene_regions table = {
+      sizeof(relign_scene_regions), 0,
+      [](relign_assembly* raw, const double* pose, std::uint32_t axes, std::uint64_t seed, const std::uint32_t* regions,
+         std::uint32_t count, float* pixels, double* share) -> relign_status {
+        auto* mine = handle<Assembly>(raw);
+        return guard(mine->host, [&] {
+          *share = mine->object->capture_regions(Pose(pose, pose + axes), seed, to_regions(regions, count), pixels);
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline const relign_scene_average* scene_average() {
   static const relign_scene_average table = {
       sizeof(relign_scene_average), 0,
@@ -282,10 +306,12 @@ const relign_scene_interface* scene_interface() {
         });
       },
       destroy<Scene, relign_scene>,
-      [](relign_scene*, relign_text id) -> const void* {
+      [](relign_scene* self, relign_text id) -> const void* {
         if constexpr (std::is_base_of_v<Station, Made>) {
           return to_view(id) == RELIGN_SCENE_STAGE ? scene_stage() : nullptr;
         } else {
+          if (to_view(id) == RELIGN_SCENE_REGIONS)
+            return handle<Scene>(self)->object->captures_regions() ? scene_regions() : nullptr;
           if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
           if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
           if (to_view(id) == RELIGN_SCENE_FIELDS) return scene_fields();

@@ -60,6 +60,7 @@
 #include "scene/mtf.h"
 #include "scene/noise_free.h"
 #include "scene/optimum.h"
+#include "scene/regions.h"
 #include "scene/stage.h"
 #include "services/history.h"
 #include "services/measures.h"
@@ -67,6 +68,7 @@
 #include "services/prepared.h"
 #include "services/prior.h"
 #include "services/reference.h"
+#include "services/regions.h"
 #include "services/run.h"
 #include "types.h"
 
@@ -75,7 +77,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 5
+#define RELIGN_ABI_MINOR 6
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 

@@ -24,6 +24,12 @@ class Assembly {
     double standard_error;
   };
   virtual Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) = 0;
+  // For scenes whose captures_regions() is true: writes at least the pixels of the regions, and returns the share of a
+  // whole capture's pixels that is read out, as relign_scene_regions defines it.
+  virtual double capture_regions(const Pose& /*true_pose*/, std::uint64_t /*frame_seed*/,
+                                 const std::vector<Region>& /*regions*/, float* /*pixels*/) {
+    throw std::logic_error("captures_regions() is true, but the assembly has no capture_regions()");
+  }
   // Optional: return false when there is none.
   virtual bool render_noise_free(const Pose& /*true_pose*/, float* /*pixels*/) { return false; }
   struct Average {
@@ -67,6 +73,7 @@ class Scene {
   virtual std::string describe() = 0;
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<Assembly> mount(std::string_view offsets_json) = 0;
+  virtual bool captures_regions() const { return false; }
 };
 
 // A scene that owns its stage: a real machine, whose start, distortion and ground truth are unknown. Its

@@ -239,6 +239,18 @@ class Pretraining {
   const relign_pretraining_service* service_;
 };
 
+// "relign.regions/1" selects what the next capture reads out.
+inline bool select_regions(const relign_regions_service* service, const std::vector<Region>& regions) {
+  std::vector<std::uint32_t> values;
+  for (const Region& region : regions)
+    values.insert(values.end(), {region.column, region.row, region.columns, region.rows});
+  const relign_status status =
+      service->select(service->context, values.data(), static_cast<std::uint32_t>(regions.size()));
+  if (status == RELIGN_UNSUPPORTED) return false;
+  border::check_service(service, status, "select regions");
+  return true;
+}
+
 // What another algorithm did with some of my steps. Poses are mine to use.
 struct RunOutcome {
   unsigned steps = 0;                  // used of the budget; 0 when none was left
@@ -277,6 +289,12 @@ inline History Trial::history() const {
 
 inline Model Trial::model() const {
   return Model(offered<relign_model_service>(RELIGN_SERVICE_MODEL, RELIGN_OBSERVES_DESIGN, "design"), run_);
+}
+
+inline bool Trial::select_regions(const std::vector<Region>& regions) {
+  if (observes(RELIGN_OBSERVES_IMAGES) && !service(RELIGN_SERVICE_REGIONS)) return false;  // a host before 1.6
+  return relign::select_regions(
+      offered<relign_regions_service>(RELIGN_SERVICE_REGIONS, RELIGN_OBSERVES_IMAGES, "images"), regions);
 }
 
 inline Pretraining Trial::pretraining() const {

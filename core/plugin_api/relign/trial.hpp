@@ -14,6 +14,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace relign {
 
@@ -78,6 +79,10 @@ class Trial {
   void recommend(const Pose& pose) {
     check(trial_->recommend(trial_->context, pose.data(), static_cast<std::uint32_t>(pose.size())), "recommend");
   }
+
+  // The next capture reads out these regions only, and takes only their readout time: the other pixels are 0. False,
+  // and nothing is selected: the scene captures whole frames only. Needs "images".
+  bool select_regions(const std::vector<Region>& regions);
 
   // Services: what more a trial offers (relign/services.hpp). Each throws std::logic_error when the host does not offer
   // it; the message names what the manifest lacks.

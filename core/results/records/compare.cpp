@@ -73,6 +73,7 @@ void compare_step(const StepRecord& was, const StepRecord& is, Comparison& compa
   comparison.count("limits_high", was.limits_high, is.limits_high);
   comparison.number("merit", was.merit, is.merit);
   comparison.number("measured", was.measured, is.measured);
+  if (was.regions != is.regions) comparison.text("regions", to_json_text(was.regions), to_json_text(is.regions));
   comparison.number("machine_seconds", was.machine_seconds, is.machine_seconds);
   comparison.numbers("recommended_pose", was.recommended_pose, is.recommended_pose);
   comparison.text("recommendation", was.recommendation, is.recommendation);

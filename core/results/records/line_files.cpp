@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "base/error.h"
+#include "records/checksum.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -17,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kStepStart = "{\"trial\":\"";
+constexpr std::size_t kIdDigits = 16;
 
 // "0000.jsonl" -> 0; false for any other name.
 bool file_number(const fs::path& file, std::size_t& number) {
@@ -38,6 +41,17 @@ bool step_line(std::string_view line, std::string_view& trial, bool& first) {
   constexpr std::string_view zero = "\",\"step\":0,";
   first = line.substr(quote, zero.size()) == zero;
   return true;
+}
+
+// The id in a line that cannot be read; "" where there is none.
+std::string id_in(std::string_view line) {
+  constexpr std::string_view key = "\"trial\":\"";
+  const std::size_t at = line.find(key);
+  if (at == std::string_view::npos) return "";
+  const std::string_view id = line.substr(at + key.size(), kIdDigits + 1);
+  const bool whole =
+      id.size() == kIdDigits + 1 && id.back() == '"' && id.find_first_not_of("0123456789abcdef") == kIdDigits;
+  return whole ? std::string(id.substr(0, kIdDigits)) : "";
 }
 
 }  // namespace
@@ -62,44 +76,93 @@ std::vector<fs::path> line_files(const fs::path& folder) {
   return files;
 }
 
-bool BlockFinder::add(std::string_view line, std::size_t offset, std::size_t number) {
+void BlockFinder::begin_block(std::size_t offset, std::size_t number) {
+  begin_ = offset;
+  first_line_ = number;
+  hash_.begin();
+}
+
+BlockFinder::Line BlockFinder::add(std::string_view line, std::size_t offset, std::size_t number) {
   std::string_view step_of;
   bool first = false;
   if (step_line(line, step_of, first)) {
     if (steps_ == 0 || step_of != trial_ || first) {
       abandon();
       trial_ = step_of;
-      begin_ = offset;
-      first_line_ = number;
+      begin_block(offset, number);
     }
     ++steps_;
-    return false;
+    hash_.add(line);
+    hash_.add("\n");
+    return Line::step;
   }
-  const std::string place = file_name_ + ":" + std::to_string(number);
-  ReadLine closing = read_trial_line(line, place);
-  if (!closing.closing)
-    throw Error(ErrorKind::bad_input, place + ": the line is damaged: expected a step or a closing line");
+  std::optional<ReadLine> read;
+  std::string why = "expected a step or a closing line";
+  try {
+    read = read_trial_line(line, "");
+  } catch (const NewerFormat& error) {
+    throw NewerFormat(file_name_ + ":" + std::to_string(number) + ": " + error.what());
+  } catch (const Error& error) {
+    why = error.what();
+  }
+  if (read && read->closing) return close(line, offset, number, std::move(*read));
+  if (steps_ == 0) return damage(number, id_in(line), why);
+  if (unreadable_ == 0) {  // within a block, or the closing line of one
+    unreadable_ = number;
+    why_unreadable_ = why;
+  }
+  return Line::damaged;
+}
+
+BlockFinder::Line BlockFinder::close(std::string_view line, std::size_t offset, std::size_t number, ReadLine closing) {
   if (steps_ > 0 && closing.trial.trial != trial_) abandon();
-  if (steps_ == 0) {
-    begin_ = offset;
-    first_line_ = number;
+  if (steps_ == 0) begin_block(offset, number);
+  // The steps of this trial before a damaged line are part of its damage.
+  const auto refuse = [&](std::size_t at, const std::string& why) {
+    unclosed_.erase(std::remove_if(unclosed_.begin(), unclosed_.end(),
+                                   [&](const Damage& one) { return one.trial == closing.trial.trial; }),
+                    unclosed_.end());
+    return damage(at, closing.trial.trial, why);
+  };
+  const std::size_t steps = std::exchange(steps_, 0), unreadable = std::exchange(unreadable_, 0);
+  if (unreadable > 0) return refuse(unreadable, why_unreadable_);
+  if (closing.steps != steps)
+    return refuse(number, "it has " + std::to_string(steps) + " step lines, but its closing line counts " +
+                              std::to_string(closing.steps));
+  const SealedLine split = split_checksum(line);
+  has_checksum_ = !split.checksum.empty();
+  if (split.damaged) return refuse(number, "the checksum on its closing line cannot be read");
+  if (has_checksum_) {
+    hash_.add(split.body);
+    hash_.add("}\n");
+    if (hash_.hex() != split.checksum) return refuse(number, "its lines do not have the checksum on its closing line");
   }
-  if (closing.steps != steps_)
-    throw Error(ErrorKind::bad_input, place + ": trial " + closing.trial.trial + " has " + std::to_string(steps_) +
-                                          " step lines, but its closing line counts " + std::to_string(closing.steps));
-  steps_ = 0;
   closed_ = std::move(closing.trial);
-  return true;
+  closed_steps_ = steps;
+  // Only the end of a file can be half-written: the next run cuts it off before it appends.
+  damaged_.insert(damaged_.end(), unclosed_.begin(), unclosed_.end());
+  unclosed_.clear();
+  return Line::closing;
+}
+
+BlockFinder::Line BlockFinder::damage(std::size_t number, std::string trial, std::string what) {
+  damaged_.push_back({file_name_, number, std::move(trial), std::move(what)});
+  return Line::damaged;
 }
 
 void BlockFinder::abandon() {
-  if (steps_ > 0) incomplete_.push_back(trial_);
+  if (const std::size_t unreadable = std::exchange(unreadable_, 0); unreadable > 0)
+    damage(unreadable, trial_, why_unreadable_);
+  else if (steps_ > 0)
+    unclosed_.push_back({file_name_, first_line_, trial_, "it has no closing line"});
   steps_ = 0;
 }
 
 std::vector<std::string> BlockFinder::take_incomplete() {
   abandon();
-  return std::move(incomplete_);
+  std::vector<std::string> incomplete;
+  for (const Damage& one : unclosed_) incomplete.push_back(one.trial);
+  return incomplete;
 }
 
 Blocks split_trials(std::string_view text, const std::string& file_name) {
@@ -111,14 +174,15 @@ Blocks split_trials(std::string_view text, const std::string& file_name) {
     ++line_number;
     if (newline == std::string_view::npos) break;  // half-written
     const std::string_view line = text.substr(at, newline - at);
-    if (finder.add(line, at, line_number)) {
+    const BlockFinder::Line found = finder.add(line, at, line_number);
+    if (found != BlockFinder::Line::step) split.whole = newline + 1;
+    if (found == BlockFinder::Line::closing)
       split.blocks.push_back({finder.closed().trial, text.substr(finder.begin(), newline + 1 - finder.begin()), line,
-                              finder.first_line()});
-      split.whole = newline + 1;
-    }
+                              finder.first_line(), finder.has_checksum()});
     at = newline + 1;
   }
   split.incomplete = finder.take_incomplete();
+  split.damaged = finder.take_damaged();
   return split;
 }
 
@@ -130,12 +194,40 @@ Blocks split_times(std::string_view text, const std::string& file_name) {
     ++line_number;
     if (newline == std::string_view::npos) break;  // half-written
     const std::string_view line = text.substr(at, newline - at);
-    const TrialTimes times = read_times_line(line, file_name + ":" + std::to_string(line_number));
-    split.blocks.push_back({times.trial, text.substr(at, newline + 1 - at), line, line_number});
+    if (std::optional<Damage> damage = damaged_times(line, file_name, line_number))
+      split.damaged.push_back(std::move(*damage));
+    else
+      split.blocks.push_back({read_times_line(line, "").trial, text.substr(at, newline + 1 - at), line, line_number});
     at = newline + 1;
     split.whole = at;
   }
   return split;
+}
+
+std::optional<Damage> damaged_times(std::string_view line, const std::string& file_name, std::size_t number) {
+  try {
+    const TrialTimes times = read_times_line(line, "");
+    if (line_is_intact(line)) return std::nullopt;
+    return Damage{file_name, number, times.trial, "the line does not have its checksum", true};
+  } catch (const NewerFormat& error) {
+    throw NewerFormat(file_name + ":" + std::to_string(number) + ": " + error.what());
+  } catch (const Error& error) {
+    return Damage{file_name, number, id_in(line), error.what(), true};
+  }
+}
+
+std::optional<Damage> damaged_step(const Block& block, const std::string& file, StepNumbersReader& reader) {
+  std::size_t number = block.line;
+  try {
+    for (std::size_t at = 0; at + block.closing.size() + 1 < block.text.size(); ++number) {
+      const std::size_t newline = block.text.find('\n', at);
+      reader.read(block.text.substr(at, newline - at), "");
+      at = newline + 1;
+    }
+  } catch (const Error& error) {
+    return Damage{file, number, block.trial, error.what()};
+  }
+  return std::nullopt;
 }
 
 std::size_t append_block(const fs::path& file, std::string_view block, bool flush) {

@@ -69,6 +69,19 @@ std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
   return ids;
 }
 
+// Damaged trials do not count. Throws Error(bad_input) unless another folder has them.
+void take_damaged_from_others(const MergeIndex& index, const MergeOptions& options) {
+  std::set<std::string> complete;
+  if (!index.damaged.empty())
+    for (const FoundTrial& trial : index.trials) complete.insert(unpacked(trial.id));
+  std::vector<Damage> lost;
+  for (const Damage& damage : index.damaged)
+    if (damage.of_times || !complete.count(damage.trial)) lost.push_back(damage);
+  throw_if_damaged(lost);
+  if (!options.on_message) return;
+  for (const Damage& damage : index.damaged) options.on_message(to_string(damage) + "; another folder has the trial");
+}
+
 // Writes line files of 1000 trials each, in the plan's order.
 class LineFilesWriter {
  public:
@@ -196,6 +209,7 @@ MergeSummary merge(const MergeOptions& options) {
     index.add(folder, order, manifests, summary);
   }
   resolve_duplicates(index, manifests, summary);
+  take_damaged_from_others(index, options);
   summary.trials = index.trials.size();
   summary.missing = index.missing.size();
   summary.shards = manifests.shards();

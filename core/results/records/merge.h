@@ -46,8 +46,9 @@ inline constexpr std::size_t kNamedDisagreements = 1000;
 
 Json to_json(const MergeSummary& summary);
 
-// Throws Error(bad_input) for folders that cannot be merged (naming the differences), are damaged or newer, and for an
-// `out` that merge did not make; Error(io). Replaces `out` only when the merged folder is complete.
+// Throws Error(bad_input) for folders that cannot be merged (naming the differences), are newer, or have damaged trials
+// that no other folder has, and for an `out` that merge did not make; Error(io). Replaces `out` only when the merged
+// folder is complete.
 MergeSummary merge(const MergeOptions& options);
 
 }  // namespace relign::records

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "base/error.h"
+#include "records/checksum.h"
 
 namespace relign::records {
 namespace fs = std::filesystem;
@@ -95,7 +96,7 @@ void MergeIndex::add(const fs::path& folder, const std::vector<PackedId>& order,
       complete[static_cast<std::size_t>(at)] = true;
       trials.push_back({id, place, source, number, block, ended_well(closing.end)});
     };
-    scan_trials(file, found, [&summary](const std::string&) { ++summary.half_written; });
+    scan_trials(file, damaged, found, [&summary](const std::string&) { ++summary.half_written; });
   }
   PlanPlace last;
   for (std::size_t at = 0; at < order.size(); ++at) {
@@ -108,7 +109,7 @@ void MergeIndex::add(const fs::path& folder, const std::vector<PackedId>& order,
   }
   for (const fs::path& file : line_files(folder / "times")) {
     const std::uint32_t number = add_file(file);
-    scan_times(file, [&](const std::string& trial, const BlockPlace& block) {
+    scan_times(file, damaged, [&](const std::string& trial, const BlockPlace& block) {
       times.push_back({packed(trial, file.string()), source, number, block});
     });
   }
@@ -148,15 +149,18 @@ const std::string& BlockReader::read(std::uint32_t file, const BlockPlace& place
 
 TrialRecord BlockReader::record(std::uint32_t file, const BlockPlace& place) {
   const std::string text = read(file, place);
-  return read_block(split_trials(text, files_[file].string()).blocks.at(0), files_[file].string());
+  Blocks split = split_trials(text, files_[file].string());
+  throw_if_damaged(split.damaged);
+  split.blocks.at(0).line = place.line;
+  return read_block(split.blocks[0], files_[file].string());
 }
 
 namespace {
 
 void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial& kept, const FoundTrial& other,
                        const ManifestJoin& manifests, MergeSummary& summary, bool& disagrees) {
-  const std::string bytes = reader.read(kept.file, kept.block);
-  if (bytes == reader.read(other.file, other.block)) {
+  const std::string bytes = without_checksum(reader.read(kept.file, kept.block));
+  if (bytes == without_checksum(reader.read(other.file, other.block))) {
     ++summary.duplicates;
     return;
   }

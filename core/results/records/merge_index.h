@@ -51,13 +51,15 @@ struct MissingTrial {
 
 class MergeIndex {
  public:
-  // Adds the trials that the manifest's order names: complete ones to `trials`, the others to `missing`. Throws Error.
+  // Adds the trials that the manifest's order names: complete ones to `trials`, the others, damaged ones among them, to
+  // `missing`. Throws Error.
   void add(const std::filesystem::path& folder, const std::vector<PackedId>& order, const ManifestJoin& manifests,
            MergeSummary& summary);
 
   std::vector<FoundTrial> trials;
   std::vector<FoundTimes> times;
   std::vector<MissingTrial> missing;
+  std::vector<Damage> damaged;
   std::vector<std::filesystem::path> files;
   std::vector<std::filesystem::path> sources;
 

@@ -1,3 +1,4 @@
+#include "base/fault.h"
 #include "base/files.h"
 #include "records/line_files.h"
 #include "records/results_folder.h"
@@ -48,7 +49,7 @@ Json read_manifest(const fs::path& folder) {
     try {
       [[maybe_unused]] const Json thrown = Json::parse(text);
     } catch (const Json::exception& error) {
-      why = error.what();
+      why = json_fault(error);
     }
     throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + why);
   }
@@ -61,21 +62,24 @@ std::vector<TrialRecord> read_trials(const fs::path& folder,
   require_results(folder);
   std::vector<TrialRecord> trials;
   std::set<std::string> seen;
+  std::vector<Damage> damaged;
   for (const fs::path& file : line_files(folder / "trials")) {
     const std::string text = read_file(file, kMaxRecordBytes);
     const Blocks split = split_trials(text, file.string());
     for (const Block& block : split.blocks)
       if (seen.insert(block.trial).second) trials.push_back(read_block(block, file.string()));
+    damaged.insert(damaged.end(), split.damaged.begin(), split.damaged.end());
     if (incomplete)
       for (const std::string& trial : split.incomplete) incomplete(trial);
   }
+  throw_if_damaged(damaged);
   return trials;
 }
 
-std::set<std::string> complete_trials(const fs::path& folder) {
+std::set<std::string> complete_trials(const fs::path& folder, std::vector<Damage>& damaged) {
   std::set<std::string> ids;
   for (const fs::path& file : line_files(folder / "trials"))
-    scan_trials(file, [&ids](const TrialRecord& closing, const BlockPlace&) { ids.insert(closing.trial); });
+    scan_trials(file, damaged, [&ids](const TrialRecord& closing, const BlockPlace&) { ids.insert(closing.trial); });
   return ids;
 }
 
@@ -85,7 +89,9 @@ std::vector<TrialTimes> read_times(const fs::path& folder) {
   std::map<std::string, std::size_t> place;  // of a trial that ran again, the last line is the valid one
   for (const fs::path& file : line_files(folder / "times")) {
     const std::string text = read_file(file, kMaxRecordBytes);
-    for (const Block& block : split_times(text, file.string()).blocks) {
+    const Blocks split = split_times(text, file.string());
+    throw_if_damaged(split.damaged);
+    for (const Block& block : split.blocks) {
       TrialTimes read = read_times_line(block.text, file.string() + ":" + std::to_string(block.line));
       const auto [found, fresh] = place.emplace(block.trial, times.size());
       if (fresh)

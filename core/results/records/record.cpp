@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/fault.h"
 #include "base/limits.h"
 #include "base/text.h"
 
@@ -75,7 +76,7 @@ std::vector<double> read_numbers(const Json& list) {
 template <class Whole>
 Whole read_whole(const Json& value) {
   if (!value.is_number_unsigned() || value.get<std::uint64_t>() > std::numeric_limits<Whole>::max())
-    throw Error(ErrorKind::bad_input, "the line is damaged: expected an integer from 0 to " +
+    throw Error(ErrorKind::bad_input, "expected an integer from 0 to " +
                                           std::to_string(std::numeric_limits<Whole>::max()) + ", found " +
                                           value.dump().substr(0, 40));
   return static_cast<Whole>(value.get<std::uint64_t>());
@@ -89,8 +90,7 @@ std::string read_id(const Json& value) {
                      std::all_of(id.begin(), id.end(), [](unsigned char letter) {
                        return std::isalnum(letter) || letter == '-' || letter == '_' || letter == '.';
                      });
-  if (!plain)
-    throw Error(ErrorKind::bad_input, "the line is damaged: invalid trial id '" + id.substr(0, kLongest) + "'");
+  if (!plain) throw Error(ErrorKind::bad_input, "invalid trial id '" + id.substr(0, kLongest) + "'");
   return id;
 }
 
@@ -98,7 +98,7 @@ std::uint64_t read_seed(const std::string& digits) {
   std::uint64_t seed = 0;
   const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), seed);
   if (code != std::errc() || end != digits.data() + digits.size())
-    throw Error(ErrorKind::bad_input, "the line is damaged: invalid seed '" + digits.substr(0, 40) + "'");
+    throw Error(ErrorKind::bad_input, "invalid seed '" + digits.substr(0, 40) + "'");
   return seed;
 }
 
@@ -119,6 +119,7 @@ StepRecord read_step(const Json& line) {
   step.limits_high = read_whole<std::uint64_t>(line.at("limits_high"));
   step.merit = read_number(line.at("merit"));
   step.measured = read_number(line.at("measured"));
+  if (const auto regions = line.find("regions"); regions != line.end()) step.regions = read_regions(*regions);
   step.machine_seconds = read_number(line.at("machine_seconds"));
   step.recommended_pose = read_numbers(line.at("recommended_pose"));
   step.recommendation = line.at("recommendation").get<std::string>();
@@ -138,8 +139,8 @@ void read_per_step(const Json& line, const std::string& key, std::vector<double>
   values = read_numbers(*found);
   errors = read_numbers(line.at(key + "_error"));
   if (values.size() != line.at("steps").get<std::size_t>())
-    throw Error(ErrorKind::bad_input, "the line is damaged: " + key + " has " + std::to_string(values.size()) +
-                                          " values for " + line.at("steps").dump() + " steps");
+    throw Error(ErrorKind::bad_input, "" + key + " has " + std::to_string(values.size()) + " values for " +
+                                          line.at("steps").dump() + " steps");
 }
 
 MtfRecord read_mtf(const Json& line, const std::string& prefix) {
@@ -189,7 +190,7 @@ TrialRecord read_closing(const Json& line) {
     if (const auto values = line.find(criterion_name(criterion)); values != line.end()) {
       record.criteria[criterion] = read_numbers(*values);
       if (record.criteria[criterion].size() != line.at("steps").get<std::size_t>())
-        throw Error(ErrorKind::bad_input, std::string("the line is damaged: ") + criterion_name(criterion) + " has " +
+        throw Error(ErrorKind::bad_input, std::string("") + criterion_name(criterion) + " has " +
                                               std::to_string(record.criteria[criterion].size()) + " values for " +
                                               line.at("steps").dump() + " steps");
     }
@@ -203,14 +204,18 @@ TrialRecord read_closing(const Json& line) {
 }
 
 template <class Body>
-auto reading(const std::string& place, Body&& body) {
+auto reading(const std::string& place, Body&& body) -> decltype(body()) {
+  std::string why;
   try {
     return body();
+  } catch (const NewerFormat& error) {
+    throw NewerFormat(place.empty() ? error.what() : place + ": " + error.what());
   } catch (const Error& error) {
-    throw Error(error.kind(), place + ": " + error.what());
-  } catch (const std::exception& error) {
-    throw Error(ErrorKind::bad_input, place + ": the line is damaged: " + error.what());
+    why = error.what();
+  } catch (const Json::exception& error) {
+    why = json_fault(error);
   }
+  throw Error(ErrorKind::bad_input, place.empty() ? why : place + ": the line is damaged: " + why);
 }
 
 }  // namespace
@@ -233,16 +238,17 @@ TrialRecord with_members_of(const TrialRecord& was, TrialRecord is) {
 bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
 
 std::string step_line(const std::string& trial, const StepRecord& step) {
-  return LineWriter()
-      .add("trial", trial)
+  LineWriter line;
+  line.add("trial", trial)
       .add("step", step.step)
       .add("commanded_pose", step.commanded_pose)
       .add("true_pose", step.true_pose)
       .add("limits_low", step.limits_low)
       .add("limits_high", step.limits_high)
       .add("merit", step.merit)
-      .add("measured", step.measured)
-      .add("machine_seconds", step.machine_seconds)
+      .add("measured", step.measured);
+  if (!step.regions.empty()) line.raw("regions", to_json_text(step.regions));
+  line.add("machine_seconds", step.machine_seconds)
       .add("recommended_pose", step.recommended_pose)
       .add("recommendation", step.recommendation)
       .add("recommended_seconds", step.recommended_seconds)
@@ -250,8 +256,8 @@ std::string step_line(const std::string& trial, const StepRecord& step) {
       .add("commanded_mse", step.commanded_mse)
       .add("commanded_mse_error", step.commanded_mse_error)
       .add("recommended_mse", step.recommended_mse)
-      .add("recommended_mse_error", step.recommended_mse_error)
-      .close();
+      .add("recommended_mse_error", step.recommended_mse_error);
+  return line.close();
 }
 
 std::string closing_line(const TrialRecord& record, std::size_t steps) {
@@ -321,8 +327,8 @@ void check_format(const Json& object, const std::string& what) {
   if (!object.is_object() || found == object.end() || !found->is_number_integer())
     throw Error(ErrorKind::bad_input, what + " has no \"format\"; expected \"format\": " + std::to_string(kFormat));
   if (found->get<std::int64_t>() > kFormat)
-    throw Error(ErrorKind::bad_input, what + " has format " + found->dump() + ", which is newer than this program's " +
-                                          std::to_string(kFormat) + "; read it with a newer relign-bench");
+    throw NewerFormat(what + " has format " + found->dump() + ", which is newer than this program's " +
+                      std::to_string(kFormat) + "; read it with a newer relign-bench");
   if (found->get<std::int64_t>() < 1)
     throw Error(ErrorKind::bad_input,
                 what + " has the invalid format " + found->dump() + "; expected " + std::to_string(kFormat));

@@ -9,7 +9,9 @@
 #include <string_view>
 #include <vector>
 
+#include "base/error.h"
 #include "base/json_source.h"
+#include "base/pixel_region.h"
 #include "records/specification.h"
 
 namespace relign::records {
@@ -23,7 +25,8 @@ struct StepRecord {
   std::uint64_t limits_low = 0;
   std::uint64_t limits_high = 0;
   double merit = 0;
-  double measured = 0;  // RMSE of the capture against O*
+  double measured = 0;   // RMSE of the capture against O*; NaN for one of regions
+  PixelRegions regions;  // that the capture reads out; empty, and not written: all pixels
   double machine_seconds = 0;
   std::vector<double> recommended_pose;
   std::string recommendation;  // "own", "best_measured", "current"
@@ -125,12 +128,18 @@ struct ReadLine {
   std::size_t steps = 0;  // of a closing line: number of its step lines
 };
 
-// Throw Error(bad_input) that starts with `place` ("trials/0000.jsonl:7") for a damaged line, a missing
-// member or a newer format.
+// Throw Error(bad_input) for a damaged line and a missing member, NewerFormat for a newer format. The text starts with
+// `place` ("trials/0000.jsonl:7"), unless it is empty.
 ReadLine read_trial_line(std::string_view line, const std::string& place);
 TrialTimes read_times_line(std::string_view line, const std::string& place);
 
-// Throws Error(bad_input) unless "format" is one that this version reads. `what` names the file in the message.
+class NewerFormat : public Error {
+ public:
+  explicit NewerFormat(const std::string& message) : Error(ErrorKind::bad_input, message) {}
+};
+
+// Throws Error(bad_input), for a newer format NewerFormat, unless "format" is one that this version reads. `what` names
+// the file in the message.
 void check_format(const Json& object, const std::string& what);
 
 }  // namespace relign::records

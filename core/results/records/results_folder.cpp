@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "base/files.h"
+#include "records/checksum.h"
 #include "records/line_files.h"
 
 namespace relign::records {
@@ -74,7 +76,9 @@ Collected collect(const fs::path& folder, Splitter split) {
   Collected all;
   for (const fs::path& file : line_files(folder)) {
     const std::string text = read_file(file, kMaxRecordBytes);
-    for (const Block& block : split(text, file.string()).blocks) {
+    const Blocks blocks = split(text, file.string());
+    throw_if_damaged(blocks.damaged);  // since the folder was opened
+    for (const Block& block : blocks.blocks) {
       const auto [found, fresh] = all.text.insert_or_assign(block.trial, std::string(block.text));
       if (fresh) all.order.push_back(block.trial);
     }
@@ -106,13 +110,7 @@ void arrange(const fs::path& folder, Splitter split, const std::vector<std::stri
   swap_in(folder);
 }
 
-// Cuts off what follows the last whole block; true when there was anything to cut.
-bool repair(const fs::path& file, const std::string& text, const Blocks& split) {
-  if (split.whole == text.size()) return false;
-  cut_file(file, split.whole);
-  return true;
-}
-
+// Removes the blocks of these trials, and damaged lines.
 void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::string>& trials) {
   for (const fs::path& file : line_files(folder)) {
     const std::string text = read_file(file, kMaxRecordBytes);
@@ -132,27 +130,48 @@ void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::s
 
 }  // namespace
 
-ResultsWriter::ResultsWriter(fs::path folder) : folder_(prepared(std::move(folder))), lock_(folder_) {
+ResultsWriter::ResultsWriter(fs::path folder, OnDamage on_damage)
+    : folder_(prepared(std::move(folder))), lock_(folder_) {
   recover_swap(folder_ / "trials");
   recover_swap(folder_ / "times");
-  for (const fs::path& file : line_files(folder_ / "trials")) {
-    const std::string text = read_file(file, kMaxRecordBytes);
-    const Blocks split = split_trials(text, file.string());
-    for (const Block& block : split.blocks) {
-      const TrialRecord trial = read_trial_line(block.closing, file.string()).trial;
-      finished_[block.trial] = {trial.scene, trial.noise_level, trial.protocol, trial.algorithm,
-                                trial.end,   trial.message,     trial.instance, {}};
+  open_files(on_damage);
+}
+
+void ResultsWriter::open_files(OnDamage on_damage) {
+  std::vector<std::pair<fs::path, std::size_t>> half_written;  // with the bytes to keep
+  const auto for_each_block = [&](const char* name, Splitter split_text, const auto& body) {
+    for (const fs::path& file : line_files(folder_ / name)) {
+      const std::string text = read_file(file, kMaxRecordBytes);
+      const Blocks split = split_text(text, file.string());
+      dropped_.insert(dropped_.end(), split.damaged.begin(), split.damaged.end());
+      for (const Block& block : split.blocks) body(file.string(), block);
+      if (split.whole < text.size()) half_written.emplace_back(file, split.whole);
     }
-    if (repair(file, text, split)) ++repaired_;
-  }
-  for (const fs::path& file : line_files(folder_ / "times")) {
-    const std::string text = read_file(file, kMaxRecordBytes);
-    const Blocks split = split_times(text, file.string());
-    for (const Block& block : split.blocks)
-      if (const auto found = finished_.find(block.trial); found != finished_.end())
-        found->second.plugins = read_times_line(block.closing, file.string()).plugins;
-    if (repair(file, text, split)) ++repaired_;
-  }
+  };
+  StepNumbersReader reader;
+  std::set<std::string> without_checksum;  // damaged trials
+  for_each_block("trials", split_trials, [&](const std::string& file, const Block& block) {
+    if (!block.has_checksum)
+      if (std::optional<Damage> damage = damaged_step(block, file, reader)) {
+        without_checksum.insert(block.trial);
+        dropped_.push_back(std::move(*damage));
+        return;
+      }
+    const TrialRecord trial = read_trial_line(block.closing, file).trial;
+    finished_[block.trial] = {trial.scene, trial.noise_level, trial.protocol, trial.algorithm,
+                              trial.end,   trial.message,     trial.instance, {}};
+  });
+  for_each_block("times", split_times, [&](const std::string& file, const Block& block) {
+    if (const auto found = finished_.find(block.trial); found != finished_.end())
+      found->second.plugins = read_times_line(block.closing, file).plugins;
+  });
+  if (on_damage == OnDamage::refuse) throw_if_damaged(dropped_);
+  repaired_ = half_written.size();
+  for (const auto& [file, whole] : half_written) cut_file(file, whole);
+  if (dropped_.empty()) return;
+  for (const std::string& trial : without_checksum) finished_.erase(trial);
+  remove_blocks(folder_ / "trials", split_trials, without_checksum);
+  remove_blocks(folder_ / "times", split_times, {});
 }
 
 std::set<std::string> ResultsWriter::finished_trials() const {
@@ -168,18 +187,18 @@ std::map<std::string, FinishedTrial> ResultsWriter::finished() const {
 }
 
 void ResultsWriter::append(std::size_t place, const TrialRecord& record, const TrialTimes& times) {
-  append_lines(place, to_lines(record) + "\n", record, times);
+  append_lines(place, with_checksum(to_lines(record)) + "\n", record, times);
 }
 
 void ResultsWriter::append(std::size_t place, const TrialRecord& record, std::string_view step_lines, std::size_t steps,
                            const TrialTimes& times) {
-  append_lines(place, std::string(step_lines) + closing_line(record, steps) + "\n", record, times);
+  append_lines(place, with_checksum(std::string(step_lines) + closing_line(record, steps)) + "\n", record, times);
 }
 
 void ResultsWriter::append_lines(std::size_t place, const std::string& lines, const TrialRecord& record,
                                  const TrialTimes& times) {
   const std::string file = line_file_name(place / kTrialsPerFile);
-  const std::string times_line = to_line(times) + "\n";
+  const std::string times_line = with_checksum(to_line(times)) + "\n";
   const std::lock_guard<std::mutex> hold(mutex_);
   // Times first: the closing line makes the trial a result, so that nothing of it may be missing then.
   const fs::path times_file = folder_ / "times" / file;
@@ -242,9 +261,11 @@ void replace_closing_lines(const fs::path& folder, const std::map<std::string, T
     for (const Block& block : split_trials(text, file.string()).blocks) {
       const auto found = records.find(block.trial);
       if (found == records.end()) continue;
-      const auto closing = static_cast<std::size_t>(block.closing.data() - text.data());
-      written += text.substr(copied, closing - copied) + closing_line(found->second, found->second.steps.size());
-      copied = closing + block.closing.size();
+      const auto begin = static_cast<std::size_t>(block.text.data() - text.data());
+      const std::string steps(block.text.substr(0, block.text.size() - block.closing.size() - 1));
+      written += text.substr(copied, begin - copied) +
+                 with_checksum(steps + closing_line(found->second, found->second.steps.size()));
+      copied = begin + block.text.size() - 1;
     }
     if (copied > 0) write_file_atomically(file, written + text.substr(copied));
   }

@@ -1,10 +1,10 @@
 // The results folder: append-only during a run, canonical when it is complete.
 //
 // Layout (described in results/README.md): manifest.json, trials/0000.jsonl ..., times/0000.jsonl ...,
-// logs/, pictures/, scenes/<hash>/, aggregate.csv, costs.csv, curves.csv, curves.json, instances.csv, matrix.csv, report.html.
-// Trial number k of the plan goes into file k / 1000. A trial's lines are appended in one write, closing line last; a
-// trial without a closing line does not count. finish() sorts every file by the plan, so that equal runs give equal
-// bytes for any number of workers.
+// logs/, pictures/, scenes/<hash>/, aggregate.csv, costs.csv, curves.csv, curves.json, instances.csv, matrix.csv,
+// report.html. Trial number k of the plan goes into file k / 1000. A trial's lines are appended in one write, closing
+// line last; a trial without a closing line does not count. finish() sorts every file by the plan, so that equal runs
+// give equal bytes for any number of workers.
 #pragma once
 
 #include <chrono>
@@ -17,6 +17,7 @@
 #include <string_view>
 #include <vector>
 
+#include "records/damage.h"
 #include "records/record.h"
 #include "records/results_lock.h"
 
@@ -33,10 +34,12 @@ struct FinishedTrial {
 
 class ResultsWriter {
  public:
-  // Creates the folder if needed and locks it for the lifetime of the writer. Cuts half-written tails off
-  // files. Throws Error(io) when the folder cannot be written or another process is writing it,
-  // Error(bad_input) when it is not a results folder or has a newer format.
-  explicit ResultsWriter(std::filesystem::path folder);
+  enum class OnDamage { refuse, drop };
+  // Creates the folder if needed and locks it for the lifetime of the writer. Cuts half-written tails off files.
+  // Throws Error(io) when the folder cannot be written or another process is writing it, Error(bad_input) when it is
+  // not a results folder or has a newer format, and for damage, with the files as they were; with OnDamage::drop it
+  // removes damaged blocks and lines.
+  explicit ResultsWriter(std::filesystem::path folder, OnDamage on_damage = OnDamage::refuse);
 
   const std::filesystem::path& folder() const { return folder_; }
 
@@ -45,6 +48,8 @@ class ResultsWriter {
   std::map<std::string, FinishedTrial> finished() const;
   // Number of files whose half-written tail was cut off when the folder was opened.
   std::size_t repaired() const { return repaired_; }
+  // What was dropped when the folder was opened.
+  const std::vector<Damage>& dropped() const { return dropped_; }
 
   // Thread-safe. `place` is the trial's index in the plan. Throws Error(io), for example when the disk is full, and
   // leaves the files as they were.
@@ -67,6 +72,7 @@ class ResultsWriter {
   Json read_manifest() const;  // null when there is none
 
  private:
+  void open_files(OnDamage on_damage);
   void append_lines(std::size_t place, const std::string& lines, const TrialRecord& record, const TrialTimes& times);
 
   std::filesystem::path folder_;
@@ -74,6 +80,7 @@ class ResultsWriter {
   mutable std::mutex mutex_;
   std::map<std::string, FinishedTrial> finished_;
   std::size_t repaired_ = 0;
+  std::vector<Damage> dropped_;
   std::chrono::steady_clock::time_point flushed_{};
 };
 
@@ -90,12 +97,12 @@ Json read_manifest(const std::filesystem::path& folder);
 // Throws Error(io) when another process is writing the folder, or it cannot be written.
 void replace_closing_lines(const std::filesystem::path& folder, const std::map<std::string, TrialRecord>& records);
 
-// Reads every complete trial of a folder, in file order. Throws Error for unreadable or newer files;
+// Reads every complete trial of a folder, in file order. Throws Error for unreadable, damaged or newer files;
 // calls `incomplete` for each trial that has steps but no closing line.
 std::vector<TrialRecord> read_trials(const std::filesystem::path& folder,
                                      const std::function<void(const std::string& trial)>& incomplete = {});
-// Their ids; empty for a folder without records.
-std::set<std::string> complete_trials(const std::filesystem::path& folder);
+// Their ids; empty for a folder without records. Appends to `damaged`.
+std::set<std::string> complete_trials(const std::filesystem::path& folder, std::vector<Damage>& damaged);
 std::vector<TrialTimes> read_times(const std::filesystem::path& folder);
 
 // The complete trials that the manifest's `order` names, in that order: the input of tables and reports.

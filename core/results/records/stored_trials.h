@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "records/damage.h"
 #include "records/record.h"
 #include "records/step_numbers.h"
 
@@ -16,18 +17,18 @@ namespace relign::records {
 struct StoredTrial {
   std::size_t file = 0;              // number of the file below trials/
   std::size_t offset = 0, size = 0;  // bytes
+  std::size_t line = 0;              // number of the first
 };
 
-// Calls `visit` for every complete trial of a results folder; the record has no steps. Memory grows with the longest
-// line. Throws Error for a folder that is not a results folder, and for unreadable, damaged or newer files.
-void for_each_stored(const std::filesystem::path& folder,
-                     const std::function<void(const TrialRecord& closing, const StoredTrial& where)>& visit);
-
-// The same with the numbers of the trial's steps; `on_incomplete` gets the trials with steps but no closing line.
+// Calls `visit` for every complete, undamaged trial of a results folder, with the numbers of its steps; the record has
+// no steps. `on_incomplete` gets the trials with steps but no closing line. Memory grows with the longest trial. Throws
+// Error for a folder that is not a results folder, for unreadable or newer files and, at the end, for damage, unless
+// `damaged` takes it.
 void for_each_with_steps(const std::filesystem::path& folder,
                          const std::function<void(const TrialRecord& closing, const StoredTrial& where,
                                                   const std::vector<StepNumbers>& steps)>& visit,
-                         const std::function<void(const std::string& trial)>& on_incomplete = {});
+                         const std::function<void(const std::string& trial)>& on_incomplete = {},
+                         std::vector<Damage>* damaged = nullptr);
 
 // Reads the step numbers of one trial after another; fastest in the order of the files.
 class StoredSteps {
@@ -55,7 +56,9 @@ class StoredSteps {
 // Reads the record with its steps; `text`, unless null, gets the lines as they are in the file. Throws Error.
 TrialRecord read_stored(const std::filesystem::path& folder, const StoredTrial& where, std::string* text = nullptr);
 
-// Calls `visit` for every line of times/, in file order. The last line of a trial is the valid one.
-void for_each_times(const std::filesystem::path& folder, const std::function<void(const TrialTimes&)>& visit);
+// Calls `visit` for every undamaged line of times/, in file order. The last line of a trial is the valid one. Throws
+// Error for damage as for_each_with_steps.
+void for_each_times(const std::filesystem::path& folder, const std::function<void(const TrialTimes&)>& visit,
+                    std::vector<Damage>* damaged = nullptr);
 
 }  // namespace relign::records

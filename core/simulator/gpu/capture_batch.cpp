@@ -16,6 +16,7 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
   const std::string start = "scene '" + scene.name + "': the GPU simulator does not support ";
   if (settings.transport == imaging::Transport::ghost) return start + "transport 'ghost'; use 'fresnel' or 'refract'";
   if (settings.sampler != imaging::Sampler::paper) return start + "samplers other than 'paper'";
+  if (settings.scored_tiles != 1) return start + "'scored_tiles' other than 1";
   if (!scene.wavelengths.empty()) return start + "several 'wavelengths'";
   if (scene.diffraction) return start + "'diffraction'";
   if (scene.sensor.electronics) return start + "the sensor's 'electronics'";

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <relign/random.hpp>
 
 #include "base/error.h"
 #include "imaging/diffracted_mse.h"
@@ -44,6 +45,35 @@ void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings,
                 several + ", but a lens of meshes is traced at one; list one, or use 'lens_system'");
   if (settings.transport == Transport::ghost)
     throw Error(ErrorKind::bad_input, several + ", but transport 'ghost' supports one; use transport 'fresnel'");
+}
+
+// What a whole capture reads out.
+PixelRegions windows_of(const Sensor& sensor) {
+  const auto count = [](int pixels) { return static_cast<std::uint32_t>(pixels); };
+  if (sensor.windows.empty()) return {{0, 0, count(sensor.width), count(sensor.height)}};
+  PixelRegions windows;
+  for (const PixelBox& window : sensor.windows)
+    windows.push_back({count(window.column), count(window.row), count(window.columns), count(window.rows)});
+  return windows;
+}
+
+// The parts of the regions that are in windows.
+PixelRegions inside(const PixelRegions& windows, const PixelRegions& regions) {
+  PixelRegions parts;
+  for (const PixelRegion& window : windows)
+    for (const PixelRegion& region : regions) {
+      const std::uint32_t left = std::max(window.column, region.column), top = std::max(window.row, region.row);
+      const std::uint32_t right = std::min(window.column + window.columns, region.column + region.columns);
+      const std::uint32_t bottom = std::min(window.row + window.rows, region.row + region.rows);
+      if (left < right && top < bottom) parts.push_back({left, top, right - left, bottom - top});
+    }
+  return parts;
+}
+
+double pixels_of(const std::vector<PixelSpan>& spans) {
+  double pixels = 0;
+  for (const PixelSpan& span : spans) pixels += static_cast<double>(span.count);
+  return pixels;
 }
 
 constexpr std::uint32_t kStreamsPerView = 32;  // of a frame seed; the first view and the read-out use those below
@@ -103,8 +133,8 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   }
   set_capture(settings.sampler, settings.samples);
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
-  sums_.resize(tiles().size());
-  find_spans();
+  spans_ = spans_of(windows_of(scene.sensor), static_cast<std::size_t>(scene.sensor.width));
+  choose_scored_tiles();
   mse_samples_ = mse_samples(share_read_out() * static_cast<double>(scene.sensor.pixels()));
   mse_shares_ = allocate_samples(mse_samples_);
   emitter_ = scene.emitter.plane();
@@ -117,27 +147,28 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
 
 Camera::~Camera() = default;
 
-void Camera::find_spans() {
-  const Sensor& sensor = scene_->sensor;
-  std::vector<char> row_read(static_cast<std::size_t>(sensor.width));
-  for (int row = 0; row < sensor.height; ++row) {
-    std::fill(row_read.begin(), row_read.end(), static_cast<char>(sensor.windows.empty()));
-    for (const PixelBox& window : sensor.windows)
-      if (row >= window.row && row < window.row + window.rows)
-        std::fill_n(row_read.begin() + window.column, window.columns, static_cast<char>(1));
-    for (int column = 0; column < sensor.width; ++column) {
-      if (!row_read[static_cast<std::size_t>(column)]) continue;
-      if (column == 0 || !row_read[static_cast<std::size_t>(column) - 1]) spans_.push_back({column, row, 0, 1});
-      ++spans_.back().columns;
-    }
+void Camera::choose_scored_tiles() {
+  const auto pixels = [](const Tile& tile) { return static_cast<double>(tile.box.columns * tile.box.rows); };
+  const auto every = static_cast<std::uint32_t>(settings_.scored_tiles);
+  if (every > 1 && (settings_.transport == Transport::ghost || scene_->diffraction))
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': its noise-free RMSE needs whole images (" +
+                                          (scene_->diffraction ? "diffraction" : "transport 'ghost'") +
+                                          "); use 'scored_tiles' 1, found " + std::to_string(every));
+  constexpr std::uint32_t kKey = 0x5C02ED;
+  double all = 0, scored = 0;
+  for (std::size_t i = 0; i < tiles().size(); ++i) {
+    all += pixels(tiles()[i]);
+    const auto index = static_cast<std::uint32_t>(i);
+    if (philox4x32({index, 0, 0, 0}, {kKey, 0})[0] % every != 0 && !(scored_.empty() && i + 1 == tiles().size()))
+      continue;
+    scored_.push_back(static_cast<int>(i));
+    scored += pixels(tiles()[i]);
   }
+  pixels_per_scored_ = all / scored;
+  sums_.resize(scored_.size());
 }
 
-double Camera::share_read_out() const {
-  double read = 0;
-  for (const PixelBox& span : spans_) read += span.columns;
-  return read / static_cast<double>(scene_->sensor.pixels());
-}
+double Camera::share_read_out() const { return pixels_of(spans_) / static_cast<double>(scene_->sensor.pixels()); }
 
 void Camera::set_capture(Sampler sampler, int samples) {
   if (samples < static_cast<int>(views_.size()))
@@ -156,13 +187,18 @@ std::vector<int> Camera::allocate_samples(int samples) const {
 }
 
 void Camera::place(MountedLens& lens, const std::vector<double>& true_pose,
-                   const std::optional<optics::Motion>& into_print) {
+                   const std::optional<optics::Motion>& into_print, const PixelRegions& regions) {
   if (tracer_ && into_print)
     throw Error(ErrorKind::bad_input,
                 "scene '" + scene_->name + "': a lens of meshes supports no errors of the target");
   const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
   if (ghosts_) ghosts_->place(lens.assembly(), lens_to_world, into_print);
+  std::vector<PixelBox> boxes;
+  for (const PixelRegion& region : regions)
+    boxes.push_back({static_cast<int>(region.column), static_cast<int>(region.row), static_cast<int>(region.columns),
+                     static_cast<int>(region.rows)});
   for (View& view : views_) {
+    view.tiles.select(boxes);
     optics::set_backward_path(view.path, lens.assembly(view.which), lens_to_world);
     view.ops.assign(view.path.ops.begin(), view.path.ops.end());
     view.ops.push_back(optics::last_frame_to_world(view.path, into_print));
@@ -211,9 +247,11 @@ RayPath Camera::ray_path(const View& view) const {
 template <class Body>
 void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body) {
   const int width = scene_->sensor.width;
-  if (!scene_->sensor.windows.empty()) std::fill_n(pixels, scene_->sensor.pixels(), 0.0F);
-  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
-    const auto at = static_cast<std::size_t>(index);
+  const std::vector<std::size_t>& selected = views_.front().tiles.selected();  // the same in all views
+  if (!scene_->sensor.windows.empty() && selected.size() == tiles().size())
+    std::fill_n(pixels, scene_->sensor.pixels(), 0.0F);
+  parallel_->for_each(static_cast<int>(selected.size()), [&](int index, unsigned thread) {
+    const std::size_t at = selected[static_cast<std::size_t>(index)];
     Workspace& work = *workspaces_[thread];
     fill_with_black(tiles()[at].box, width, pixels);
     for (std::size_t i = 0; i < views_.size(); ++i) {
@@ -251,15 +289,30 @@ void Camera::capture(MountedLens& lens, const std::vector<double>& true_pose, st
   place(lens, true_pose, into_print);
   render_light(seed, pixels);
   add_diffraction(pixels);
+  read_out_spans(spans_, seed, pixels);
+}
+
+double Camera::capture_regions(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                               const PixelRegions& regions, float* pixels) {
+  if (!captures_regions())
+    throw Error(ErrorKind::internal, "regions of images with diffraction or transport ghost depend on other pixels");
+  const auto width = static_cast<std::size_t>(scene_->sensor.width);
+  place(lens, true_pose, std::nullopt, regions);
+  for (const PixelSpan& span : spans_of(regions, width)) std::fill_n(pixels + span.first, span.count, 0.0F);
+  render_light(seed, pixels);
+  const std::vector<PixelSpan> spans = spans_of(inside(windows_of(scene_->sensor), regions), width);
+  read_out_spans(spans, seed, pixels);
+  return pixels_of(spans) / pixels_of(spans_);
+}
+
+void Camera::read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels) {
   if (!scene_->sensor.electronics) return;
   const bool photons = settings_.sampler == Sampler::paper || settings_.sampler == Sampler::hemisphere;
   const ShotNoise shot_noise = photons ? ShotNoise::sampled : ShotNoise::added;
-  const int width = scene_->sensor.width;
-  parallel_->for_each(static_cast<int>(spans_.size()), [&](int index, unsigned thread) {
-    const PixelBox& span = spans_[static_cast<std::size_t>(index)];
-    const int first = span.row * width + span.column;
-    read_out(*scene_->sensor.electronics, shot_noise, seed, first, span.columns, pixels + first,
-             workspaces_[thread]->words);
+  parallel_->for_each(static_cast<int>(spans.size()), [&](int index, unsigned thread) {
+    const PixelSpan& span = spans[static_cast<std::size_t>(index)];
+    read_out(*scene_->sensor.electronics, shot_noise, seed, static_cast<int>(span.first), static_cast<int>(span.count),
+             pixels + span.first, workspaces_[thread]->words);
   });
 }
 
@@ -374,8 +427,8 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
   if (ghosts_)
     for (int group = 0; group < groups; ++group)
       render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, with_ghosts_[group].data());
-  parallel_->for_each(static_cast<int>(tiles().size()), [&](int index, unsigned thread) {
-    const auto at_tile = static_cast<std::size_t>(index);
+  parallel_->for_each(static_cast<int>(scored_.size()), [&](int index, unsigned thread) {
+    const auto at_tile = static_cast<std::size_t>(scored_[static_cast<std::size_t>(index)]);
     const PixelBox& box = tiles()[at_tile].box;
     Workspace& work = *workspaces_[thread];
     for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
@@ -407,14 +460,14 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         sum.product += pixel.product;
         sum.variance += pixel.variance;
       }
-    sums_[at_tile] = sum;
+    sums_[static_cast<std::size_t>(index)] = sum;
   });
   double product = 0, variance = 0;
   for (const MseSum& sum : sums_) {
     product += sum.product;
     variance += sum.variance;
   }
-  const auto count = static_cast<double>(scene_->sensor.pixels());
+  const double count = static_cast<double>(scene_->sensor.pixels()) / pixels_per_scored_;
   return {product / count, std::sqrt(std::max(0.0, variance)) / count};
 }
 

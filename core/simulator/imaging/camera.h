@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/pixel_region.h"
 #include "imaging/certificate.h"
 #include "imaging/diffraction.h"
 #include "imaging/ghost_image.h"
@@ -49,6 +50,8 @@ struct CaptureSettings {
   int samples =
       64;  // 1 to kMaxSamples directions per pixel: over the hemisphere, or the importance region (pupil, lattice)
   double sensor_albedo = 0;  // transport ghost: share of light scattered by the sensor, Lambertian; 0 to 1
+  // noise_free_mse renders one tile in so many, at random, the same ones always; not with ghosts or diffraction.
+  int scored_tiles = 1;
 };
 
 // Two independent noise-free renders of the reference pose and their mean, O*.
@@ -102,6 +105,11 @@ class Camera {
   // tracer).
   void capture(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, float* pixels,
                const std::optional<optics::Motion>& into_print = std::nullopt);
+  // Of these regions only: writes at least their pixels, with the bits of `capture`. Returns the share of the pixels of
+  // a whole capture that is read out. Not with diffraction or transport ghost, where a pixel depends on others.
+  double capture_regions(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                         const PixelRegions& regions, float* pixels);
+  bool captures_regions() const { return !diffraction_ && !ghosts_; }
   // Low-discrepancy sampling of the importance region: `samples` rays per pixel, and with transport ghost one reflected
   // path per `rays_per_ghost` rays.
   void render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -111,12 +119,13 @@ class Camera {
                                     const NoiseFreeRequest& request, float* pixels);
   static constexpr int kMinBatches = 4;
   // MSE against the reference: mean over pixels of products of independent renders minus independent references.
-  // kMseGroups renders of kMseSamples rays per pixel each, or fewer on sensors of more than kMsePixels.
+  // kMseGroups renders of kMseSamples rays per pixel each, or fewer on sensors of more than kMsePixels. With
+  // settings.scored_tiles above 1 it is estimated from these tiles, with the standard error of their MSE.
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
-  // Parts of rows: the pixels that are read out, and their share of all.
-  const std::vector<PixelBox>& spans() const { return spans_; }
+  // The pixels that are read out, and their share of all.
+  const std::vector<PixelSpan>& spans() const { return spans_; }
   double share_read_out() const;
 
   // For tests: changes sampler and sample count of capture().
@@ -139,7 +148,7 @@ class Camera {
   std::vector<int> allocate_samples(int samples) const;
   const std::vector<Tile>& tiles() const { return views_.front().tiles.tiles(); }  // boxes are the same in all views
   void place(MountedLens& lens, const std::vector<double>& true_pose,
-             const std::optional<optics::Motion>& into_print = std::nullopt);
+             const std::optional<optics::Motion>& into_print = std::nullopt, const PixelRegions& regions = {});
   RayPath ray_path(const View& view) const;
   void render_light(std::uint64_t seed, float* pixels);
   // Light of one group through the current lens: without reflections; and with ghosts. Both without diffraction.
@@ -150,7 +159,8 @@ class Camera {
   // an image without them.
   void capture_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
-  void find_spans();
+  void choose_scored_tiles();
+  void read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels);
   // Renders an image from each view's share of a pixel's samples: body(source, path, tile, samples) traces the rays of
   // a tile and returns the factor for the sum of a pixel's rays.
   enum class Pixels { lit, all };
@@ -161,8 +171,8 @@ class Camera {
   CaptureSettings settings_;
   Parallel* parallel_;
   optics::BlockTracer* tracer_;
-  std::vector<View> views_;      // one per wavelength
-  std::vector<PixelBox> spans_;  // what the electronics read out: parts of rows
+  std::vector<View> views_;       // one per wavelength
+  std::vector<PixelSpan> spans_;  // what the electronics read out
   std::vector<int> capture_shares_, mse_shares_;
   int mse_samples_ = kMseSamples;
   // transport ghost
@@ -175,7 +185,9 @@ class Camera {
   std::unique_ptr<DiffractedMse> diffracted_mse_;  // made on first use
   optics::EmitterPlane emitter_{};
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one per thread
-  std::vector<MseSum> sums_;                            // one per tile
+  std::vector<int> scored_;                             // tiles that noise_free_mse renders
+  double pixels_per_scored_ = 1;                        // read out, over those in scored tiles
+  std::vector<MseSum> sums_;                            // one per scored tile
 };
 
 }  // namespace relign::imaging

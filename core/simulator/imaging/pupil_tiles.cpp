@@ -120,6 +120,7 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
   corners_.resize(static_cast<std::size_t>((across_ + 1) * (down_ + 1)));
   is_used_.assign(corners_.size(), 0);
   visibilities_.resize(static_cast<std::size_t>(across_ * down_), Visibility::nothing);
+  place_in_tiles_.assign(visibilities_.size(), -1);
   // Whether a window has a pixel less than `margin` pixels beside the box.
   const auto in_a_window = [&scene](const PixelBox& box, int margin) {
     const std::vector<PixelBox>& windows = scene.sensor.windows;
@@ -136,12 +137,17 @@ PupilTiles::PupilTiles(const SceneFile& scene, Parallel& parallel) : scene_(&sce
       tile.box.row = row * tile_pixels_;
       tile.box.columns = std::min(tile_pixels_, width - tile.box.column);
       tile.box.rows = std::min(tile_pixels_, height - tile.box.row);
-      if (in_a_window(tile.box, 0)) tiles_.push_back(tile);
+      if (in_a_window(tile.box, 0)) {
+        place_in_tiles_[static_cast<std::size_t>(row * across_ + column)] = static_cast<int>(tiles_.size());
+        selected_.push_back(tiles_.size());
+        tiles_.push_back(tile);
+      }
       if (!in_a_window(tile.box, tile_pixels_)) continue;
       around_.push_back(tile);
       for (const int across : {column, column + 1})
         for (const int down : {row, row + 1}) is_used_[corner_at(across, down)] = 1;
     }
+  used_for_all_ = is_used_;
 }
 
 std::array<const TileCorner*, 4> PupilTiles::corners_of(const Tile& tile) const {
@@ -311,7 +317,7 @@ void PupilTiles::probe_emitter(int row, const optics::BackwardPath& path, const 
   for (int column = 0; column <= across_; ++column) {
     const std::size_t owner = corner_at(column, row);
     const TileCorner& corner = corners_[owner];
-    if (corner.empty) continue;
+    if (!is_used_[owner] || corner.empty) continue;
     const Vec3 start = path.into_first_frame.point(corner_place(column, row));
     for (std::size_t probe = 0; probe < kProbes; ++probe) {
       double p = corner.centre_p, q = corner.centre_q;
@@ -427,6 +433,16 @@ PixelBox PupilTiles::lit_pixels(const Tile& tile, double half_emitter) const {
 // A tile from whose corners no probe ray passes the whole lens may still receive some light of the emitter if a
 // neighbour does, or if the image is very blurred.
 void PupilTiles::find_unlit_tiles(double half_emitter) {
+  if (!selects_all_) {
+    // What the other tiles would show is unknown: nothing is concluded from it, so that more is traced.
+    blurry_ = true;
+    for (const std::size_t place : selected_) {
+      const auto corners = corners_of(tiles_[place]);
+      const bool passes = std::any_of(corners.begin(), corners.end(), [](auto* corner) { return !corner->empty; });
+      tiles_[place].unlit = !passes || visibility(tiles_[place], half_emitter) == Visibility::nothing;
+    }
+    return;
+  }
   blurry_ = false;
   for (const TileCorner& corner : corners_)
     blurry_ = blurry_ || blur(corner, half_emitter) > kBlurryShare * 2 * half_emitter;
@@ -456,8 +472,8 @@ void PupilTiles::fit(MountedLens& lens, const optics::Motion& lens_to_world, con
     probe_emitter(row, path, ops, emitter, *blocks_[thread]);
   });
   find_unlit_tiles(emitter.half_side);
-  parallel_->for_each(static_cast<int>(tiles_.size()), [&](int index, unsigned) {
-    Tile& tile = tiles_[static_cast<std::size_t>(index)];
+  parallel_->for_each(static_cast<int>(selected_.size()), [&](int index, unsigned) {
+    Tile& tile = tiles_[selected_[static_cast<std::size_t>(index)]];
     if (tile.unlit) return;
     tile.lit = lit_pixels(tile, emitter.half_side);
     tile.unlit = tile.lit.columns == 0;

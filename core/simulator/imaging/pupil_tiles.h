@@ -71,6 +71,11 @@ class PupilTiles {
   // Of a sensor with windows only the tiles in these.
   const std::vector<Tile>& tiles() const { return tiles_; }
 
+  // Restricts fit, from now on, to the tiles that have pixels of these boxes; empty: all tiles.
+  void select(const std::vector<PixelBox>& boxes);
+  // Places of the selected tiles in tiles(). Only they fit the latest pose.
+  const std::vector<std::size_t>& selected() const { return selected_; }
+
  private:
   void fill_table(MountedLens& lens, std::size_t which, const optics::Motion& lens_to_world);
   // Fits one row of corners.
@@ -102,7 +107,11 @@ class PupilTiles {
   int across_, down_;       // tiles
   std::size_t points_ = 0;  // vertices of each corner's polygon
   std::vector<TileCorner> corners_;
-  std::vector<char> is_used_;  // per corner: of one of the tiles, or of one beside them
+  std::vector<char> is_used_;        // per corner: of a selected tile, or of one beside it
+  std::vector<char> used_for_all_;   // the same if all tiles are selected
+  std::vector<int> place_in_tiles_;  // per tile of the grid; -1: none
+  std::vector<std::size_t> selected_;
+  bool selects_all_ = true;
   std::vector<Tile> tiles_;
   std::vector<Tile> around_;                               // of the grid: the tiles and those beside them
   bool blurry_ = false;                                    // hits spread over a large part of the emitter

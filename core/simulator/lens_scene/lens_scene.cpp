@@ -36,6 +36,14 @@ class LensScene::Mounted final : public relign::Assembly {
     shared_.camera.capture(lens_, true_pose, frame_seed, pixels, shared_.errors->into_print());
     shared_.errors->apply(pixels);
   }
+  double capture_regions(const Pose& true_pose, std::uint64_t frame_seed, const std::vector<Region>& regions,
+                         float* pixels) override {
+    PixelRegions read;
+    for (const Region& region : regions) read.push_back({region.column, region.row, region.columns, region.rows});
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    certify_once(true_pose);
+    return shared_.camera.capture_regions(lens_, true_pose, frame_seed, read, pixels);
+  }
   Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     certify_once(true_pose);
@@ -226,9 +234,9 @@ Json LensScene::machine_time() const {
 // The level of a lit pixel: the 99th percentile of O*, of the pixels that are read out.
 float LensScene::white() const {
   std::vector<float> values;
-  for (const imaging::PixelBox& span : shared_.camera.spans()) {
-    const auto first = reference_.mean.begin() + span.row * scene_.sensor.width + span.column;
-    values.insert(values.end(), first, first + span.columns);
+  for (const PixelSpan& span : shared_.camera.spans()) {
+    const auto first = reference_.mean.begin() + static_cast<std::ptrdiff_t>(span.first);
+    values.insert(values.end(), first, first + static_cast<std::ptrdiff_t>(span.count));
   }
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
   std::nth_element(values.begin(), place, values.end());

@@ -43,6 +43,7 @@ class LensScene : public Scene {
   std::string describe() override;
   relign_image reference() override;
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override;
+  bool captures_regions() const override { return !shared_.errors && shared_.camera.captures_regions(); }
 
  private:
   class Mounted;

@@ -76,7 +76,7 @@ Mesh read_mesh(const fs::path& file, Demand demand) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
   const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (!scene) reject_mesh(file, std::string("the file cannot be read as a mesh: ") + importer.GetErrorString());
+  if (!scene) reject_mesh(file, "the file is damaged, or not a mesh of the format that its name states");
   Mesh mesh;
   std::uint64_t faces = 0;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) append(*scene->mMeshes[m], file, mesh, faces);

@@ -13,6 +13,8 @@ using field_focus::Channel;
 using field_focus::find_marks;
 using field_focus::Focus;
 using field_focus::Mark;
+using field_focus::Part;
+using field_focus::part_of;
 using relign::Pose;
 
 // The axis order of all scenes: two lateral axes, focus, two tilts, rotation.
@@ -22,9 +24,7 @@ constexpr double kTiltStride = 0.1;            // share of the travel, for the d
 constexpr double kLateralStride = 0.02;
 constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark may be from its place in the reference
 constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
-constexpr std::size_t kSmoothable = 18;  // curves
 constexpr std::size_t kMaxDesigns = 4;
-constexpr double kMiddle = 0.2, kOuter = 0.6;  // shares of the half image: centre within, corners beyond
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
 
@@ -35,14 +35,6 @@ struct Design {
   double limit = 0;                        // how far a mark may be from its place, pixels
   Eigen::MatrixXd motion;                  // Shift x axes, per share of the travel
   std::vector<Eigen::Vector2d> slopes;     // by mark: share of the focus axis per share of the tilts; none: no chart
-
-  bool is_centre(const Mark& mark) const {
-    return std::hypot(mark.x_px - half_width, mark.y_px - half_height) < kMiddle * half_width;
-  }
-  bool is_corner(const Mark& mark) const {
-    return std::fabs(mark.x_px - half_width) > kOuter * half_width &&
-           std::fabs(mark.y_px - half_height) > kOuter * half_height;
-  }
 };
 
 std::vector<float> pixels_of(const relign::ImageView& image) {
@@ -217,9 +209,8 @@ class FieldFocus final : public relign::Agent {
 
  private:
   std::optional<double> limit_of(const Mark& mark) const {
-    const double limit = design_->is_centre(mark)   ? centre_limit_
-                         : design_->is_corner(mark) ? corner_limit_
-                                                    : other_limit_;
+    const Part part = part_of(mark, design_->half_width, design_->half_height);
+    const double limit = part == Part::centre ? centre_limit_ : part == Part::corner ? corner_limit_ : other_limit_;
     return limit < 0 ? std::nullopt : std::optional(limit);
   }
 
@@ -250,12 +241,15 @@ class FieldFocus final : public relign::Agent {
     }
   }
 
-  // Mean over the two opposite edges of a mark, left and right or top and bottom; NaN without any.
+  // Of the two opposite edges of a mark, left and right or top and bottom, that nearer to the centre, which the field's
+  // criterion measures; the mean of both where the mark is at the centre. NaN without any.
   double edge_mtf(const Mark& mark, bool upright, double frequency, const relign::ImageView& image) const {
     const double along = 0.7 * mark.side_px, across = 0.55 * mark.side_px;
     double sum = 0;
     int edges = 0;
+    const double inwards = upright ? design_->half_width - mark.x_px : design_->half_height - mark.y_px;
     for (const double side : {-0.5, 0.5}) {
+      if (std::fabs(inwards) > 0.5 * mark.side_px && side * inwards < 0) continue;
       const double width = upright ? across : along, height = upright ? along : across;
       const double x = mark.x_px + (upright ? side * mark.side_px : 0) - 0.5 * width;
       const double y = mark.y_px + (upright ? 0 : side * mark.side_px) - 0.5 * height;
@@ -301,7 +295,6 @@ class FieldFocus final : public relign::Agent {
     std::vector<Channel>& channels = channels_[near ? 1 : 0];
     const double reach = near ? 0.5 * stride_ : stride_;
     if (fit(channels, near, reach) < 3) return std::nullopt;
-    smooth(channels);
     const Focus plane = plane_of_best_focus(channels);
     return worst_ && near ? best_of_worst(channels, plane, reach) : plane;
   }
@@ -322,29 +315,6 @@ class FieldFocus final : public relign::Agent {
     solution_ = *solution;
     trial_->recommend(centred(solution_));
     return true;
-  }
-
-  // Aberrations are smooth over the image, so one least-squares fit averages the noise of single edges: best focus and
-  // peak are linear with slopes that both directions share, plus quadratic terms of each. The width becomes the mean.
-  void smooth(std::vector<Channel>& channels) const {
-    std::vector<std::size_t> fitted;
-    for (std::size_t i = 0; i < channels.size(); ++i)
-      if (channels[i].curve) fitted.push_back(i);
-    if (fitted.size() < kSmoothable) return;
-    const auto count = static_cast<Eigen::Index>(fitted.size());
-    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(count, 10), values(count, 3);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const std::size_t at = fitted[static_cast<std::size_t>(i)];
-      const Mark& mark = design_->marks[at / 2];
-      const double u = mark.x_px / design_->half_width - 1;
-      const double v = mark.y_px / design_->half_width - design_->half_height / design_->half_width;
-      rows(i, 0) = u, rows(i, 1) = v;
-      rows.row(i).segment<4>(at % 2 == 0 ? 2 : 6) << 1, u * u, u * v, v * v;
-      values.row(i) << channels[at].curve->peak, channels[at].curve->centre, channels[at].curve->width;
-    }
-    const Eigen::MatrixXd smoothed = rows * rows.colPivHouseholderQr().solve(values);
-    for (Eigen::Index i = 0; i < count; ++i)
-      channels[fitted[static_cast<std::size_t>(i)]].curve = {smoothed(i, 0), smoothed(i, 1), values.col(2).mean()};
   }
 
   bool sharpest_at(double z) const {

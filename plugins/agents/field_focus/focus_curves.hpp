@@ -41,8 +41,8 @@ int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, doub
 // The plane through the best foci of all curves by least squares.
 Focus plane_of_best_focus(const std::vector<Channel>& channels);
 
-// The pose at which the worst channel is farthest above its limit, within `reach` of `start` in every field; a soft minimum, so
-// that errors of single curves average out.
+// The pose at which the worst channel is farthest above its limit, within `reach` of `start` in every field; a soft
+// minimum, so that errors of single curves average out. `start` if no channel with a limit has a curve.
 Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, double reach);
 
 }  // namespace field_focus

@@ -78,6 +78,58 @@ TEST(FocusCurves, MaximisesWorstField) {
   expect_near(found, compromise, 0.006, 0.01);
 }
 
+// How far the worst channel with a limit is above it.
+double margin(const Lens& lens, const std::vector<Channel>& channels, const Focus& pose) {
+  double lowest = 1;
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (channels[i].limit) lowest = std::min(lowest, lens.mtf(i, channels[i], pose) - *channels[i].limit);
+  return lowest;
+}
+
+// The centre is sharpest at optimum[0], the corners 0.0325 below: the more is asked of the centre, the nearer to its
+// focus the solution.
+TEST(FocusCurves, WeighsFieldsByTheirLimits) {
+  Lens lens;
+  lens.curvature = 1;
+  constexpr std::size_t kCentre = 8;  // and 9: the two directions of the fifth field
+  std::vector<Focus> found;
+  for (const double more : {0.0, 0.02, 0.04}) {
+    std::vector<Channel> channels = lens.channels();
+    for (std::size_t i = 0; i < channels.size(); ++i) channels[i].limit = i / 2 == kCentre / 2 ? 0.6 + more : 0.6;
+    for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0});
+    fit(channels, std::nullopt, 0.06);
+    found.push_back(best_of_worst(channels, plane_of_best_focus(channels), 0.06));
+    double highest = -1;
+    for (double z = 0; z <= 0.03; z += 1e-4)
+      highest = std::max(highest, margin(lens, channels, {z, lens.optimum[1], lens.optimum[2]}));
+    EXPECT_NEAR(margin(lens, channels, found.back()), highest, 0.01) << more;
+  }
+  EXPECT_GT(found[1][0], found[0][0] + 0.001);
+  EXPECT_GT(found[2][0], found[1][0] + 0.001);
+}
+
+TEST(FocusCurves, IgnoresFieldsWithoutALimit) {
+  Lens lens;
+  lens.curvature = 1;
+  std::vector<Channel> channels = lens.channels();
+  const auto is_corner = [](std::size_t i) { return i / 2 == 0 || i / 2 == 2 || i / 2 == 6 || i / 2 == 8; };
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    if (!is_corner(i)) channels[i].limit.reset();
+  for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0});
+  fit(channels, std::nullopt, 0.06);
+  const Focus found = best_of_worst(channels, plane_of_best_focus(channels), 0.06);
+  expect_near(found, lens.optimum - Focus(0.15 * 0.15 + 0.1 * 0.1, 0, 0), 0.002, 0.01);
+}
+
+TEST(FocusCurves, StayWhereNoFieldHasALimit) {
+  Lens lens;
+  std::vector<Channel> channels = lens.channels();
+  for (Channel& channel : channels) channel.limit.reset();
+  for (int k = -2; k <= 2; ++k) lens.capture(channels, {0.06 * k, 0, 0});
+  fit(channels, std::nullopt, 0.06);
+  EXPECT_EQ(best_of_worst(channels, {0.01, 0.02, -0.03}, 0.06), Focus(0.01, 0.02, -0.03));
+}
+
 // Peaks outside the sweep: extrapolated with the width of the other curves.
 TEST(FocusCurves, ExtrapolatesFieldsBeyondTheSweep) {
   Lens lens;
@@ -111,6 +163,21 @@ TEST(Marks, FindsSquaresAloneWithTheirCentres) {
   EXPECT_DOUBLE_EQ(marks[0].y_px, 39);
   EXPECT_EQ(nearest(marks, 33, 43, 6), marks.data());
   EXPECT_EQ(nearest(marks, 33, 43, 4), nullptr);
+}
+
+// Fields of docs/services.md: centre, 0.8 of the way to sides and corners, 0.45 to the corners.
+TEST(Marks, AreInTheCentreInACornerOrElsewhere) {
+  const auto part = [](double u, double v) { return part_of({960 + 960 * u, 640 + 640 * v, 40}, 960, 640); };
+  EXPECT_EQ(part(0, 0), Part::centre);
+  EXPECT_EQ(part(0.05, -0.1), Part::centre);
+  for (const double u : {-0.8, 0.8}) {
+    for (const double v : {-0.8, 0.8}) {
+      EXPECT_EQ(part(u, v), Part::corner);
+      EXPECT_EQ(part(0.45 / 0.8 * u, 0.45 / 0.8 * v), Part::other);
+    }
+    EXPECT_EQ(part(u, 0), Part::other);
+    EXPECT_EQ(part(0, u), Part::other);
+  }
 }
 
 }  // namespace

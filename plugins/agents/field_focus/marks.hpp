@@ -56,6 +56,16 @@ inline std::vector<Mark> find_marks(const std::vector<float>& pixels, std::size_
   return marks;
 }
 
+// Part of the image that a specification limits by itself.
+enum class Part { centre, corner, other };
+
+inline Part part_of(const Mark& mark, double half_width, double half_height) {
+  constexpr double kMiddle = 0.2, kOuter = 0.6;  // shares of the half image: centre within, corners beyond
+  const double x = std::fabs(mark.x_px - half_width), y = std::fabs(mark.y_px - half_height);
+  if (std::hypot(x, y) < kMiddle * half_width) return Part::centre;
+  return x > kOuter * half_width && y > kOuter * half_height ? Part::corner : Part::other;
+}
+
 // The mark nearest to a place, if within `most` pixels; null otherwise.
 inline const Mark* nearest(const std::vector<Mark>& marks, double x, double y, double most) {
   const Mark* found = nullptr;

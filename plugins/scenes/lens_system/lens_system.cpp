@@ -8,6 +8,7 @@ namespace lens_scene = relign::lens_scene;
 lens_scene::Parts parts(const relign::Parameters& given) {
   lens_scene::Parts parts = lens_scene::read_parts(given);
   parts.settings.sensor_albedo = given.number("sensor_albedo");
+  parts.settings.scored_tiles = static_cast<int>(given.integer("scored_tiles"));
   if (const std::string file = given.text("imaging_errors"); !file.empty())
     parts.errors = relign::imaging::read_imaging_errors(file);
   if (const long pixels = given.integer("windows"); pixels > 0)

@@ -105,6 +105,17 @@ class SimulatorHandler(_AnySceneHandler):
         self._share(assembly.capture(_pose(message["pose"]), message["seed"]), "capture()")
         return {"message": "ok"}
 
+    def on_captures_regions(self, _message: Message) -> Message:
+        return {"message": "ok" if self._plugin.captures_regions else "unsupported"}
+
+    def on_capture_regions(self, message: Message) -> Message:
+        assembly = self._mounted[message["assembly"]]
+        regions = [tuple(region) for region in message["regions"]]
+        returned = assembly.capture_regions(_pose(message["pose"]), message["seed"], regions)
+        pixels, share = _pair(returned, "capture_regions()", "(pixels, share)")
+        self._share(pixels, "capture_regions()")
+        return {"message": "captured", "share": _number(share, "the share of capture_regions()")}
+
     def on_noise_free_mse(self, message: Message) -> Message:
         assembly = self._mounted[message["assembly"]]
         returned = assembly.noise_free_mse(_pose(message["pose"]), message["seed"])

@@ -178,8 +178,10 @@ def serve(cls: type[Plugin]) -> None:
             Host(int(to_host), int(from_host)).send(files=imported_files(), **manifest_of(cls))
         return
     if to_host is None or from_host is None:
-        script = os.path.relpath(sys.argv[0])
-        print(f"this is a plugin of relign-bench; run it with: relign-bench try ./{script}", file=sys.stderr)
+        import shlex  # here alone: plugins start faster without it
+
+        script = shlex.quote("./" + os.path.relpath(sys.argv[0]))
+        print(f"this is a plugin of relign-bench; run it with: relign-bench try {script}", file=sys.stderr)
         sys.exit(2)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # the log of a process that dies is complete

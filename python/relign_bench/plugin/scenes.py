@@ -25,6 +25,7 @@ class Scene(Plugin):
     """
 
     kind = "scene"
+    captures_regions = False  # whether its assemblies have capture_regions
 
     def describe(self) -> dict[str, Any]:
         """The scene's description: name, axes, nominal_pose, image, elements.
@@ -56,10 +57,14 @@ class Assembly:
 
     Optional methods: `render_noise_free(self, true_pose)` returns pixels. `mtf(self, true_pose, lp_per_mm)` returns
     (centre, corner), the lens's geometric MTF as relign/scene/mtf.h defines it; suites whose spec has "mtf" need it.
+    `capture_regions(self, true_pose, frame_seed, regions)`, of a scene with `captures_regions = True`, returns (pixels,
+    share): pixels of the whole size, of which only those in the regions (column, row, columns, rows) count and equal those
+    of `capture`, and the share of a whole capture's pixels that is read out.
     """
 
     render_noise_free: Any = None
     mtf: Any = None
+    capture_regions: Any = None
 
     def capture(self, true_pose: Pose, frame_seed: int) -> Any:
         """Pixels of a noisy capture. Equal arguments must give equal pixels."""

@@ -10,7 +10,7 @@ from .services import Model, Outcome, Pretraining, Stopped
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from typing import Any
 
     from .process import Host
@@ -144,6 +144,25 @@ class Trial:
             ValueError: The pose is not finite, or has another number of axes.
         """
         self._host.ask(f'{{"message":"recommend","pose":[{self._numbers(pose)}]}}\n')
+
+    def select_regions(self, regions: Iterable[Sequence[int]]) -> bool:
+        """Selects what the next capture reads out, and with it the readout time; later ones are whole frames again.
+
+        Inside the regions pixels are those of the whole frame; the others are 0. Needs "images".
+
+        Args:
+            regions: Rectangles of pixels (column, row, columns, rows), which may overlap; none: the whole frame.
+
+        Returns:
+            False when the scene captures whole frames only; then nothing is selected.
+
+        Raises:
+            ValueError: A rectangle is empty or not inside the image.
+        """
+        if self._pixels is None:
+            raise _not_observed("image", "images")
+        request = {"regions": [[int(value) for value in region] for region in regions]}
+        return self._answer("relign.regions/1", "select", request)["message"] != "unsupported"
 
     @property
     def reference(self) -> Any:

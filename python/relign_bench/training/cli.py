@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import errno
+import fnmatch
 import json
-import math
 import os
 import pathlib
+import shlex
 import sys
 from typing import TYPE_CHECKING, Any
 
-from .._errors import unknown_name
+from .settings import with_goal, with_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from typing import TypeVar
 
     from .._typing import Float64Array
     from .folder import RunFolder
     from .imitate import Training
-    from .reinforce import Recipe as PpoRecipe
     from .reinforce import Reinforcement
-
-    AnyRecipe = TypeVar("AnyRecipe")
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
@@ -31,6 +29,7 @@ EXAMPLES = """examples:
   relign-train ppo --preset tuned --warm-start training/imitation -o training/ppo
   relign-train ppo --preset paper -o training/ppo-paper            # the paper's recipe
   relign-train export training/ppo -o my_agent.onnx
+  relign-train sweep study.json --jobs 15 --device cuda -o training/study
 
   An interrupted run resumes with the same command. To try a trained policy:
   relign-bench try imitation --parameters '{"model": "FILE.onnx"}'
@@ -71,6 +70,14 @@ EXPORT = """example:
   relign-train export training/ppo -o my_agent.onnx
 """
 
+SWEEP = """files in the folder:
+  NAME/seed-N                      folder of each training, with the files of relign-train ppo and log.txt
+  sweep.csv, sweep.md, sweep.png   curves, table and figure of all trainings, written at the end and when interrupted
+
+example:
+  relign-train sweep python/recipes/paper_study.json --only 'ppo-*' --jobs 15 --device cuda --minutes 9 -o training/study
+"""
+
 RECURRENT = "relign-bench's agents do not run recurrent networks"
 
 
@@ -85,9 +92,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = make_parser().parse_args(arguments)
     try:
-        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export}[given.verb](given)
+        return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export, "sweep": _sweep}[given.verb](given)
     except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
-        print(f"error: {problem}", file=sys.stderr)
+        print(f"error: {sentence(problem)}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         hint = "" if given.verb in ("adapt", "export") else f"; the same command resumes the run in {given.out}"
@@ -127,12 +134,17 @@ def make_parser() -> argparse.ArgumentParser:
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
-    ppo.add_argument("--preset", choices=("paper", "tuned"), default="tuned",
-                     help="paper: network and settings of the paper's package; tuned: starts from imitation learning, covers "
-                          "all noise levels, with a privileged critic [default: %(default)s]")
+    ppo.add_argument("--preset", choices=("paper", "package", "tuned"), default="tuned",
+                     help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
+                          "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
+                          "[default: %(default)s]")
     ppo.add_argument("--warm-start", metavar="DIR", help="folder of a run of relign-train imitate; required by preset tuned")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
+    ppo.add_argument("--device", default="cpu",
+                     help="torch device that trains, cpu or cuda; images are rendered on CPU cores [default: %(default)s]")
+    ppo.add_argument("--minutes", type=float, metavar="M",
+                     help="begin no training segment that would end later than M minutes from now")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
     adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
                  "Continue the training of a run of relign-train imitate so that it suits the captures of a station. The "
@@ -146,6 +158,18 @@ def make_parser() -> argparse.ArgumentParser:
     adapt.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
     adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                        help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
+    sweep = verb("sweep", "Run many trainings from a file, side by side",
+                 "Run the trainings of a file, recipes times seeds, side by side, and write a table and a figure. Complete "
+                 "trainings are skipped, interrupted ones resume.", SWEEP)
+    sweep.add_argument("file", metavar="FILE", help="trainings as JSON (python/README.md)")
+    sweep.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the sweep")
+    sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
+    sweep.add_argument("--threads", type=int, metavar="N", help="threads of each training [default: all cores, shared equally]")
+    sweep.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
+    sweep.add_argument("--only", metavar="PATTERN", help="trainings whose name, such as ppo/seed-0, matches, with * and ?")
+    sweep.add_argument("--minutes", type=float, metavar="M",
+                       help="begin no training segment that would end later than M minutes from now")
+    sweep.add_argument("--report", action="store_true", help="write table and figure of what there is, and train nothing")
     export = verb("export", "Write the network of a run as ONNX, with its side file",
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
@@ -170,6 +194,31 @@ def require(module: str, package: str) -> None:
         raise ImportError(f"training needs {package}: pip install {package} ({problem})") from None
 
 
+def require_learner(contributed: bool) -> None:
+    """Checks that reinforcement learning can run; `contributed`: with an algorithm of sb3-contrib.
+
+    Raises:
+        ImportError: It cannot; the message has the package to install.
+    """
+    require("torch", "torch")
+    require("onnx", "onnx")  # torch would report it only at the end
+    require("stable_baselines3", "stable-baselines3")
+    require("matplotlib", "matplotlib")
+    if contributed:
+        require("sb3_contrib", "sb3-contrib")
+
+
+def sentence(problem: BaseException) -> str:
+    """The message of an error, in one line."""
+    if type(problem).__name__ == "OutOfMemoryError":  # of torch, whose text is a page
+        return ("the GPU has too little memory left for this training; run fewer at once (--jobs), or set a smaller size, "
+                "batch or environments; the same command resumes")
+    if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+        return (f"cannot write '{problem.filename or 'a file of the run'}': {problem.strerror}; the last checkpoint is kept, "
+                "and the same command resumes")
+    return " ".join(str(problem).split())
+
+
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
@@ -188,19 +237,47 @@ def _imitate(given: argparse.Namespace) -> int:
 
 
 def _ppo(given: argparse.Namespace) -> int:
-    require("torch", "torch")
-    require("onnx", "onnx")  # torch would report it only at the end
-    require("stable_baselines3", "stable-baselines3")
-    from .reinforce import PRESETS, Reinforcement
+    require_learner(given.algorithm in ("trpo", "recurrent-ppo"))
+    from .recipe import preset_recipe
+    from .reinforce import Reinforcement
 
-    recipe = dataclasses.replace(PRESETS[given.preset], scene=given.scene, seed=given.seed, algorithm=given.algorithm)
+    recipe = preset_recipe(given.preset, given.algorithm, given.scene, given.seed)
     recipe = with_goal(with_settings(recipe, given.set), given.set)
-    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log)
-    training.run(given.until)
+    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device)
+    training.run(given.until, given.minutes)
     if training.recurrent:
         log(f"not exported: {RECURRENT}")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
+
+
+def _sweep(given: argparse.Namespace) -> int:
+    from . import sweep, sweep_report
+
+    out = pathlib.Path(given.out)
+    jobs = sweep.read_sweep(given.file, out)
+    if given.only is not None:
+        jobs = [job for job in jobs if fnmatch.fnmatchcase(job.name, given.only)]
+        if not jobs:
+            raise ValueError(f"--only '{given.only}' matches no training of {given.file}")
+    for option in ("jobs", "threads"):
+        if getattr(given, option) is not None and getattr(given, option) < 1:
+            raise ValueError(f"--{option} must be a positive integer, not {getattr(given, option)}")
+    failures: dict[str, str] = {}
+    try:
+        if not given.report:
+            require_learner(any(job.recipe.algorithm in ("trpo", "recurrent-ppo") for job in jobs))
+            from .reinforce import check_device
+
+            check_device(given.device)
+            failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log).run()
+    finally:
+        require("matplotlib", "matplotlib")
+        files = sweep_report.write(jobs, out)
+    if failures:
+        name, reason = next(iter(failures.items()))
+        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")
+    return show(given, files, {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
 
 
 def _export(given: argparse.Namespace) -> int:
@@ -215,8 +292,10 @@ def _export(given: argparse.Namespace) -> int:
     out.parent.mkdir(parents=True, exist_ok=True)
     recipe = json.loads(kept.read_text())
     if "preset" in recipe:
+        if "heads" not in recipe:
+            raise ValueError(f"'{folder}' was trained by an earlier version, with another network; export it with that version")
         require("stable_baselines3", "stable-baselines3")
-        from .reinforce import Recipe as PpoRecipe
+        from .recipe import Recipe as PpoRecipe
         from .reinforce import Reinforcement
 
         return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
@@ -253,7 +332,7 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
     randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
                         {**cost_of(recipe, training.seconds, training.threads, None), **(further or {})},
-                        f"relign-train imitate{randomise} --scene {recipe.scene} -o FOLDER", doubt=training.doubt)
+                        f"relign-train imitate{randomise} --scene {shlex.quote(recipe.scene)} -o FOLDER", doubt=training.doubt)
 
 
 def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
@@ -262,6 +341,8 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     Raises:
         ValueError: The policy is recurrent.
     """
+    import torch
+
     from . import export
 
     if training.recurrent:
@@ -273,9 +354,12 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            f"relign-train ppo --scene {recipe.scene} --warm-start FOLDER_OF_IMITATE -o FOLDER")
-    return export.write(export.Actor(training.model.policy), path, recipe.scene, recipe.size, recipe.frames, "move",
-                        trained, f"relign-train ppo --preset paper --scene {recipe.scene} -o FOLDER")
+                            f"relign-train ppo --scene {shlex.quote(recipe.scene)} --warm-start FOLDER_OF_IMITATE -o FOLDER")
+    if training.device != "cpu":
+        trained["device"] = torch.cuda.get_device_name(training.device)
+    again = f"relign-train ppo --preset {recipe.preset} --scene {shlex.quote(recipe.scene)} -o FOLDER"
+    return export.write(export.Actor(training.model.policy.cpu(), recipe.input), path, recipe.scene, recipe.size, recipe.frames,
+                        "move", trained, again, values=export.VALUES[recipe.input])
 
 
 def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
@@ -291,72 +375,6 @@ def show(given: argparse.Namespace, files: list[pathlib.Path], results: dict[str
     else:
         print("\n".join(map(str, files)))
     return 0
-
-
-def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
-    """A recipe with settings of the form NAME=VALUE applied.
-
-    Raises:
-        ValueError: A name is unknown, or a value is not valid.
-    """
-    names = [field.name for field in dataclasses.fields(recipe)]  # type: ignore[arg-type]
-    values: dict[str, Any] = {}
-    for setting in settings:
-        name, equals, text = setting.partition("=")
-        if not equals:
-            raise ValueError(f"--set {setting}: expected NAME=VALUE")
-        if name not in names:
-            raise ValueError(f"--set {setting}: {unknown_name('setting', name, names)}")
-        kind = type(getattr(recipe, name))
-        try:
-            values[name] = tuple(float(part) for part in text.split(",")) if kind is tuple else kind(text)
-        except ValueError:
-            expected = {tuple: "numbers separated by commas, such as 0,0.25", int: "an integer", float: "a number"}
-            raise ValueError(f"--set {setting}: '{text}' must be {expected.get(kind, kind.__name__)}") from None
-        check_value(setting, name, values[name])
-    return dataclasses.replace(recipe, **values)  # type: ignore[type-var]
-
-
-def with_goal(recipe: PpoRecipe, settings: Sequence[str]) -> PpoRecipe:
-    """A recipe with the package's goal for its noise level, unless the preset has no goal or a setting changed it.
-
-    Raises:
-        ValueError: The package has no goal for the level.
-    """
-    from .reinforce import GOALS, PRESETS
-
-    if recipe.goal == 0 or recipe.level == PRESETS[recipe.preset].level or any(text.startswith("goal=") for text in settings):
-        return recipe
-    if recipe.level not in GOALS:
-        raise ValueError(f"--set level={recipe.level:g}: the package has no goal for this level, only for "
-                         f"{', '.join(f'{level:g}' for level in GOALS)}; add --set goal=SCORE, the score below which an "
-                         "episode ends (0: never)")
-    return dataclasses.replace(recipe, goal=GOALS[recipe.level])
-
-
-MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
-               "visited", "gamma", "gae_lambda")
-MAY_BE_NEGATIVE = ("first_log_std",)
-AT_LEAST = {"optimum_samples": 16}
-SHARES = ("levels", "near", "visited", "gamma", "gae_lambda")
-
-
-def check_value(setting: str, name: str, value: Any) -> None:
-    """Checks the range of a setting; the classes of the runs check what depends on other settings.
-
-    Raises:
-        ValueError: The value is out of range.
-    """
-    for number in value if isinstance(value, tuple) else (value,):
-        if isinstance(number, str) or name in MAY_BE_NEGATIVE:
-            continue
-        if not math.isfinite(number) or number < 0 or (number == 0 and name not in MAY_BE_ZERO):
-            expected = "a non-negative number" if name in MAY_BE_ZERO else "a positive number"
-            raise ValueError(f"--set {setting}: {name} must be {expected}")
-        if number < AT_LEAST.get(name, 0):
-            raise ValueError(f"--set {setting}: {name} must be at least {AT_LEAST[name]}")
-        if name in SHARES and number > 1:
-            raise ValueError(f"--set {setting}: {name} must be from 0 to 1")
 
 
 def write_tuning(folder: RunFolder, levels: Sequence[float], rmse: Float64Array) -> list[float]:

@@ -32,6 +32,21 @@ def write_csv(folder: RunFolder, rows: Rows) -> None:
     folder.keep_text("curve.csv", "\n".join(lines) + "\n")
 
 
+def write_errors(folder: RunFolder, rows: Rows) -> None:
+    """Writes errors.csv: the error on every tuning instance, one row per training segment and number of moves.
+
+    steps  of all environments so far
+    after  moves of the policy, without exploration
+    0, 1, ...  noise-free RMSE on the tuning instance of this number
+    """
+    lines = []
+    for row in rows:
+        for after, errors in row["errors"].items():
+            lines.append(",".join([str(row["steps"]), after, *(f"{error:.5g}" for error in errors)]))
+    instances = range(lines[0].count(",") - 1) if lines else range(0)
+    folder.keep_text("errors.csv", "\n".join([",".join(["steps", "after", *map(str, instances)]), *lines]) + "\n")
+
+
 def draw(folder: RunFolder, title: str, rows: Rows) -> None:
     """Writes curve.png: reward, success and error against steps, as in the paper's figure. Needs matplotlib."""
     import matplotlib

@@ -12,11 +12,11 @@ from .instances import InstanceSet
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from .._typing import ByteArray, Float64Array
+    from .._typing import AnyArray, ByteArray, Float64Array
 
-    PolicyFunction = Callable[[ByteArray, int, Any], tuple[Float64Array, Any]]
-    """(frames, step, memory) to (moves, memory): frames are bytes of shape (n, frames, size, size), the newest last; the first
-    step is 1 and its memory None; moves have shape (n, axes), in shares of the travel."""
+    PolicyFunction = Callable[[AnyArray, int, Any], tuple[Float64Array, Any]]
+    """(frames, step, memory) to (moves, memory): frames are those of the instances, shape (n, frames, size, size), the newest
+    last; the first step is 1 and its memory None; moves have shape (n, axes), in shares of the travel."""
 
 EVALUATED_STEPS = (6, 12)
 TUNING_INSTANCES = 100  # over all levels
@@ -37,7 +37,7 @@ def rmse_after_steps(policy: PolicyFunction, instances: InstanceSet, frames: int
     """
     instances.reset(0)
     captures = instances.frames()
-    stack = np.zeros((len(captures), frames, *captures.shape[1:]), np.uint8)
+    stack = np.zeros((len(captures), frames, *captures.shape[1:]), captures.dtype)
     memory, found = None, {}
     for step in range(max(steps) + 1):
         if step > 0:
@@ -70,7 +70,7 @@ def belief_policy(answers: Callable[[ByteArray], tuple[Float64Array, Float64Arra
 
 
 def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: int, frames: int,
-             threads: int | None = None) -> dict[str, float]:
+             threads: int | None = None, noise_level: str = "rho", observation: str = "uint8") -> dict[str, Any]:
     """Evaluates a policy on tuning instances.
 
     Args:
@@ -80,14 +80,19 @@ def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: 
         size: Columns of the images.
         frames: As for `rmse_after_steps`.
         threads: Threads that render; None uses all cores.
+        noise_level: Id or preset of the noise level.
+        observation: What the policy observes, "uint8" or "float32".
 
     Returns:
-        rmse_6 and rmse_12 (medians after 6 and 12 steps), under_0.01 (share below 0.01 after 12 steps) and score (mean over the
-        instances after 6 and 12 steps, which a few failures raise; smaller is better).
+        rmse_6 and rmse_12 (medians after 6 and 12 steps), under_0.01 (share below 0.01 after 12 steps), score (mean over the
+        instances after 6 and 12 steps, which a few failures raise; smaller is better) and errors (noise-free RMSE of every
+        instance, by the number of steps).
     """
-    instances = InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads)
+    instances = InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads,
+                            noise_level=noise_level, observation=observation)
     found = rmse_after_steps(policy, instances, frames, EVALUATED_STEPS)
-    result = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
+    result: dict[str, Any] = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
     result["under_0.01"] = float((found[EVALUATED_STEPS[-1]] < 0.01).mean())
     result["score"] = float(np.mean([rmse.mean() for rmse in found.values()]))
+    result["errors"] = {str(step): rmse.tolist() for step, rmse in found.items()}
     return result

@@ -27,16 +27,26 @@ REFERENCE_BLOCKS = 20
 OPSET = 13  # the newest that OpenCV 4.6 reads
 
 
-class Actor(nn.Module):
-    """The mean action of a Stable-Baselines3 policy, from bytes as floats, shape (batch, frames, height, width)."""
+VALUES = {"uint8": "bytes", "float32": "irradiance"}
+"""What side files call the inputs of environments."""
 
-    def __init__(self, policy: Any) -> None:
+
+class Actor(nn.Module):
+    """The mean action of a Stable-Baselines3 policy, from images of shape (batch, frames, height, width).
+
+    Args:
+        policy: The policy.
+        observation: What the policy observes: "uint8", of which the images are the bytes as floats, or "float32".
+    """
+
+    def __init__(self, policy: Any, observation: str) -> None:
         super().__init__()
-        self.features, self.action = policy.features_extractor, policy.action_net
+        self.features, self.head, self.action = policy.features_extractor, policy.mlp_extractor.policy_net, policy.action_net
+        self.bytes = observation == "uint8"
 
     def forward(self, images: torch.Tensor) -> torch.Tensor:
         """Actions, shape (batch, axes)."""
-        return self.action(self.features(images / 255))
+        return self.action(self.head(self.features(images / 255 if self.bytes else images)))
 
 
 def parity_blocks(frames: int, count: int = PARITY_INPUTS) -> ByteArray:
@@ -78,13 +88,13 @@ def machine() -> str:
 
 def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, frames: int, output: str,
           trained: dict[str, Any], command: str, reproducible: str = "anywhere", doubt: Doubt | None = None,
-          ) -> list[pathlib.Path]:
+          values: str = "bytes") -> list[pathlib.Path]:
     """Writes PATH.onnx and PATH.json.
 
-    The graph takes bytes as float32, shape (1, frames, size, size), with 255 at BYTE_WHITES times a white pixel and the
-    newest frame last. Per axis, in shares of the travel, it returns the residual to the optimum (output "way") or the next
-    move ("move"). With `doubt`, the residual is followed by the logarithms of the standard deviations of its errors along the
-    directions.
+    The graph takes float32, shape (1, frames, size, size), the newest frame last: bytes, with 255 at BYTE_WHITES times a white
+    pixel, or irradiance in the scene's units. Per axis, in shares of the travel, it returns the residual to the optimum (output
+    "way") or the next move ("move"). With `doubt`, the residual is followed by the logarithms of the standard deviations of its
+    errors along the directions.
 
     Args:
         net: The network.
@@ -98,6 +108,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         reproducible: "anywhere" for a graph of the operators that relign-bench runs itself (plugins/policies/README.md), as
             those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
         doubt: How answers are combined, for networks that predict their own errors.
+        values: "bytes" or "irradiance".
 
     Returns:
         The two paths.
@@ -109,10 +120,12 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
     torch.onnx.export(net, (torch.zeros(1, frames, size, size),), str(half), input_names=["pictures"],
                       output_names=[output], opset_version=OPSET, dynamo=False)
     os.replace(half, graph)
-    blocks = parity_blocks(frames)
-    with torch.no_grad():
-        answers = [net(torch.from_numpy(image[None]).float())[0].tolist() for image in enlarged(blocks, size)]
     batch = Batch(1, scene, "rho0", threads=1)
+    blocks = parity_blocks(frames)
+    unit = np.float32(BYTE_WHITES * batch.white / 255 if values == "irradiance" else 1)
+    with torch.no_grad():
+        answers = [net(torch.from_numpy(image[None] * unit))[0].tolist()
+                   for image in enlarged(blocks, size).astype(np.float32)]
     height, width = batch.reference.shape
     about = {
         "format": 1,
@@ -120,7 +133,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         "scene_sha256": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),
         "axes": [axis["name"] for axis in batch.description["axes"]],
         "observation": {"size": size, "frames": frames, "captured": [height, width], "white": batch.white,
-                        "byte_whites": BYTE_WHITES},
+                        "byte_whites": BYTE_WHITES, **({} if values == "bytes" else {"values": values})},
         "output": output,
         **({} if doubt is None else {"doubt": doubt_numbers(doubt)}),
         "reproducible": reproducible,

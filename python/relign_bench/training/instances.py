@@ -32,6 +32,8 @@ class InstanceSet:
         family: "training", "tuning" or "benchmark".
         threads: Threads that render; None uses all cores.
         scene_parameters: Further parameters of the scene, or None.
+        noise_level: Id or preset of the noise level.
+        observation: What `frames` returns: "uint8" or "float32".
 
     Attributes:
         count: Number of slots over all levels; arrays below have this many rows, level by level.
@@ -42,10 +44,11 @@ class InstanceSet:
     """
 
     def __init__(self, scene: str, levels: Sequence[float], slots: int, size: int, family: str = "training",
-                 threads: int | None = None, scene_parameters: Parameters | None = None) -> None:
-        self.family, self.slots = family, slots
+                 threads: int | None = None, scene_parameters: Parameters | None = None, noise_level: str = "rho",
+                 observation: str = "uint8") -> None:
+        self.family, self.slots, self.observation = family, slots, observation
         parameters = {**binned_parameters(scene, size), **(scene_parameters or {})}
-        self.batches = [Batch(slots, scene, "rho", noise_level_parameters={"level": float(level)},
+        self.batches = [Batch(slots, scene, noise_level, noise_level_parameters={"level": float(level)},
                               scene_parameters=parameters, threads=threads) for level in levels]
         self.levels = list(levels)
         first = self.batches[0]
@@ -79,9 +82,10 @@ class InstanceSet:
         """
         return to_bytes(self._gather("capture_at", true_poses, seeds), self.white)
 
-    def frames(self) -> ByteArray:
-        """The latest captures, as bytes of shape (count, height, width)."""
-        return to_bytes(np.concatenate([batch.frames for batch in self.batches]), self.white)
+    def frames(self) -> AnyArray:
+        """The latest captures, shape (count, height, width): bytes, or floats in the scene's units."""
+        captures = np.concatenate([batch.frames for batch in self.batches])
+        return to_bytes(captures, self.white) if self.observation == "uint8" else captures
 
     def move_by(self, moves: Float64Array) -> None:
         """Moves the stages by commanded moves, shape (count, axes), and captures."""
@@ -107,16 +111,7 @@ class InstanceSet:
 
         Instances without offsets have zeros.
         """
-        drawn = [batch.instance(slot)["elements"] for batch in self.batches for slot in range(self.slots)]
-        names = sorted({name for elements in drawn for name in elements}) or ["none"]
-        rows = []
-        for elements in drawn:
-            row: list[float] = []
-            for name in names:
-                offset: dict[str, Any] = elements.get(name, {})
-                row += list(offset.get("shift_mm", [0, 0, 0])) + list(offset.get("tilt_deg", [0, 0]))
-            rows.append(row)
-        return np.array(rows)
+        return offsets_of([batch.instance(slot)["elements"] for batch in self.batches for slot in range(self.slots)])
 
     def exact_optima(self) -> tuple[Float64Array, Float64Array]:
         """The instances' own optima, by the scene's search.
@@ -135,6 +130,19 @@ class InstanceSet:
         return np.array([pose for pose, _ in known]), np.array([mse for _, mse in known])
 
 
+def offsets_of(drawn: list[dict[str, Any]]) -> Float64Array:
+    """Offsets as rows, see `InstanceSet.offsets`, from the "elements" of instances."""
+    names = sorted({name for elements in drawn for name in elements}) or ["none"]
+    rows = []
+    for elements in drawn:
+        row: list[float] = []
+        for name in names:
+            offset: dict[str, Any] = elements.get(name, {})
+            row += list(offset.get("shift_mm", [0, 0, 0])) + list(offset.get("tilt_deg", [0, 0]))
+        rows.append(row)
+    return np.array(rows)
+
+
 class OptimumModel:
     """An instance's own optimum as a polynomial of its element offsets, fitted by least squares.
 
@@ -148,14 +156,15 @@ class OptimumModel:
         level: Noise level N of the samples.
         threads: Threads that render; None uses all cores.
         seed: Decides the samples.
+        noise_level: Id or preset of the noise level.
 
     Attributes:
         residual: RMS error on the half of the samples that a fit of the other half has not used, in shares of the travel.
     """
 
     def __init__(self, scene: str, size: int, samples: int, level: float = 0.5, threads: int | None = None,
-                 seed: int = 0) -> None:
-        instances = InstanceSet(scene, [level], 32, size, threads=threads)
+                 seed: int = 0, noise_level: str = "rho") -> None:
+        instances = InstanceSet(scene, [level], 32, size, threads=threads, noise_level=noise_level)
         all_offsets, all_optima = [], []
         for first in range(0, samples, instances.count):
             instances.reset(2**40 + seed * 2**20 + first)

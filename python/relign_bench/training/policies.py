@@ -21,27 +21,35 @@ if TYPE_CHECKING:
 
 
 class PackageFeatures(BaseFeaturesExtractor):
-    """The network of the paper's package: three convolutions of stride 2, each followed by 2 x 2 pooling, and one layer.
+    """The network of the paper's package: three convolutions of stride 2, each with ReLU and 2 x 2 pooling, and one layer.
 
-    Input: shape (batch, frames, height, width), in [0, 1]. Output: shape (batch, features_dim).
+    Modules and parameters have the package's names. Input: shape (batch, frames, height, width). Output: shape (batch,
+    features_dim).
     """
 
     def __init__(self, observation_space: spaces.Box, features_dim: int = 256) -> None:
         super().__init__(observation_space, features_dim)
-        layers, channels = [], observation_space.shape[0]
+        layers: list[nn.Module] = []
+        channels = observation_space.shape[0]
         for width in (32, 64, 128):
-            # The package has ReLU before the pooling, which gives the same values at four times the cost.
-            layers += [nn.Conv2d(channels, width, 3, 2, 1), nn.MaxPool2d(2, 2), nn.ReLU()]
+            layers += [nn.Conv2d(channels, width, 3, 2, 1), nn.ReLU(), nn.MaxPool2d(2, 2)]
             channels = width
-        self.convolutions = nn.Sequential(*layers, nn.Flatten())
+        self.cnn = nn.Sequential(*layers, nn.Flatten())
         with torch.no_grad():
-            inputs = self.convolutions(torch.zeros(1, *observation_space.shape)).shape[1]
+            inputs = self.cnn(torch.zeros(1, *observation_space.shape)).shape[1]
         self.linear = nn.Sequential(nn.Linear(inputs, features_dim), nn.ReLU())
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Features of a batch."""
-        # channels_last is twice as fast on CPUs.
-        return self.linear(self.convolutions(observations.contiguous(memory_format=torch.channels_last)))
+        *groups, flatten = self.cnn
+        values = observations
+        if values.device.type == "cpu":  # channels_last is twice as fast there
+            values = values.contiguous(memory_format=torch.channels_last)
+        for convolution, relu, pool in zip(groups[::3], groups[1::3], groups[2::3]):
+            # The package's order is ReLU, then pooling. A maximum and ReLU can be exchanged, with the same values and
+            # gradients, and a quarter as many values pass the ReLU.
+            values = relu(pool(convolution(values)))
+        return self.linear(flatten(values))
 
 
 class ActorFeatures(BaseFeaturesExtractor):

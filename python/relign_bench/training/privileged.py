@@ -90,7 +90,7 @@ class PrivilegedEnv(BatchVecEnv):
 
     def excess(self) -> Float64Array:
         """Excess RMSE of the current residuals to first order, shape (num_envs,)."""
-        return np.sqrt((self.directions.values * self._residuals**2).sum(axis=1))
+        return excess(self._residuals, self.directions)
 
     def step_wait(self) -> tuple[dict[str, AnyArray], Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
@@ -98,7 +98,7 @@ class PrivilegedEnv(BatchVecEnv):
         self._steps += 1
         self.instances.move_by(policy.moves(residuals, self._steps))
         self._observe()
-        rewards = -np.log10(1 + self.excess() / FLOOR)
+        rewards = reward(self._residuals, self.directions)
         self._statistics.add(rewards)
         over = np.full(self.num_envs, self._steps == EPISODE)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
@@ -111,6 +111,18 @@ class PrivilegedEnv(BatchVecEnv):
                 info["episode"] = self._statistics.take(slot)
             self._start()
         return self._observations(), rewards.astype(np.float32), over, infos
+
+
+def excess(residuals: Float64Array, directions: Directions) -> Float64Array:
+    """Excess RMSE to first order, shape (n,), of residuals to the optimum along the directions, shape (n, axes)."""
+    found: Float64Array = np.sqrt((directions.values * residuals**2).sum(axis=1))
+    return found
+
+
+def reward(residuals: Float64Array, directions: Directions) -> Float64Array:
+    """-log10(1 + e / FLOOR), with e the excess RMSE; arguments and shape as of `excess`."""
+    found: Float64Array = -np.log10(1 + excess(residuals, directions) / FLOOR)
+    return found
 
 
 def exploration(directions: Directions) -> Float64Array:

@@ -7,75 +7,40 @@ evaluation on tuning instances and a checkpoint: an interrupted run repeats its 
 from __future__ import annotations
 
 import hashlib
+import math
 import pathlib
 import random
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
 
-from .._errors import check_name
 from . import curves
 from .evaluation import evaluate
 from .folder import RunFolder
+from .recipe import SHAPED, Recipe, check_recipe
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
-    from .._typing import ByteArray, Float64Array
+    from .._typing import AnyArray, Float64Array
 
-SMALLEST = 64  # columns: the package's network halves the image six times
-ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compares
-
-
-@dataclass
-class Recipe:
-    """Settings of a run; recipe.json has them under these names, and python/README.md documents them.
-
-    The defaults are the preset "paper": network and settings of the paper's package.
-    """
-
-    preset: str = "paper"
-    algorithm: str = "ppo"
-    scene: str = "relign_od"
-    size: int = 200  # columns of the images
-    level: float = 0.25
-    goal: float = 0.0555  # score below which an episode ends; the package's for N = 0.25
-    episode: int = 200  # steps at most
-    frames: int = 5  # latest images in an observation, zeros before the start
-    environments: int = 5
-    steps: int = 100  # of each environment between two updates
-    batch: int = 500
-    epochs: int = 5
-    gamma: float = 0.9
-    gae_lambda: float = 0.95
-    clip: float = 0.2
-    rate: float = 1e-4
-    last_rate: float = 1e-4
-    entropy: float = 1e-3
-    target_kl: float = 0.0  # 0: no early stop
-    first_log_std: float = -3.0
-    total: int = 2_000_000  # steps of all environments
-    stretch: int = 20_000  # length of a training segment, in steps of all environments
-    warm_start: str = ""  # hash of the initial weights
-    optimum_samples: int = 384
-    warm_up: int = 0  # training segments in which only the critic learns
-    seed: int = 0
-
-
-GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # the package's, by noise level N
-
-PRESETS = {
-    "paper": Recipe(),
-    # One policy for all levels, with the network of imitation learning, which observes one small image.
-    "tuned": Recipe(preset="tuned", size=100, level=0.5, goal=0.0, episode=12, frames=1, environments=160, steps=12,
-                    batch=960, epochs=4, rate=3e-6, last_rate=0.0, entropy=0.0, target_kl=0.03, first_log_std=-1.0,
-                    total=480_000, stretch=19_200, warm_up=1),
-}
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
+
+
+def check_device(device: str) -> None:
+    """Checks that torch can train on a device.
+
+    Raises:
+        ValueError: It cannot.
+    """
+    if device.partition(":")[0] not in ("cpu", "cuda"):
+        raise ValueError(f"device '{device}' is not supported; expected 'cpu' or 'cuda'")
+    if device != "cpu" and not torch.cuda.is_available():
+        raise ValueError(f"device '{device}': torch {torch.__version__} finds no GPU here; use --device cpu")
 
 
 def weights_hash(path: str | os.PathLike[str]) -> str:
@@ -95,6 +60,7 @@ class Reinforcement:
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each training segment.
         opened: Opens a run without its warm start, to export its network.
+        device: Torch device of the learner: "cpu", or "cuda" for a GPU. Images are rendered on CPU cores in any case.
 
     Attributes:
         model: The learner of Stable-Baselines3.
@@ -114,23 +80,20 @@ class Reinforcement:
         return cls(recipe, folder, log=log, opened=True)
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], warm_start: str | os.PathLike[str] | None = None,
-                 threads: int | None = None, log: Callable[[str], object] = print, opened: bool = False) -> None:
-        check_name(recipe.algorithm, ALGORITHMS, "algorithm")
-        if recipe.preset == "paper" and recipe.size < SMALLEST:
-            raise ValueError(f"size={recipe.size} is too small: the package's network halves images six times and needs at "
-                             f"least {SMALLEST} columns")
+                 threads: int | None = None, log: Callable[[str], object] = print, opened: bool = False,
+                 device: str = "cpu") -> None:
+        check_recipe(recipe)
+        check_device(device)
         self._warm: pathlib.Path | None = None
         if recipe.preset == "tuned" and not opened:
             if not warm_start:
                 raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
-            if recipe.algorithm != "ppo":
-                raise ValueError(f"preset 'tuned' has no algorithm '{recipe.algorithm}'; use ppo, or --preset paper")
             self._warm = pathlib.Path(warm_start) / "checkpoint.pt"
             if not self._warm.is_file():
                 raise ValueError(f"--warm-start '{warm_start}' has no checkpoint.pt; expected the folder of a run of "
                                  "relign-train imitate")
             recipe = replace(recipe, warm_start=weights_hash(self._warm))
-        self.recipe, self.threads, self.log = recipe, threads, log
+        self.recipe, self.threads, self.log, self.device = recipe, threads, log, device
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
         if threads:
@@ -138,13 +101,16 @@ class Reinforcement:
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
         self.rows: list[dict[str, Any]] = []
         self.best: float | None = None
+        self.levels: tuple[float, ...]
         torch.manual_seed(recipe.seed)
         if recipe.preset == "tuned":
             self._make_tuned()
         else:
-            self._make_paper()
+            self._make_package()
         self._open_log()
         self._load()
+        if self.done and not opened:
+            self.log(f"resuming at step {self.model.num_timesteps}")
 
     @property
     def recurrent(self) -> bool:
@@ -153,19 +119,29 @@ class Reinforcement:
 
     # ---- environment and learner ---------------------------------------------------------------
 
-    def _make_paper(self) -> None:
+    def _make_package(self) -> None:
         from .policies import PackageFeatures
         from .stable_baselines import StableBaselinesEnv
 
         recipe = self.recipe
-        self.frames = 1 if self.recurrent else recipe.frames  # a memory replaces the stack
-        self.levels: tuple[float, ...] = (recipe.level,)
-        self.env: Any = StableBaselinesEnv(
-            recipe.environments, scene=recipe.scene, noise_level="rho", noise_level_parameters={"level": recipe.level},
-            observation_size=recipe.size, frame_stack=self.frames, action="move", reward="paper", goal=recipe.goal or None,
-            max_episode_steps=recipe.episode, noise_free=False, threads=self.threads)
+        self.frames, self.levels = recipe.frames, (recipe.level,)
+        arguments: dict[str, Any] = {
+            "scene": recipe.scene, "noise_level": recipe.noise_level, "noise_level_parameters": {"level": recipe.level},
+            "observation": recipe.input, "observation_size": recipe.size, "frame_stack": recipe.frames, "action": "move",
+            "goal": recipe.goal or None, "max_episode_steps": recipe.episode, "noise_free": False, "threads": self.threads}
+        if recipe.reward == SHAPED:
+            from .directions import Directions
+            from .instances import OptimumModel
+            from .shaped import ShapedEnv
+
+            optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, recipe.level or 0.25, self.threads,
+                                   noise_level=recipe.noise_level)
+            self.env: Any = ShapedEnv(recipe.environments, Directions(recipe.scene, recipe.size), optimum, **arguments)
+        else:
+            self.env = StableBaselinesEnv(recipe.environments, reward=recipe.reward, **arguments)
         self._make_learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
-                           {"features_extractor_class": PackageFeatures, "log_std_init": recipe.first_log_std, "net_arch": []})
+                           {"features_extractor_class": PackageFeatures, "log_std_init": recipe.first_log_std,
+                            "net_arch": {"pi": list(recipe.heads), "vf": list(recipe.heads)}})
 
     def _make_tuned(self) -> None:
         from .directions import Directions
@@ -182,7 +158,7 @@ class Reinforcement:
         self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
                                                     "spread": self.env.spread, "log_std_init": recipe.first_log_std})
         if self._warm:
-            imitation = torch.load(self._warm, weights_only=True)
+            imitation = torch.load(self._warm, weights_only=True, map_location=self.device)
             self.model.policy.net.load_residual(imitation["net"])
             self.warm_seconds = imitation.get("seconds", 0.0)
 
@@ -195,7 +171,11 @@ class Reinforcement:
             return recipe.last_rate + (recipe.rate - recipe.last_rate) * max(0.0, 1 - done)
 
         arguments = {"learning_rate": rate, "n_steps": recipe.steps, "gamma": recipe.gamma, "gae_lambda": recipe.gae_lambda,
-                     "seed": recipe.seed, "device": "cpu", "policy_kwargs": policy_arguments}
+                     "seed": recipe.seed, "device": self.device, "policy_kwargs": policy_arguments}
+        if recipe.preset != "tuned" and not self.recurrent:
+            from .frames import FrameRolloutBuffer
+
+            arguments["rollout_buffer_class"] = FrameRolloutBuffer
         if recipe.algorithm in ("ppo", "recurrent-ppo"):
             arguments.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
                              ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
@@ -203,7 +183,7 @@ class Reinforcement:
             from stable_baselines3 import PPO as Learner
         elif recipe.algorithm == "a2c":
             from stable_baselines3 import A2C as Learner
-            arguments.update(ent_coef=recipe.entropy)
+            arguments.update(ent_coef=recipe.entropy, normalize_advantage=True)  # as the package
         elif recipe.algorithm == "trpo":
             from sb3_contrib import TRPO as Learner
             arguments.update(batch_size=recipe.batch)
@@ -223,11 +203,11 @@ class Reinforcement:
 
     # ---- the policy as agents run it -----------------------------------------------------------
 
-    def moves(self, frames: ByteArray, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
+    def moves(self, frames: AnyArray, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
         """The policy without exploration.
 
         Args:
-            frames: Bytes, shape (n, frames, height, width), the newest last.
+            frames: What the policy observes, shape (n, frames, height, width), the newest last.
             step: Number of the step, from 1.
             memory: Memory of a recurrent policy; None at the first step.
 
@@ -238,22 +218,32 @@ class Reinforcement:
 
         if self.recipe.preset == "tuned":
             with torch.no_grad():
-                return policy.moves(self.model.policy.net(torch.from_numpy(frames)).double().numpy(), step), None
+                residuals = self.model.policy.net(torch.from_numpy(frames).to(self.device)).double().cpu().numpy()
+                return policy.moves(residuals, step), None
         starts = np.full(len(frames), step == 1)
         actions, memory = self.model.predict(frames, state=memory, episode_start=starts, deterministic=True)
         return actions.astype(np.float64), memory
 
     # ---- training segments ---------------------------------------------------------------------
 
-    def run(self, until: int | None = None) -> Any:
+    def run(self, until: int | None = None, minutes: float | None = None) -> Any:
         """Trains to the end.
 
         Args:
             until: Stops after this many training segments of the run.
+            minutes: Begins no training segment that, as long as the last one, would end later than this from now.
 
         Returns:
             The learner.
+
+        Raises:
+            ValueError: Another process trains in the folder.
         """
+        with self.folder.alone():
+            self._run(until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
+        return self.model
+
+    def _run(self, until: int | None, end: float) -> None:
         from stable_baselines3.common.callbacks import BaseCallback
 
         class Episodes(BaseCallback):
@@ -267,8 +257,12 @@ class Reinforcement:
                 return True
 
         last = -(-self.recipe.total // self.recipe.stretch)
+        lasted = 0.0
         while self.done < min(last, until or last):
             begun = time.monotonic()
+            if begun + lasted > end:
+                self.log(f"stopped at step {self.model.num_timesteps} of {self.recipe.total}; the same command resumes")
+                return
             self._seed(self.done)
             self._freeze_actor(self.done < self.recipe.warm_up)
             episodes = Episodes()
@@ -276,8 +270,8 @@ class Reinforcement:
             self.model.learn(self.recipe.stretch, callback=episodes, reset_num_timesteps=False)
             trained = time.monotonic() - begun
             row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
-            row.update(evaluate(self.moves, self.recipe.scene, self.levels, self.recipe.size, self.frames,
-                                self.threads))
+            row.update(evaluate(self.moves, self.recipe.scene, self.levels, self.recipe.size, self.frames, self.threads,
+                                self.recipe.noise_level, self.recipe.input))
             self.seconds += time.monotonic() - begun
             row["hours"] = self.seconds / 3600
             self.rows.append(row)
@@ -287,7 +281,7 @@ class Reinforcement:
             self.log(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s; "
                      f"reward {row['reward']:.4f} per step, {row['episode']:.0f} steps per episode; tuning RMSE "
                      f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; {left / 60:.0f} min left")
-        return self.model
+            lasted = time.monotonic() - begun
 
     def _seed(self, segment: int) -> None:
         seed = self.recipe.seed * 1_000_003 + segment + 1
@@ -311,22 +305,25 @@ class Reinforcement:
         score = self.rows[-1]["score"]
         if self.done > self.recipe.warm_up and (self.best is None or score < self.best):
             self.best = state["best"] = score
-            self.folder.keep("best.pt", lambda out: torch.save(state, out))
+            best = {name: value for name, value in state.items() if name not in ("optimizer", "rows")}
+            self.folder.keep("best.pt", lambda out: torch.save(best, out))
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
         curves.write_csv(self.folder, self.rows)
+        curves.write_errors(self.folder, self.rows)
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
     def _load(self, name: str = "checkpoint.pt") -> None:
         path = self.folder / name
         if not path.is_file():
             return
-        state = torch.load(path, weights_only=True)
+        state = torch.load(path, weights_only=True, map_location=self.device)
         self.model.policy.load_state_dict(state["policy"])
-        self.model.policy.optimizer.load_state_dict(state["optimizer"])
+        if "optimizer" in state:
+            self.model.policy.optimizer.load_state_dict(state["optimizer"])
         self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
-        self.done, self.seconds, self.rows, self.best = state["done"], state["seconds"], state["rows"], state["best"]
+        self.done, self.seconds, self.best = state["done"], state["seconds"], state["best"]
+        self.rows = state.get("rows", self.rows)
         self.warm_seconds = state.get("warm_seconds", 0.0)
-        self.log(f"resuming at step {self.model.num_timesteps}")
 
     def load_best(self) -> int:
         """Loads the policy with the best score, for export.

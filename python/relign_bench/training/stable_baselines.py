@@ -95,12 +95,23 @@ class StableBaselinesEnv(BatchVecEnv):
 
     def step_wait(self) -> tuple[Observation, Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
-        observations, rewards, terminated, truncated, gathered = self.environments.step(self._actions)
-        self._statistics.add(rewards)
+        observations, gained, terminated, truncated, gathered = self.environments.step(self._actions)
         over = terminated | truncated
+        rewards = self.rewards(gained, gathered, over)
+        self._statistics.add(rewards)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for slot in map(int, np.flatnonzero(over)):
             infos[slot] = {"terminal_observation": gathered["final_obs"][slot],
                            "TimeLimit.truncated": bool(truncated[slot] and not terminated[slot]),
                            "is_success": bool(terminated[slot]), "episode": self._statistics.take(slot)}
         return observations, rewards.astype(np.float32), over, infos
+
+    def rewards(self, rewards: Float64Array, infos: dict[str, Any], over: BoolArray) -> Float64Array:
+        """The rewards of a step, each of shape (num_envs,); for subclasses with another reward.
+
+        Args:
+            rewards: The environments' own.
+            infos: Their infos, with final_info where episodes ended.
+            over: Which episodes ended.
+        """
+        return rewards

@@ -315,7 +315,7 @@ TEST_F(Verdict, RejectsFoldersWithoutResults) {
   write_file_atomically(folder_ / "manifest.json", "{\"format\": 99}");
   EXPECT_THAT(message(folder_), HasSubstr("newer"));
   write_file_atomically(folder_ / "manifest.json", "{\"format\": 1,");
-  EXPECT_THAT(message(folder_), HasSubstr("line 1, column"));
+  EXPECT_THAT(message(folder_), HasSubstr("invalid JSON at line 1, column 14"));
   write_file_atomically(folder_ / "manifest.json", "[]");
   EXPECT_THAT(message(folder_), HasSubstr("manifest.json"));
 }

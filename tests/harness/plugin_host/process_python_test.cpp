@@ -186,6 +186,35 @@ class Lens(Assembly):
   EXPECT_FALSE(plain.mount("{}").mtf({0.5, 0.5}, 20));
 }
 
+TEST_F(ProcessPythonTest, CapturesRegions) {
+  const fs::path file = script("Scene", R"py(able = parameter(True)
+@property
+def captures_regions(self): return self.able
+def describe(self): return {"name": "made", "axes": [], "image": {"width": 3, "height": 2}, "elements": []}
+def reference(self): return bytes(24)
+def mount(self, offsets): return self.Lens()
+class Lens(Assembly):
+    def capture(self, true_pose, frame_seed): return [[1, 2, 3], [4, 5, 6]]
+    def capture_regions(self, true_pose, frame_seed, regions):
+        print("regions", true_pose, frame_seed, regions)
+        return self.capture(true_pose, frame_seed), frame_seed / 8
+    def noise_free_mse(self, true_pose, seed): return 0, 0)py");
+  Scene scene(choice(Kind::scene, file), services_);
+  MountedAssembly lens = scene.mount("{}");
+  ASSERT_TRUE(lens.captures_regions());
+  std::vector<float> pixels(6);
+  EXPECT_EQ(lens.capture_regions({0.5}, 2, {{1, 0, 2, 1}, {0, 1, 1, 1}}, pixels.data()), 0.25);
+  EXPECT_EQ(pixels[2], 3);
+  EXPECT_THAT(logged_, Contains("regions (0.5,) 2 [(1, 0, 2, 1), (0, 1, 1, 1)]"));
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_failed,
+                               [&] {
+                                 lens.capture_regions({0.5}, 9, {{1, 0, 2, 1}}, pixels.data());
+                               }),
+              HasSubstr("failed in capture_regions: found a share of 1.125 of the pixels; expected 0 to 1"));
+  Scene unable(choice(Kind::scene, file, {{"able", false}}), services_);
+  EXPECT_FALSE(unable.mount("{}").captures_regions());
+}
+
 TEST_F(ProcessPythonTest, DrawsFromANoiseLevel) {
   const fs::path file = script("NoiseLevel", R"(def draw(self, seed, scene):
     if seed == 1: return [seed]

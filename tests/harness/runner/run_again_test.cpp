@@ -75,6 +75,28 @@ TEST_F(RunAgainTest, HalfWrittenTrialsRunAgain) {
   EXPECT_THAT(messages_[0], HasSubstr("half-written"));
 }
 
+TEST_F(RunAgainTest, DamagedTrialsRunAgainOnlyWhenAsked) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  run(plan, options("a"));
+  const auto whole = contents("a");
+  std::string trials = read_file(folder_ / "a/trials/0000.jsonl"), times = read_file(folder_ / "a/times/0000.jsonl");
+  trials[trials.find("\"measured\":", trials.size() / 2) + 14] ^= 1;
+  write_file_atomically(folder_ / "a/trials/0000.jsonl", trials);
+  times[times.find("simulation_seconds") + 22] ^= 1;
+  write_file_atomically(folder_ / "a/times/0000.jsonl", times);
+  const auto damaged = contents("a");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { run(plan, options("a")); }),
+              AllOf(HasSubstr("a/trials/0000.jsonl:"), HasSubstr("a/times/0000.jsonl:1"), HasSubstr("--drop-damaged")));
+  EXPECT_EQ(contents("a"), damaged);
+  RunOptions drop = options("a");
+  drop.drop_damaged = true;
+  const RunSummary summary = run(plan, drop);
+  EXPECT_EQ(summary.reused, 34U);
+  EXPECT_EQ(summary.finished, 36U);
+  EXPECT_EQ(contents("a"), whole);
+  EXPECT_THAT(messages_, Contains(HasSubstr("dropped: ")));
+}
+
 TEST_F(RunAgainTest, RunsTrialsOfAChangedPluginAgain) {
   run(prepared(suite_text(kWalkers)), options("a"));
   const PreparedPlan changed = prepared(suite_text(kWalkers), "toy_walker_changed");

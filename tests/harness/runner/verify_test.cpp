@@ -1,5 +1,8 @@
 #include "runner/verify.h"
 
+#include <sstream>
+
+#include "records/checksum.h"
 #include "runner/verify_folder.h"
 #include "toy_suites.h"
 
@@ -22,8 +25,11 @@ class VerifyTest : public ToyTest {
     options.workers = 2;
     return options;
   }
+  // As a forger does it, who takes the checksums away.
   void change(const std::string& file, const std::string& from, const std::string& to) {
-    std::string text = read_file(folder_ / file);
+    std::istringstream lines(read_file(folder_ / file));
+    std::string text;
+    for (std::string line; std::getline(lines, line);) text += records::without_checksum(line) + "\n";
     const std::size_t at = text.find(from);
     ASSERT_NE(at, std::string::npos) << from;
     write_file_atomically(folder_ / file, text.replace(at, from.size(), to));
@@ -71,6 +77,23 @@ TEST_F(VerifyTest, ReportsDifferentBytesOfEqualNumbers) {
   const VerifySummary summary = check("a");
   ASSERT_EQ(summary.differences.size(), 1U);
   EXPECT_EQ(summary.differences[0].difference.field, "bytes of the lines");
+}
+
+TEST_F(VerifyTest, NamesDamagedTrialsAndReplaysTheOthers) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  const std::string id = records::read_trials(folder_ / "a")[4].trial;
+  std::string text = read_file(folder_ / "a/trials/0000.jsonl");
+  text[text.find("\"measured\":", text.find(id)) + 14] ^= 1;
+  write_file_atomically(folder_ / "a/trials/0000.jsonl", text);
+  const VerifySummary summary = check("a");
+  EXPECT_EQ(summary.equal, 11U);
+  ASSERT_EQ(summary.damaged.size(), 1U);
+  EXPECT_EQ(summary.damaged[0].trial, id);
+  EXPECT_FALSE(summary.all_equal());
+  VerifyOptions one = verify_options("a");
+  one.trial = id;
+  plugin_host::Catalog catalog = toys("toy_walker");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { verify(one, catalog); }), HasSubstr(id + " is damaged"));
 }
 
 TEST_F(VerifyTest, NamesChangedPlugin) {

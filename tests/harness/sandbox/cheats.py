@@ -10,6 +10,7 @@ import json
 import mmap
 import os
 import pathlib
+import resource
 import socket
 import subprocess
 import sys
@@ -288,6 +289,47 @@ def reads_the_machines_load(trial, secrets):
     return pathlib.Path("/proc/stat").read_text()[:40]
 
 
+def usable_file():
+    """A file that every sandbox shows."""
+    return open(os.__file__, "rb")
+
+
+@cheat
+def reads_the_page_cache(trial, secrets):
+    """Which pages of a shared file are in memory: a trial leaves a message by reading some of them."""
+    with usable_file() as file:
+        file.read(1)
+        return os.preadv(file.fileno(), [bytearray(1)], 0, os.RWF_NOWAIT)
+
+
+@cheat
+def asks_for_pages_in_memory(trial, secrets):
+    with usable_file() as file, mmap.mmap(file.fileno(), 4096, flags=mmap.MAP_PRIVATE) as page:
+        return call(27, ctypes.addressof(ctypes.c_char.from_buffer(page)), 4096, ctypes.create_string_buffer(1))
+
+
+@cheat
+def empties_the_page_cache(trial, secrets):
+    with usable_file() as file:
+        os.posix_fadvise(file.fileno(), 0, 0, os.POSIX_FADV_DONTNEED)
+    return "pages can be removed"
+
+
+@cheat
+def pages_out_a_file(trial, secrets):
+    MADV_PAGEOUT = 21
+    with usable_file() as file, mmap.mmap(file.fileno(), 4096, access=mmap.ACCESS_READ) as page:
+        page.madvise(MADV_PAGEOUT)
+    return "pages can be removed"
+
+
+@cheat
+def counts_the_machines_sockets(trial, secrets):
+    SO_COOKIE = 57
+    with socket.socket(socket.AF_UNIX) as one:
+        return one.getsockopt(socket.SOL_SOCKET, SO_COOKIE, 8)
+
+
 # ---- more rights, more resources ------------------------------------------------------------------
 
 
@@ -335,6 +377,48 @@ def forks_without_end(trial, secrets):
     end = time.monotonic() + 20
     while time.monotonic() < end:
         os.fork()
+
+
+@cheat
+def blinds_the_watcher(trial, secrets):
+    """Process 1 of the sandbox counts memory and processes; without file descriptors it could not."""
+    return resource.prlimit(1, resource.RLIMIT_NOFILE, (0, 0))
+
+
+@cheat
+def slows_the_watcher(trial, secrets):
+    for slow in (lambda: os.setpriority(os.PRIO_PROCESS, 1, 19),
+                 lambda: os.setpriority(os.PRIO_USER, os.getuid(), 19),
+                 lambda: os.sched_setaffinity(1, {0})):
+        try:
+            slow()
+        except PermissionError as problem:
+            reason = problem
+        else:
+            return "process 1 is slower"
+    raise reason
+
+
+@cheat
+def enlarges_socket_buffers(trial, secrets):
+    with socket.socket(socket.AF_UNIX) as one:
+        one.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 26)
+    return "1 << 26 bytes asked for"
+
+
+@cheat
+def takes_memory_of_the_kernel(trial, secrets):
+    """In the buffers of sockets, which belong to no process."""
+    kept, size = [], 0
+    while len(kept) < 400:
+        kept.append(socket.socketpair())
+        for one in kept[-1]:
+            one.setblocking(False)
+            with contextlib.suppress(BlockingIOError):
+                while True:
+                    size += one.send(bytes(32768))
+    time.sleep(1)
+    return f"{size} bytes"
 
 
 @cheat

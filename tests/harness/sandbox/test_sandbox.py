@@ -54,6 +54,14 @@ EXPECTED = {
     "locks_a_shared_file": FORBIDDEN,
     "watches_a_shared_file": FORBIDDEN,
     "reads_the_machines_load": MISSING,
+    "reads_the_page_cache": "Operation not supported",
+    "asks_for_pages_in_memory": FORBIDDEN,
+    "empties_the_page_cache": FORBIDDEN,
+    "pages_out_a_file": FORBIDDEN,
+    "counts_the_machines_sockets": "Protocol not available",
+    "blinds_the_watcher": FORBIDDEN,
+    "slows_the_watcher": FORBIDDEN,
+    "enlarges_socket_buffers": FORBIDDEN,
     "makes_name_spaces": FORBIDDEN,
     "mounts_a_file_system": FORBIDDEN,
     "makes_a_memory_file": FORBIDDEN,
@@ -61,9 +69,12 @@ EXPECTED = {
     "fills_the_disk": "No space left on device|File too large",
     "forks_without_end": r"sandbox: ended for \d+ processes; at most 64 are allowed",
     "takes_all_memory": r"MemoryError|sandbox: ended for \d+ MB of memory",
+    "takes_memory_of_the_kernel": r"sandbox: ended for \d+ MB of memory; at most 200 MB are allowed",
 }
+# Need the limit of a suite in MB.
+MEMORY_LIMITS = {"takes_all_memory": 500, "takes_memory_of_the_kernel": 200}
 TWICE = {"keeps_a_file", "keeps_shared_memory", "keeps_system_v_memory", "keeps_a_key"}
-SANDBOX_ONLY = {"forks_without_end", "takes_all_memory"}
+SANDBOX_ONLY = {"forks_without_end", "blinds_the_watcher", "slows_the_watcher", *MEMORY_LIMITS}
 # Refused in ordinary trials as well, by the host or by some systems (ptrace_scope of Yama, disabled user namespaces).
 REFUSED_ANYWAY = {"makes_more_steps", "inherits_files", "leaves_a_daemon"}
 DEPENDS_ON_SYSTEM = {"reads_host_memory", "traces_the_host", "reads_memory_of_others", "takes_files_of_others",
@@ -164,8 +175,8 @@ class TestCheats(unittest.TestCase):
     def test_fail_in_sandbox_with_reason(self):
         for cheat, reason in EXPECTED.items():
             with self.subTest(cheat=cheat):
-                if cheat == "takes_all_memory":
-                    continue  # needs the limit of a suite: below
+                if cheat in MEMORY_LIMITS:
+                    continue  # below
                 text = self.attempt(cheat, "--sandbox")
                 self.assertNotIn("it works", text)
                 self.assertRegex(text, reason)
@@ -180,14 +191,16 @@ class TestCheats(unittest.TestCase):
                     self.assertIn("it works", text)
 
     def test_memory_limit_of_suite(self):
-        with tempfile.TemporaryDirectory() as folder:
-            suite = pathlib.Path(folder, "suite.json")
-            entry = {"use": str(self.plugin), "name": "hog", "parameters": {"cheat": "takes_all_memory"}}
-            suite.write_text(json.dumps({"name": "hog", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
-                                         "algorithms": [entry], "instances": 1, "steps": 2,
-                                         "trial_memory_mb": 500}))
-            _, text = run("run", suite, "--out", f"{folder}/results", "--sandbox", "--workers", 1)
-            self.assertRegex(text, EXPECTED["takes_all_memory"])
+        for cheat, megabytes in MEMORY_LIMITS.items():
+            with self.subTest(cheat=cheat), tempfile.TemporaryDirectory() as folder:
+                suite = pathlib.Path(folder, "suite.json")
+                entry = {"use": str(self.plugin), "name": "hog", "parameters": {"cheat": cheat}}
+                suite.write_text(json.dumps({"name": "hog", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
+                                             "algorithms": [entry], "instances": 1, "steps": 2,
+                                             "trial_memory_mb": megabytes}))
+                _, text = run("run", suite, "--out", f"{folder}/results", "--sandbox", "--workers", 1)
+                self.assertNotIn("it works", text)
+                self.assertRegex(text, EXPECTED[cheat])
 
     def test_scene_is_not_in_process_of_library(self):
         words = ["try", BUILD / "tests/harness/sandbox/plugins/library_cheat", *SCENE]
@@ -279,6 +292,18 @@ class TestRuns(unittest.TestCase):
                 plain, confined = run(*words), run(*words, "--sandbox")
                 without_times = [re.sub(r"; its process.*", "", text, flags=re.DOTALL) for _, text in (plain, confined)]
                 self.assertEqual(*without_times)
+
+    def test_regions_of_library_give_equal_steps(self):
+        script = [["select", [[60, 60, 50, 40], [100, 90, 70, 60]]], ["step", [0.5] * 5], ["measure", "mean"],
+                  ["select", [[0, 0, 201, 1]]], ["step", [0.51] * 5]]
+        words = ["try", BUILD / "tests/harness/trials/plugins/service_user", "--scene", "relign_od", "--noise-level", "none",
+                 "--steps", "2", "--parameters", json.dumps({"script": script})]
+        plain, confined = run(*words), run(*words, "--sandbox")
+        self.assertEqual(plain[0], 0, plain[1])
+        self.assertRegex(plain[1], r"\n +1 .* regions ")
+        self.assertIn("200 columns", plain[1])
+        # What a library logs arrives from a sandbox as a warning.
+        self.assertEqual(plain[1], re.sub("^warning: ", "", confined[1], flags=re.MULTILINE))
 
     def test_shows_what_it_is_asked_to(self):
         data = self.root / "data.txt"

@@ -51,16 +51,16 @@ TEST(FieldMerit, MtfWithoutLimitsIsTheWorstFields) {
   const SceneFacts scene = scene_with_fields();
   const images::Image reference = chart(240, 180, 0.7);
   const FieldMerit merit(Merit::mtf, {}, scene, reference);
-  EXPECT_NEAR(merit.of(chart(240, 180, kSharp)), 1 - lens_mtf(kSharp), kTolerance);
-  EXPECT_NEAR(merit.of(with_a_blurred_side()), 1 - lens_mtf(kBlurred), kTolerance);
-  EXPECT_EQ(merit.of(images::Image(480, 360, 0.0F)), 1) << "the worst value";
+  EXPECT_NEAR(merit.of(chart(240, 180, kSharp), scene.fields), 1 - lens_mtf(kSharp), kTolerance);
+  EXPECT_NEAR(merit.of(with_a_blurred_side(), scene.fields), 1 - lens_mtf(kBlurred), kTolerance);
+  EXPECT_EQ(merit.of(images::Image(480, 360, 0.0F), scene.fields), 1) << "the worst value";
 }
 
 TEST(FieldMerit, MtfWithLimitsIsTheLargestDeficit) {
   const SceneFacts scene = scene_with_fields();
   const images::Image reference = chart(240, 180, 0.7);
   const auto merit = [&](double centre, double corner, const images::Image& capture) {
-    return FieldMerit(Merit::mtf, {25, centre, corner}, scene, reference).of(capture);  // 25 lp/mm x 5 um
+    return FieldMerit(Merit::mtf, {25, centre, corner}, scene, reference).of(capture, scene.fields);  // 25 lp/mm x 5 um
   };
   const double none = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(merit(0.4, 0.1, with_a_blurred_side()), 0) << "within the limits";
@@ -74,15 +74,15 @@ TEST(FieldMerit, EdgeEnergyIsAHalfWhereTheCaptureIsAsSharpAsTheReference) {
   const SceneFacts scene = scene_with_fields();
   const images::Image reference = chart(240, 180, 0.9);
   const FieldMerit merit(Merit::edge_energy, {}, scene, reference);
-  EXPECT_NEAR(merit.of(reference), 0.5, 1e-12);
-  EXPECT_NEAR(merit.of(chart(243, 178, 0.9, 7.2)), 0.5, 0.01) << "brighter and shifted";
+  EXPECT_NEAR(merit.of(reference, scene.fields), 0.5, 1e-12);
+  EXPECT_NEAR(merit.of(chart(243, 178, 0.9, 7.2), scene.fields), 0.5, 0.01) << "brighter and shifted";
   double before = 0.5;
   for (const double sigma : {1.2, 2.0, 5.0}) {
-    const double now = merit.of(chart(240, 180, sigma));
+    const double now = merit.of(chart(240, 180, sigma), scene.fields);
     EXPECT_GT(now, before + 0.02);
     before = now;
   }
-  EXPECT_EQ(merit.of(images::Image(480, 360, 0.0F)), 1);
+  EXPECT_EQ(merit.of(images::Image(480, 360, 0.0F), scene.fields), 1);
 }
 
 TEST(FieldMerit, StatesWhatTheSceneLacks) {

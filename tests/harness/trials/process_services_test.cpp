@@ -35,6 +35,7 @@ void expect_equal(const TrialResult& one, const TrialResult& two) {
     EXPECT_EQ(one.steps[k].commanded_pose, two.steps[k].commanded_pose) << k;
     EXPECT_EQ(one.steps[k].true_pose, two.steps[k].true_pose) << k;
     EXPECT_EQ(one.steps[k].merit, two.steps[k].merit) << k;
+    EXPECT_EQ(one.steps[k].regions, two.steps[k].regions) << k;
     EXPECT_EQ(one.steps[k].recommended_pose, two.steps[k].recommended_pose) << k;
     EXPECT_EQ(one.steps[k].recommended_truth.mse, two.steps[k].recommended_truth.mse) << k;
   }
@@ -65,6 +66,7 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   const Json script = Json::parse(R"([["reference"], ["measure", "mean"], ["measure", "contrast"], ["list"],
       ["fields", {"cycles_per_pixel": 0.1}],
       ["measure", "mtf", {"cycles_per_pixel": 0.1}], ["draw", 7], ["draw", 8], ["history"],
+      ["select", [[1, 0, 2, 1], [0, 1, 1, 1]]], ["select", [[1, 0, 2, 1]]],
       ["model", {}, [0.5, 0.5, 0.5], 18446744073709551615],
       ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.1234567890123, 0.5, 0.5], 1], ["keep_lens"],
       ["step", [0.4, 0.58, 0.5]], ["measure", "mean"],
@@ -73,12 +75,9 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
       ["measure", "mean"], ["recommend", [0.5, 0.5, 0.5]],
       ["run", "then", 10, {"script": [["move", 0.01, 0, 0]]}], ["run", "then", 10],
       ["run", "then", 10], ["step", [0.5, 0.5, 0.5]]])");
-  ServiceTrial library(kLibrary, {{"script", script}}, {{"noise", 0.05}});
-  ServiceTrial python(kPython, {{"script", script}}, {{"noise", 0.05}});
+  ServiceTrial library(kLibrary, {{"script", script}}, {{"noise", 0.05}, {"regions", true}});
+  ServiceTrial python(kPython, {{"script", script}}, {{"noise", 0.05}, {"regions", true}});
   library.terms.budget = python.terms.budget = 5;
-  for (ServiceTrial* trial : {&library, &python})
-    trial->facts.fields = {{"left", images::Mark{1, 1, 16}, images::Region{0, 0, 1, 2}, {}},
-                           {"right", {}, {}, images::Region{2, 0, 1, 2}}};
   for (ServiceTrial* trial : {&library, &python}) {
     trial->level = std::make_unique<plugin_host::NoiseLevel>(
         fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
@@ -89,12 +88,13 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   const TrialResult in_library = library.run();
   expect_equal(in_library, python.run());
   EXPECT_THAT(in_library.steps, SizeIs(6));
+  EXPECT_EQ(in_library.steps[1].regions, (PixelRegions{{1, 0, 2, 1}})) << "the last selection";
   EXPECT_THAT(library.logged("refused"), IsEmpty());
   EXPECT_THAT(library.logged("run"), SizeIs(4));
   EXPECT_THAT(library.logged("model"), SizeIs(2));
   EXPECT_THAT(library.answer("history"), SizeIs(3));
-  for (const char* word :
-       {"reference", "measure", "list", "draw", "history", "model", "step", "run", "seen", "answer", "refused"})
+  for (const char* word : {"reference", "measure", "select", "list", "draw", "history", "model", "step", "run", "seen",
+                           "answer", "refused"})
     EXPECT_EQ(library.logged(word), python.logged(word)) << word;
   // The inner algorithm's seeds are equal, too.
   EXPECT_EQ(library.logged("task"), python.logged("task"));
@@ -102,6 +102,7 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
 
 TEST_F(ProcessServices, RejectWithTheSameMessages) {
   const Json script = Json::parse(R"([["measure", "sharpnes"], ["model", {"L9": {}}, [0.5, 0.5, 0.5], 1],
+      ["select", [[0, 0, 4, 1]]], ["select", [[0, 0, -1, 1]]],
       ["model", {}, [0.5, 0.5, 0.5], -1], ["model", [1], [0.5, 0.5, 0.5], 1],
       ["run", "than", 1], ["run", "then", 0], ["run", "then", 1, {"scrpt": []}], ["run", "then", -1],
       ["run", "then", 2, {"script": [["step", 0.5, 0.5, 0.5], ["fail"]]}], ["step", [0.6, 0.5, 0.5]]])");
@@ -109,10 +110,11 @@ TEST_F(ProcessServices, RejectWithTheSameMessages) {
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_THAT(result.steps, SizeIs(3));
-  const char* const words[] = {"'sharpness'",     "no element 'L9'",      "integer 'seed'",  "object",      "'then'",
-                               "at least 1 step", "no parameter 'scrpt'", "integer 'steps'", "out of ideas"};
-  ASSERT_THAT(trial.logged("refused"), SizeIs(9));
-  for (std::size_t i = 0; i < 9; ++i) EXPECT_THAT(trial.refusal(i), HasSubstr(words[i]));
+  const char* const words[] = {"'sharpness'",          "no element 'L9'", "3 columns",   "non-negative integers",
+                               "integer 'seed'",       "object",          "'then'",      "at least 1 step",
+                               "no parameter 'scrpt'", "integer 'steps'", "out of ideas"};
+  ASSERT_THAT(trial.logged("refused"), SizeIs(11));
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_THAT(trial.refusal(i), HasSubstr(words[i]));
 }
 
 TEST_F(ProcessServices, RunsInnerAlgorithmsInEitherLanguage) {

@@ -112,5 +112,33 @@ TEST(SceneFacts, LimitsTheNumberOfAxes) {
               HasSubstr("1 to 64 axes"));
 }
 
+TEST(SceneFacts, FieldsEndWhereRegionsDo) {
+  const images::Region edge{120, 130, 20, 20}, window{60, 60, 140, 140};
+  const images::EdgeFields fields = {{"marked", images::Mark{110, 110, 40}, edge, {}},
+                                     {"windowed", images::Mark{110, 110, 40}, edge, {}, window},
+                                     {"far", images::Mark{600, 400, 40}, images::Region{610, 410, 20, 20}, {}},
+                                     {"plain", {}, images::Region{100, 100, 30, 30}, images::Region{500, 100, 30, 30}}};
+  images::EdgeFields shown = fields;
+  const auto expect_window = [&](std::size_t field, const images::Region& wanted) {
+    ASSERT_TRUE(shown[field].window);
+    const images::Region& found = *shown[field].window;
+    EXPECT_EQ(std::vector<std::size_t>({found.x, found.y, found.width, found.height}),
+              std::vector<std::size_t>({wanted.x, wanted.y, wanted.width, wanted.height}))
+        << field;
+  };
+  // The second has more of the mark than the first.
+  show_regions({{0, 0, 100, 100}, {95, 50, 200, 200}}, fields, shown);
+  expect_window(0, {95, 50, 200, 200});
+  expect_window(1, {95, 60, 105, 140});
+  expect_window(2, {0, 0, 1, 1});
+  EXPECT_FALSE(shown[3].sagittal) << "not read out";
+  EXPECT_TRUE(shown[3].tangential) << "in the second region";
+  show_regions({{0, 0, 110, 300}}, fields, shown);
+  EXPECT_FALSE(shown[3].tangential) << "cut";
+  show_regions({{0, 0, 800, 600}}, fields, shown);
+  EXPECT_TRUE(shown[3].tangential && shown[3].sagittal) << "nothing remains of other regions";
+  expect_window(1, window);
+}
+
 }  // namespace
 }  // namespace relign::trials

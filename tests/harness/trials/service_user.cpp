@@ -2,6 +2,7 @@
 //   reference                          logs the sum and size of O*
 //   measure NAME [ARGUMENTS]           logs the value (null for NaN)
 //   fields ARGUMENTS                   logs the fields of the last capture
+//   select REGIONS                     logs whether the scene captures regions
 //   list                               logs the names of the measures
 //   draw NUMBER                        logs the draw, a text
 //   history [BACK]                     logs the measured shifts of all earlier modules, or of one
@@ -12,6 +13,7 @@
 //   load, save TEXT                    logs whether it is in pretraining, and what it loads
 //   step POSE, recommend POSE, round_up, rounding
 // Exceptions are logged under "refused", and the script continues.
+#include <array>
 #include <cfenv>
 #include <chrono>
 #include <cmath>
@@ -66,6 +68,11 @@ class ServiceUser final : public relign::Optimizer {
                           {"tangential", number(field.tangential)},
                           {"sagittal", number(field.sagittal)}});
       log(verb, fields);
+    } else if (verb == "select") {
+      std::vector<relign::Region> regions;
+      for (const auto& region : action.at(1).get<std::vector<std::array<std::uint32_t, 4>>>())
+        regions.push_back({region[0], region[1], region[2], region[3]});
+      log(verb, trial.select_regions(regions));
     } else if (verb == "list") {
       log(verb, Json::parse(trial.measures().list()));
     } else if (verb == "draw") {

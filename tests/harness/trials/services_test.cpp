@@ -89,17 +89,97 @@ TEST(Services, RejectsInvalidMeasuresWithMessage) {
   EXPECT_THAT(trial.answer("refused", 5).get<std::string>(), HasSubstr("3 x 2 pixels"));
 }
 
+// ---- regions ------------------------------------------------------------------------------------
+
+constexpr double kReadout = 0.03, kExposure = 0.015;  // seconds, the defaults of machine time
+
+TEST(Regions, AreWhatTheNextCaptureReadsOut) {
+  ServiceTrial trial(R"([["select", [[1, 0, 2, 1], [0, 1, 1, 1]]], ["step", [0.5, 0.58, 0.5]], ["measure", "mean"],
+                         ["step", [0.5, 0.58, 0.5]], ["measure", "mean"]])",
+                     "service_user", {{"regions", true}});
+  std::vector<std::vector<float>> images;
+  trial.callbacks.on_step = [&](const Step&, const float* pixels) { images.emplace_back(pixels, pixels + 6); };
+  const TrialResult result = trial.run();
+  EXPECT_EQ(trial.answer("select"), Json(true));
+  ASSERT_THAT(result.steps, SizeIs(3));
+  EXPECT_THAT(images.at(1), ElementsAre(0, images[2][1], images[2][2], images[2][3], 0, 0));
+  EXPECT_NEAR(trial.answer("measure").get<double>(), 0.58 / 2, 1e-6);
+  EXPECT_NEAR(trial.answer("measure", 1).get<double>(), 0.58, 1e-6) << "a whole frame again";
+  EXPECT_EQ(result.steps[1].regions, (PixelRegions{{1, 0, 2, 1}, {0, 1, 1, 1}}));
+  EXPECT_TRUE(result.steps[2].regions.empty());
+  EXPECT_TRUE(std::isnan(result.steps[1].measured_rmse));
+  EXPECT_NEAR(result.steps[1].merit, 0.08, 1e-6) << "of the regions";
+  EXPECT_NEAR(result.steps[2].measured_rmse, 0.08, 1e-6);
+  // No move and no settling between steps 1 and 2 but their own: whole - half = half of the readout.
+  const double settle = 0.04;
+  EXPECT_NEAR(result.steps[2].machine_seconds - result.steps[1].machine_seconds, settle + kExposure + kReadout, 1e-12);
+  ServiceTrial whole(R"([["step", [0.5, 0.58, 0.5]]])");
+  EXPECT_NEAR(whole.run().steps[1].machine_seconds - result.steps[1].machine_seconds, kReadout / 2, 1e-12);
+}
+
+TEST(Regions, NeverCountAsTheBestMeasured) {
+  ServiceTrial trial(R"([["select", [[0, 0, 1, 1]]], ["step", [0.5, 0.5, 0.5]], ["step", [0.5, 0.58, 0.5]]])",
+                     "service_user", {{"regions", true}});
+  const TrialResult result = trial.run();
+  EXPECT_NEAR(result.steps[1].merit, 0, 1e-6);
+  EXPECT_THAT(result.steps[1].recommended_pose, ElementsAre(0.3, 0.58, 0.5)) << "the start's";
+  EXPECT_THAT(result.steps[2].recommended_pose, ElementsAre(0.5, 0.58, 0.5));
+}
+
+TEST(Regions, OfTheCallerAreNotThoseOfAnInnerAlgorithm) {
+  ServiceTrial trial(R"([["select", [[0, 0, 1, 1]]], ["run", "then", 1, {"script": [["step", 0.5, 0.58, 0.5]]}],
+                         ["step", [0.5, 0.5, 0.5]]])",
+                     "service_user", {{"regions", true}});
+  for (const Step& step : trial.run().steps) EXPECT_TRUE(step.regions.empty()) << step.number;
+}
+
+TEST(Regions, OfAnInnerAlgorithmAreNotTheBestOfItsRun) {
+  ServiceTrial trial(R"([["run", "then", 2, {"script": [["select", [[0, 0, 1, 1]]], ["step", [0.5, 0.5, 0.5]],
+                                                        ["step", [0.5, 0.58, 0.5]]]}]])",
+                     "service_user", {{"regions", true}});
+  trial.algorithm = fake(plugin_host::Kind::optimizer, "service_user",
+                         {{"script", trial.algorithm.parameters.at("script")},
+                          {"then", std::string(RELIGN_TASK_TEST_PLUGINS) + "/service_user"}});
+  trial.run();
+  EXPECT_EQ(trial.answer("run").at("steps"), 2);
+  EXPECT_EQ(trial.answer("run").at("best").at("step"), 2);
+}
+
+TEST(Regions, AreNotSelectedWhereTheSceneCapturesWholeFrames) {
+  ServiceTrial trial(R"([["select", [[0, 0, 1, 1]]], ["select", []], ["step", [0.5, 0.58, 0.5]]])");
+  const TrialResult result = trial.run();
+  EXPECT_EQ(trial.answer("select"), Json(false));
+  EXPECT_EQ(trial.answer("select", 1), Json(false));
+  EXPECT_TRUE(result.steps[1].regions.empty());
+  EXPECT_NEAR(result.steps[1].measured_rmse, 0.08, 1e-6);
+}
+
+TEST(Regions, MustBeInsideTheImage) {
+  ServiceTrial trial(R"([["select", [[1, 0, 3, 1]]], ["select", [[0, 0, 1, 0]]], ["select", [[0, 4294967295, 1, 2]]],
+                         ["step", [0.5, 0.58, 0.5]]])",
+                     "service_user", {{"regions", true}});
+  const TrialResult result = trial.run();
+  ASSERT_THAT(trial.logged("refused"), SizeIs(3));
+  EXPECT_THAT(trial.answer("refused").get<std::string>(),
+              HasSubstr("found the region [1,0,3,1] (column, row, columns, rows); expected pixels of the image, which "
+                        "has 3 columns and 2 rows"));
+  EXPECT_THAT(trial.answer("refused", 1).get<std::string>(), HasSubstr("at least one pixel"));
+  EXPECT_THAT(trial.answer("refused", 2).get<std::string>(), HasSubstr("2 rows"));
+  EXPECT_TRUE(result.steps[1].regions.empty());
+}
+
 // ---- observes ----------------------------------------------------------------------------------------
 
 TEST(Services, RequireDeclaredObservations) {
   ServiceTrial trial(
       R"([["reference"], ["measure", "mean"], ["draw", 1], ["model", {}, [0.5, 0.5, 0.5], 1], ["run", "then", 1],
-          ["history"]])",
+          ["history"], ["select", []]])",
       "service_user_ignorant");
   trial.run();
-  const char* const words[] = {"\"images\"", "\"images\"", "\"level\"", "\"design\"", "\"algorithm\"", "\"history\""};
-  ASSERT_THAT(trial.logged("refused"), SizeIs(6));
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
+  const char* const words[] = {"\"images\"",    "\"images\"",  "\"level\"", "\"design\"",
+                               "\"algorithm\"", "\"history\"", "\"images\""};
+  ASSERT_THAT(trial.logged("refused"), SizeIs(7));
+  for (std::size_t i = 0; i < 7; ++i) EXPECT_THAT(trial.answer("refused", i).get<std::string>(), HasSubstr(words[i]));
 }
 
 TEST(Services, DeclaringImagesGrantsNeitherMeritNorStart) {

@@ -3,6 +3,8 @@
 #include <fstream>
 
 #include "merge_fixture.h"
+#include "records/checksum.h"
+#include "records/line_files.h"
 
 namespace relign::records {
 namespace {
@@ -164,6 +166,34 @@ TEST_F(MergeTest, RejectsDifferentAlgorithmsOfOneName) {
   another.trial = "x0";
   EXPECT_THAT(refused({a, make("c", {another}, manifest({"walker"}, {"x0"}))}),
               testing::AllOf(HasSubstr("w0"), HasSubstr("x0"), HasSubstr("both walker on toy calm #0")));
+}
+
+TEST_F(MergeTest, JoinsRecordsWithAndWithoutChecksums) {
+  const fs::path a = make("a", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
+  const fs::path b = make("b", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
+  const std::string text = bytes("b/trials/0000.jsonl");
+  std::string older;
+  for (const Block& block : split_trials(text, "f").blocks) older += without_checksum(block.text);
+  write_file_atomically(b / "trials/0000.jsonl", older);
+  const MergeSummary summary = join({a, b});
+  EXPECT_EQ(summary.duplicates, 2U);
+  EXPECT_EQ(summary.disagreeing, 0U);
+  EXPECT_EQ(bytes("out/trials/0000.jsonl"), bytes("a/trials/0000.jsonl"));
+  EXPECT_EQ(join({b}, "older").trials, 2U);
+  EXPECT_EQ(bytes("older/trials/0000.jsonl"), older);
+}
+
+TEST_F(MergeTest, TakesDamagedTrialsFromOtherFolders) {
+  const fs::path a = make("a", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
+  const fs::path b = make("b", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
+  std::string changed = bytes("a/trials/0000.jsonl");
+  changed[changed.find("\"measured\":0.04", changed.find("w1")) + 13] = '9';
+  write_file_atomically(a / "trials/0000.jsonl", changed);
+  EXPECT_THAT(refused({a}), HasSubstr("trial w1 is damaged"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  EXPECT_EQ(join({a, b}).trials, 2U);
+  EXPECT_EQ(bytes("out/trials/0000.jsonl"), bytes("b/trials/0000.jsonl"));
+  EXPECT_THAT(notes_, testing::Contains(testing::AllOf(HasSubstr("w1"), HasSubstr("another folder has the trial"))));
 }
 
 TEST_F(MergeTest, RejectsNewerDamagedAndForeignFolders) {

@@ -199,6 +199,21 @@ TEST(Record, ReadsBackBitForBit) {
   EXPECT_EQ(closing.trial.uncured_mse, record.uncured_mse);
 }
 
+TEST(Record, WritesRegionsOnlyOfCapturesOfRegions) {
+  TrialRecord record = sample_trial("0123456789abcdef", 1);
+  record.steps[1].regions = {{1, 2, 3, 4}, {50, 60, 128, 128}};
+  record.steps[1].measured = std::numeric_limits<double>::quiet_NaN();
+  const auto lines = lines_of(to_lines(record));
+  EXPECT_THAT(lines[0], testing::Not(HasSubstr("regions")));
+  EXPECT_THAT(lines[1], HasSubstr(R"("measured":null,"regions":[[1,2,3,4],[50,60,128,128]],"machine_seconds":)"));
+  EXPECT_EQ(read_trial_line(lines[1], "x:2").step.regions, record.steps[1].regions);
+  EXPECT_TRUE(read_trial_line(lines[0], "x:1").step.regions.empty());
+  std::string damaged = lines[1];
+  damaged.replace(damaged.find("[1,2,3,4]"), 9, "[1,2,3]");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_line(damaged, "f:2"); }),
+              testing::AllOf(testing::StartsWith("f:2"), HasSubstr("[column, row, columns, rows]")));
+}
+
 TEST(Record, WritesNonFiniteAsNullAndReadsItAsNaN) {
   TrialRecord record = sample_trial("0123456789abcdef", 0);
   record.steps[0].merit = std::numeric_limits<double>::infinity();

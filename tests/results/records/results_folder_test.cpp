@@ -128,7 +128,7 @@ TEST_F(ResultsFolderTest, ReportsDamageInTheMiddleWithItsLine) {
   lines.erase(lines.find('\n') + 1, lines.find('\n', lines.find('\n') + 1) - lines.find('\n'));
   write_file_atomically(folder_ / "trials/0000.jsonl", lines);
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }),
-              HasSubstr("trial aa has 2 step lines, but its closing line counts 3"));
+              HasSubstr("trial aa is damaged: it has 2 step lines, but its closing line counts 3"));
 }
 
 TEST_F(ResultsFolderTest, FinishSortsByThePlan) {

@@ -45,6 +45,17 @@ TEST(StepNumbers, ReadsStepLines) {
   EXPECT_TRUE(std::isnan(read.recommended_mse));
 }
 
+TEST(StepNumbers, ReadsCapturesOfRegions) {
+  StepRecord partial = step();
+  partial.regions = {{1, 2, 3, 4}, {5, 6, 7, 8}};
+  partial.measured = std::nan("");
+  StepNumbersReader reader;
+  const StepNumbers read = reader.read(step_line("00000000000000a0", partial), "a line");
+  EXPECT_TRUE(std::isnan(read.measured));
+  EXPECT_EQ(read.machine_seconds, 1e-300);
+  EXPECT_EQ(read.commanded_mse, -1e-7);
+}
+
 // As other programs write them.
 TEST(StepNumbers, ReadsMoreDigitsThanADoubleHas) {
   std::string line = step_line("00000000000000a0", step());

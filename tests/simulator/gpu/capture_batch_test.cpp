@@ -137,6 +137,9 @@ TEST(CaptureBatch, RefusesWhatTheKernelsLack) {
   settings = {};
   settings.sampler = imaging::Sampler::lattice;
   EXPECT_THAT(refused(paper, settings), HasSubstr("samplers other than 'paper'"));
+  settings = {};
+  settings.scored_tiles = 4;
+  EXPECT_THAT(refused(paper, settings), HasSubstr("'scored_tiles' other than 1"));
   SceneFile bent = paper;
   bent.lens.elements[1].faces[1].even_asphere = {1e-5};
   EXPECT_THAT(refused(bent, {}), HasSubstr("polynomial faces, such as face 2 of L2"));

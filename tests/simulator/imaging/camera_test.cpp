@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <map>
 
+#include "base/error.h"
 #include "base/hash.h"
 #include "optics/first_order.h"
 #include "optics/trace.h"
@@ -115,6 +116,35 @@ TEST(Camera, MseOfManyPixelsIsUnbiased) {
   const double spread = std::sqrt(squares - sum * sum);
   EXPECT_NEAR(sum, direct, 5 * spread / std::sqrt(n) + 3e-7);
   EXPECT_NEAR(error / spread, 1, 0.5);
+}
+
+TEST(Camera, MseOfSomeTilesIsNearThatOfAll) {
+  Parallel one(1), two(2);
+  SceneChoices choices;
+  choices.pixels = 600;
+  const SceneFile scene =
+      read_scene_file(std::string(RELIGN_SOURCE_DIR) + "/plugins/scenes/lens_system/relign_od/scene.json", choices);
+  const Reference reference = make_reference(scene, {}, two, {}, {});
+  CaptureSettings some;
+  some.scored_tiles = 4;
+  Camera all_tiles(scene, {}, two), camera(scene, some, two), other_threads(scene, some, one);
+  MountedLens lens(scene), same(scene), again(scene);
+  for (const std::vector<double>& pose : {std::vector<double>{0.6, 0.4, 0.7, 0.45, 0.6}, {0.5, 0.5, 0.45, 0.5, 0.5}}) {
+    const MseEstimate expected = all_tiles.noise_free_mse(lens, pose, 3, reference);
+    const MseEstimate found = camera.noise_free_mse(same, pose, 3, reference);
+    EXPECT_NEAR(found.mse / expected.mse, 1, 0.3);  // other pixels: most of the error is in few tiles
+    EXPECT_NE(found.mse, expected.mse);
+    EXPECT_NEAR(found.standard_error / expected.standard_error, 2, 0.6);  // of a quarter of the rays
+    EXPECT_EQ(other_threads.noise_free_mse(again, pose, 3, reference).mse, found.mse);
+  }
+}
+
+TEST(Camera, RefusesSomeTilesWhereImagesAreWhole) {
+  Parallel parallel(1);
+  CaptureSettings settings;
+  settings.scored_tiles = 4;
+  settings.transport = Transport::ghost;
+  EXPECT_THROW(Camera(relign_od_scene(), settings, parallel), Error);
 }
 
 // Run by the test below, once per instruction set: prints a hash of its images.

@@ -26,6 +26,13 @@ inline SceneFile relign_od_scene_with(const SceneChoices& choices) {
   return read_scene_file(relign_od_file(), choices);
 }
 
+// camera_2mp with half as many pixels a side.
+inline SceneFile small_camera() {
+  SceneChoices choices;
+  choices.pixels = 960;
+  return read_scene_file(scene_folder() + "camera_2mp/scene.json", choices);
+}
+
 // Every folder with a scene file, sorted.
 inline std::vector<std::string> shipped_scenes() {
   std::vector<std::string> names;

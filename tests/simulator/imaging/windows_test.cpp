@@ -11,12 +11,6 @@
 namespace relign::imaging {
 namespace {
 
-SceneFile small_camera() {
-  SceneChoices choices;
-  choices.pixels = 960;
-  return read_scene_file(scene_folder() + "camera_2mp/scene.json", choices);
-}
-
 bool contains(const std::vector<PixelBox>& windows, int column, int row) {
   return std::any_of(windows.begin(), windows.end(), [&](const PixelBox& window) {
     return column >= window.column && column < window.column + window.columns && row >= window.row &&

@@ -17,6 +17,7 @@ struct Settings {
   double tint;
   std::int64_t fail_at;
   std::int64_t bad_pixel_at;
+  bool regions;
 };
 
 class FakeAssembly final : public relign::Assembly {
@@ -32,6 +33,20 @@ class FakeAssembly final : public relign::Assembly {
     const double value = 0.5 + settings_.tint + distance(true_pose) + settings_.noise * unit(frame_seed);
     for (int i = 0; i < 6; ++i) pixels[i] = static_cast<float>(value);
     if (number == settings_.bad_pixel_at) pixels[3] = std::nanf("");
+  }
+
+  // 7 in the other pixels, which count for nothing. Regions must not overlap.
+  double capture_regions(const relign::Pose& true_pose, std::uint64_t frame_seed,
+                         const std::vector<relign::Region>& regions, float* pixels) override {
+    float whole[6];
+    capture(true_pose, frame_seed, whole);
+    std::fill_n(pixels, 6, 7.0F);
+    double share = 0;
+    for (const relign::Region& region : regions)
+      for (std::uint32_t row = region.row; row < region.row + region.rows; ++row)
+        for (std::uint32_t column = region.column; column < region.column + region.columns; ++column, share += 1.0 / 6)
+          pixels[row * 3 + column] = whole[row * 3 + column];
+    return share;
   }
 
   Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t seed) override {
@@ -81,7 +96,7 @@ class FakeScene final : public relign::Scene {
   explicit FakeScene(const relign::Parameters& given)
       : host_(given),
         settings_{given.number("noise"), given.text("look") == "tinted" ? 0.25 : 0, given.integer("fail_at"),
-                  given.integer("bad_pixel_at")},
+                  given.integer("bad_pixel_at"), given.boolean("regions")},
         renamed_(given.text("look") == "renamed"),
         reference_{0.5F, 0.5F, 0.5F, 1e9F, 0.5F, 0.5F, 0.5F, 1e9F} {}
 
@@ -117,6 +132,8 @@ class FakeScene final : public relign::Scene {
     const double shift = found == std::string::npos ? 0 : std::stod(text.substr(found + key.size()));
     return std::make_unique<FakeAssembly>(host_, settings_, shift);
   }
+
+  bool captures_regions() const override { return settings_.regions; }
 
  private:
   relign::Parameters host_;

@@ -52,6 +52,9 @@ class ServiceUser(Optimizer):
         log("fields", [{key: value if key == "name" else number(value) for key, value in field.items()}
                        for field in trial.measure_fields(**arguments)])
 
+    def on_select(self, trial, regions):
+        log("select", trial.select_regions(regions))
+
     def on_list(self, trial):
         log("list", trial.measures())
 

@@ -1,0 +1,96 @@
+#include "cli/run_cost.h"
+
+#include <algorithm>
+#include <barrier>
+#include <chrono>
+#include <exception>
+#include <thread>
+#include <vector>
+
+#include "base/seeds.h"
+#include "trials/instance.h"
+
+namespace relign::cli {
+namespace {
+
+template <class Body>
+double seconds_of(const Body& body) {
+  const auto start = std::chrono::steady_clock::now();
+  body();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// The least of three: other programs only add to it.
+template <class Body>
+double least_seconds_of(const Body& body) {
+  return std::min({seconds_of(body), seconds_of(body), seconds_of(body)});
+}
+
+RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, const trials::Instance& instance,
+                const trials::Criteria& criteria) {
+  RunCost cost;
+  std::vector<float> pixels(std::size_t{facts.image_width} * facts.image_height);
+  const std::vector<double>& nominal = facts.nominal_pose;
+  plugin_host::MountedAssembly perfect = scene.mount("{}");
+  perfect.capture(nominal, 1, pixels.data());  // warms the caches
+  const auto begin = std::chrono::steady_clock::now();
+  plugin_host::MountedAssembly lens = scene.mount(instance.perturbations.elements_json);
+  std::vector<double> optimum = nominal;
+  if (facts.truth)
+    if (const auto own = lens.own_optimum(instance.seed, facts.axes.size())) optimum = own->true_pose;
+  const trials::FieldValues design = criteria.needs_fields()
+                                         ? trials::measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
+                                         : trials::FieldValues();
+  trials::Judge judge(lens, facts, criteria, design);
+  if (const auto best = judge.optimum(optimum)) optimum = best->true_pose;
+  cost.instance = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const std::vector<double>* const poses[] = {&nominal, &instance.perturbations.start};
+  for (const std::vector<double>* pose : poses) {
+    cost.capture += least_seconds_of([&] { lens.capture(*pose, 1, pixels.data()); }) / std::size(poses);
+    if (facts.truth) cost.noise_free += least_seconds_of([&] { lens.noise_free_mse(*pose, 1); }) / std::size(poses);
+  }
+  if (criteria.any()) cost.judging = seconds_of([&] { judge.at(instance.perturbations.start, optimum); });
+  return cost;
+}
+
+}  // namespace
+
+RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Choice& level,
+                         const trials::Criteria& criteria, const plugin_host::HostServices& services,
+                         unsigned workers) {
+  constexpr unsigned kMostWorkers = 16;  // more would take memory and say no more
+  workers = std::clamp(workers, 1U, kMostWorkers);
+  std::vector<RunCost> costs(workers);
+  std::vector<std::exception_ptr> failures(workers);
+  std::barrier ready(static_cast<std::ptrdiff_t>(workers));
+  const auto work = [&](unsigned worker) {
+    bool waited = false;
+    try {
+      plugin_host::Scene own(scene, services);
+      const trials::SceneFacts facts = trials::read_scene_facts(own.describe(), scene.id);
+      plugin_host::NoiseLevel noise(level, services);
+      const trials::Instance instance = trials::draw_instance(noise, facts, 1, SeedDomain::benchmark, worker);
+      waited = true;
+      ready.arrive_and_wait();
+      costs[worker] = measure(own, facts, instance, criteria);
+    } catch (...) {
+      failures[worker] = std::current_exception();
+      if (!waited) ready.arrive_and_drop();
+    }
+  };
+  std::vector<std::thread> others;
+  for (unsigned worker = 1; worker < workers; ++worker) others.emplace_back(work, worker);
+  work(0);
+  for (std::thread& other : others) other.join();
+  RunCost mean;
+  for (unsigned worker = 0; worker < workers; ++worker) {
+    if (failures[worker]) std::rethrow_exception(failures[worker]);
+    mean.capture += costs[worker].capture / workers;
+    mean.noise_free += costs[worker].noise_free / workers;
+    mean.instance += costs[worker].instance / workers;
+    mean.judging += costs[worker].judging / workers;
+  }
+  return mean;
+}
+
+}  // namespace relign::cli

@@ -1,0 +1,54 @@
+"""A rollout buffer for stacks of frames that contains each frame once, on the learner's device."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.type_aliases import RolloutBufferSamples
+
+if TYPE_CHECKING:
+    from .._typing import AnyArray
+
+
+class FrameRolloutBuffer(RolloutBuffer):
+    """A RolloutBuffer for observations of shape (frames, height, width) that stack the latest frames.
+
+    A stack shares all frames but one with the stack before it. This buffer keeps each frame once and stacks them in
+    `_get_samples`: with five frames a fifth of the memory, and batches on a GPU are not copied from the host.
+    """
+
+    def reset(self) -> None:
+        """Empties the buffer."""
+        shape: tuple[int, ...] = self.observation_space.shape
+        self.stacked, size = shape[0], shape[1:]
+        self.obs_shape = (0,)  # no array for stacks
+        super().reset()
+        kind = torch.uint8 if self.observation_space.dtype == np.uint8 else torch.float32
+        if not hasattr(self, "frames"):
+            self.frames = torch.zeros((self.stacked - 1 + self.buffer_size, self.n_envs, *size), dtype=kind, device=self.device)
+        self.ages = np.zeros((self.buffer_size, self.n_envs), np.int64)  # how many older frames a stack has
+
+    def add(self, obs: AnyArray, *arguments: Any, **named: Any) -> None:
+        """As of RolloutBuffer."""
+        position = self.pos
+        super().add(obs[:, 0, 0, :0], *arguments, **named)
+        last = position + self.stacked
+        if position == 0:  # with the frames of the rollout before, or zeros where the episode had not begun
+            self.frames[:last] = torch.from_numpy(np.ascontiguousarray(obs.swapaxes(0, 1))).to(self.device)
+            self.ages[0] = self.stacked - 1
+        else:
+            self.frames[last - 1] = torch.from_numpy(obs[:, -1]).to(self.device)
+            begins = self.episode_starts[position].astype(bool)
+            self.ages[position] = np.where(begins, 0, np.minimum(self.ages[position - 1] + 1, self.stacked - 1))
+
+    def _get_samples(self, batch_inds: AnyArray, env: Any = None) -> RolloutBufferSamples:
+        samples = super()._get_samples(batch_inds, env)
+        environments, steps = np.divmod(batch_inds, self.buffer_size)  # the order of swap_and_flatten
+        places = torch.from_numpy(steps[:, None] + np.arange(self.stacked)).to(self.device)
+        stacks = self.frames[places, torch.from_numpy(environments[:, None]).to(self.device)]
+        before = np.arange(self.stacked) < self.stacked - 1 - self.ages[steps, environments][:, None]
+        stacks[torch.from_numpy(before).to(self.device)] = 0  # frames of an earlier episode
+        return samples._replace(observations=stacks)

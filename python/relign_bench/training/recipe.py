@@ -1,0 +1,106 @@
+"""Recipes of `relign-train ppo`: the settings of a run, and the named presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .._errors import check_name, unknown_name
+from ..rewards import REWARDS
+
+ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compares
+INPUTS = ("float32", "uint8")
+SHAPED = "shaped"
+"""Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
+SMALLEST = 64  # columns: the package's network halves the image six times
+
+
+@dataclass
+class Recipe:
+    """Settings of a run; recipe.json has them under these names, and python/README.md documents them.
+
+    The defaults are the preset "paper": network, inputs and episodes of the paper's package (relign 0.1.0), and the rate,
+    entropy weight, reward and length of the paper's text.
+    """
+
+    preset: str = "paper"
+    algorithm: str = "ppo"
+    scene: str = "relign_od"
+    noise_level: str = "rho"  # id or preset; `level` is its parameter
+    size: int = 200  # columns of the images
+    input: str = "float32"  # irradiance, or "uint8": bytes / 255
+    heads: tuple[int, ...] = (64, 64)  # hidden layers of actor and critic, each with its own
+    level: float = 0.25
+    reward: str = "paper"
+    goal: float = 0.0555  # score below which an episode ends; the package's for N = 0.25
+    episode: int = 200  # steps at most
+    frames: int = 5  # latest images in an observation, zeros before the start
+    environments: int = 5
+    steps: int = 100  # of each environment between two updates
+    batch: int = 500
+    epochs: int = 5
+    gamma: float = 0.9
+    gae_lambda: float = 0.95
+    clip: float = 0.2
+    rate: float = 1e-4
+    last_rate: float = 1e-4
+    entropy: float = 1e-3
+    target_kl: float = 0.0  # 0: no early stop
+    first_log_std: float = -3.0
+    total: int = 2_000_000  # steps of all environments
+    stretch: int = 20_000  # length of a training segment, in steps of all environments
+    warm_start: str = ""  # hash of the initial weights
+    optimum_samples: int = 384
+    warm_up: int = 0  # training segments in which only the critic learns
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        self.heads = tuple(self.heads)  # JSON has a list
+
+
+GOALS = {0.0: 0.051, 0.25: 0.0555, 0.5: 0.060}  # the package's, by noise level N
+
+PRESETS = {
+    "paper": Recipe(),
+    # What the package's code has instead of the text's values.
+    "package": Recipe(preset="package", noise_level="rho0-package", reward="minus_one", rate=3e-4, last_rate=3e-4, entropy=0.1,
+                      total=5_000_000),
+    # One policy for all levels, with the network of imitation learning, which observes one small image.
+    "tuned": Recipe(preset="tuned", size=100, input="uint8", heads=(), level=0.5, reward=SHAPED, goal=0.0, episode=12, frames=1,
+                    environments=160, steps=12, batch=960, epochs=4, rate=3e-6, last_rate=0.0, entropy=0.0, target_kl=0.03,
+                    first_log_std=-1.0, total=480_000, stretch=19_200, warm_up=1),
+}
+
+# Where the package's configuration of another algorithm differs from that of PPO, Stable-Baselines3's defaults included.
+_OF_ALGORITHM: dict[str, dict[str, Any]] = {"ppo": {}, "a2c": {"gae_lambda": 1.0}, "trpo": {"batch": 50},
+                                            "recurrent-ppo": {"batch": 100}}
+
+
+def preset_recipe(preset: str, algorithm: str = "ppo", scene: str = "relign_od", seed: int = 0) -> Recipe:
+    """The recipe of a preset with the package's values for an algorithm.
+
+    Raises:
+        ValueError: The preset or the algorithm is unknown.
+    """
+    if preset not in PRESETS:
+        raise ValueError(unknown_name("preset", preset, list(PRESETS)))
+    check_name(algorithm, ALGORITHMS, "algorithm")
+    recipe = replace(PRESETS[preset], algorithm=algorithm, scene=scene, seed=seed, **_OF_ALGORITHM[algorithm])
+    return replace(recipe, entropy=0.0) if (preset, algorithm) == ("package", "a2c") else recipe
+
+
+def check_recipe(recipe: Recipe) -> None:
+    """Checks what the single settings do not decide.
+
+    Raises:
+        ValueError: A setting is not valid.
+    """
+    check_name(recipe.preset, list(PRESETS), "preset")
+    check_name(recipe.algorithm, ALGORITHMS, "algorithm")
+    check_name(recipe.input, INPUTS, "input")
+    check_name(recipe.reward, (*REWARDS, SHAPED), "reward")
+    if recipe.preset != "tuned" and recipe.size < SMALLEST:
+        raise ValueError(f"size={recipe.size} is too small: the package's network halves images six times and needs at least "
+                         f"{SMALLEST} columns")
+    if recipe.preset == "tuned" and recipe.algorithm != "ppo":
+        raise ValueError(f"preset 'tuned' has no algorithm '{recipe.algorithm}'; use ppo, or --preset paper")

@@ -1,0 +1,52 @@
+"""The reward of the preset "tuned" for policies that are trained from nothing."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .instances import OptimumModel, offsets_of
+from .privileged import reward
+from .stable_baselines import StableBaselinesEnv
+
+if TYPE_CHECKING:
+    from .._typing import BoolArray, Float64Array, Observation
+    from .directions import Directions
+
+
+class ShapedEnv(StableBaselinesEnv):
+    """A StableBaselinesEnv whose reward is -log10(1 + e / FLOOR), with e the excess RMSE to first order (privileged.py).
+
+    Args:
+        count: Number of environments.
+        directions: The image's directions.
+        optimum: Model of the instances' own optima.
+        **arguments: Of AlignmentVectorEnv.
+    """
+
+    def __init__(self, count: int, directions: Directions, optimum: OptimumModel, **arguments: Any) -> None:
+        super().__init__(count, **arguments)
+        self._directions, self._optimum = directions, optimum
+        self._optima: Float64Array = np.zeros((count, len(directions.values)))
+
+    def _draw(self, slots: list[int]) -> None:
+        batch = self.environments.task.batch
+        if slots:
+            self._optima[slots] = self._optimum.optima(offsets_of([batch.instance(slot)["elements"] for slot in slots]))
+
+    def reset(self) -> Observation:
+        """As of StableBaselinesEnv."""
+        observations = super().reset()
+        self._draw(list(range(self.num_envs)))
+        return observations
+
+    def rewards(self, rewards: Float64Array, infos: dict[str, Any], over: BoolArray) -> Float64Array:
+        """The rewards; instances that follow ended episodes are known from then on."""
+        poses = np.array(infos["true_pose"])
+        ended = [int(slot) for slot in np.flatnonzero(over)]
+        if ended:
+            poses[ended] = infos["final_info"]["true_pose"][ended]
+        residuals = (self._optima - poses) @ self._directions.vectors
+        self._draw(ended)
+        return reward(residuals, self._directions)

@@ -1,0 +1,268 @@
+"""Many trainings from one file: side by side, resumable, with a table and a figure at the end (sweep_report.py)."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import json
+import os
+import pathlib
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .._errors import unknown_name
+from .._native import available_cores
+from .folder import check_same
+from .recipe import Recipe, preset_recipe
+from .settings import with_goal, with_settings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+KEYS = ("$schema", "scene", "trainings")
+TRAINING_KEYS = ("name", "figure", "preset", "algorithm", "warm_start", "settings", "vary", "seeds")
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._=-]*")
+PROGRAM = (sys.executable, "-m", "relign_bench.training")
+KEPT_LINES = 20  # of a training's output, in which the reason of a failure is searched
+
+
+@dataclass(frozen=True)
+class Job:
+    """One training of a sweep.
+
+    Attributes:
+        group: Name of the recipe; trainings of a group differ in their seeds only.
+        figure: Name of the row of the figure.
+        recipe: The recipe.
+        folder: Folder of the run.
+        arguments: Of `relign-train`, without threads and device.
+    """
+
+    group: str
+    figure: str
+    recipe: Recipe
+    folder: pathlib.Path
+    arguments: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the training."""
+        return f"{self.group}/seed-{self.recipe.seed}"
+
+    def steps(self) -> int:
+        """Steps that are complete, by the learning curve."""
+        try:
+            lines = (self.folder / "curve.csv").read_text().splitlines()
+        except FileNotFoundError:
+            return 0
+        return int(lines[-1].partition(",")[0]) if len(lines) > 1 else 0
+
+    def complete(self) -> bool:
+        """Whether the training has ended and its network has been written."""
+        written = self.recipe.algorithm == "recurrent-ppo" or (self.folder / "ppo.json").is_file()
+        return self.steps() >= self.recipe.total and written
+
+
+def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[Job]:
+    """The trainings of a file (docs/schemas/sweep.schema.json), a list of them or an object with `trainings`.
+
+    Args:
+        path: The file.
+        out: Folder of the sweep.
+
+    Raises:
+        ValueError: The file is not valid, or the folder of a training has a run with another recipe.
+    """
+    path = pathlib.Path(path)
+    try:
+        content = json.loads(path.read_text())
+    except ValueError as problem:
+        raise ValueError(f"{path}: not JSON: {problem}") from None
+    if isinstance(content, list):
+        content = {"trainings": content}
+    with _at(f"{path}"):
+        _check_keys(content, KEYS, ("trainings",))
+        if not isinstance(content["trainings"], list) or not content["trainings"]:
+            raise ValueError("trainings: expected a list of at least one training")
+    jobs = []
+    for number, training in enumerate(content["trainings"]):
+        with _at(f"{path}: trainings[{number}]"):
+            jobs += _jobs_of(training, str(content.get("scene", "relign_od")), path.parent, pathlib.Path(out))
+    names = [job.name for job in jobs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"{path}: '{name}' is there twice; give each training a name of its own")
+    for job in jobs:
+        with _at(f"{path}: {job.name}"):
+            grows = ("total",) if job.recipe.rate == job.recipe.last_rate else ()
+            check_same(job.folder, job.recipe, grows, ignored=("warm_start",))
+    return jobs
+
+
+@contextlib.contextmanager
+def _at(place: str) -> Iterator[None]:
+    try:
+        yield
+    except ValueError as problem:
+        raise ValueError(f"{place}: {problem}") from None
+
+
+def _check_keys(given: Any, allowed: tuple[str, ...], required: tuple[str, ...]) -> None:
+    if not isinstance(given, dict):
+        raise ValueError(f"expected an object, found {json.dumps(given)}")
+    for key in given:
+        if key not in allowed:
+            raise ValueError(unknown_name("key", key, allowed))
+    for key in required:
+        if key not in given:
+            raise ValueError(f"key '{key}' is missing")
+
+
+def _setting(name: str, value: Any) -> str:
+    if isinstance(value, bool) or not isinstance(value, (int, float, str, list)):
+        raise ValueError(f"settings: {name}: expected a number, a text or a list of numbers, found {json.dumps(value)}")
+    return f"{name}={','.join(map(str, value)) if isinstance(value, list) else value}"
+
+
+def _jobs_of(training: Any, scene: str, folder: pathlib.Path, out: pathlib.Path) -> list[Job]:
+    _check_keys(training, TRAINING_KEYS, ("name", "seeds"))
+    name = training["name"]
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise ValueError(f"name: expected letters, digits, '.', '_', '-' and '=', found {json.dumps(name)}")
+    seeds = training["seeds"]
+    if (not isinstance(seeds, list) or not seeds or len(set(map(str, seeds))) < len(seeds)
+            or any(type(seed) is not int or seed < 0 for seed in seeds)):
+        raise ValueError(f"seeds: expected a list of different non-negative integers, found {json.dumps(seeds)}")
+    settings, vary = training.get("settings", {}), training.get("vary", {})
+    for key, values in (("settings", settings), ("vary", vary)):
+        if not isinstance(values, dict):
+            raise ValueError(f"{key}: expected an object, found {json.dumps(values)}")
+    for key in ("scene", "seed"):
+        if key in settings or key in vary:
+            raise ValueError(f"settings: {key}: use the key '{'seeds' if key == 'seed' else key}' of the file instead")
+    for key, values in vary.items():
+        if not isinstance(values, list) or not values:
+            raise ValueError(f"vary: {key}: expected a list of values, found {json.dumps(values)}")
+    preset, algorithm = str(training.get("preset", "paper")), str(training.get("algorithm", "ppo"))
+    jobs = []
+    for varied in itertools.product(*vary.values()):
+        of_group = {**settings, **dict(zip(vary, varied))}
+        texts = [_setting(key, value) for key, value in of_group.items()]
+        group = "-".join([name, *(_setting(key, value) for key, value in zip(vary, varied))]).replace(",", "+")
+        for seed in seeds:
+            recipe = with_goal(with_settings(preset_recipe(preset, algorithm, scene, seed), texts), texts)
+            arguments = ["ppo", "--preset", preset, "--algorithm", algorithm, "--scene", scene, "--seed", str(seed),
+                         *(part for text in texts for part in ("--set", text))]
+            if "warm_start" in training:
+                arguments += ["--warm-start", str(folder / str(training["warm_start"]))]
+            place = out / group / f"seed-{seed}"
+            jobs.append(Job(group, str(training.get("figure", name)), recipe, place, (*arguments, "-o", str(place))))
+    return jobs
+
+
+class Sweep:
+    """Runs trainings, each in a process of its own.
+
+    Args:
+        jobs: The trainings.
+        side_by_side: How many run at once.
+        threads: Threads of each; None: the cores, shared equally.
+        device: Torch device.
+        minutes: No training segment begins that would end later than this from now; None: no limit.
+        log: Gets the lines of progress.
+        program: relign-train.
+    """
+
+    def __init__(self, jobs: list[Job], side_by_side: int, threads: int | None = None, device: str = "cpu",
+                 minutes: float | None = None, log: Callable[[str], object] = print,
+                 program: Sequence[str] = PROGRAM) -> None:
+        self._jobs, self._side_by_side, self._log, self._program = jobs, side_by_side, log, program
+        self._threads = threads or max(1, available_cores() // side_by_side)
+        self._further = ["--threads", str(self._threads), "--device", device]
+        self._end = None if minutes is None else time.monotonic() + 60 * minutes
+        self._running: list[subprocess.Popen[str]] = []
+        self._lock, self._stopping = threading.Lock(), False
+
+    def run(self) -> dict[str, str]:
+        """Runs what is not complete.
+
+        Returns:
+            The reason of each failure, by name of the training.
+
+        Raises:
+            KeyboardInterrupt: The process was interrupted or told to end; the trainings have been ended before.
+        """
+        before = signal.signal(signal.SIGTERM, _interrupt) if threading.current_thread() is threading.main_thread() else None
+        missing = [job for job in self._jobs if not job.complete()]
+        if len(missing) < len(self._jobs):
+            self._log(f"{len(self._jobs) - len(missing)} of {len(self._jobs)} trainings are complete already")
+        with ThreadPoolExecutor(self._side_by_side) as pool:
+            try:
+                reasons = list(pool.map(self._train, missing))
+            except BaseException:
+                self._stop()
+                raise
+            finally:
+                if before is not None:
+                    signal.signal(signal.SIGTERM, before)
+        return {job.name: reason for job, reason in zip(missing, reasons) if reason}
+
+    def _stop(self) -> None:
+        with self._lock:
+            self._stopping = True
+            for process in self._running:
+                process.terminate()
+
+    def _train(self, job: Job) -> str:
+        further = list(self._further)
+        if self._end is not None:
+            left = (self._end - time.monotonic()) / 60
+            if left <= 0:
+                self._log(f"{job.name}: not started, the time is over")
+                return ""
+            further += ["--minutes", f"{left:.2f}"]
+        environment = {**os.environ, "OMP_NUM_THREADS": str(self._threads), "PYTHONUNBUFFERED": "1"}
+        job.folder.mkdir(parents=True, exist_ok=True)
+        last: deque[str] = deque(maxlen=KEPT_LINES)
+        with open(job.folder / "log.txt", "a", encoding="utf-8") as log:
+            with self._lock:
+                if self._stopping:
+                    return ""
+                process = subprocess.Popen([*self._program, *job.arguments, *further], text=True, stdout=subprocess.DEVNULL,
+                                           stderr=subprocess.PIPE, env=environment)
+                self._running.append(process)
+            assert process.stderr is not None
+            with process.stderr:
+                for line in process.stderr:
+                    last.append(line.rstrip())
+                    log.write(line)
+                    log.flush()
+                    if " steps" in line or " step " in line:  # warnings of libraries are in log.txt alone
+                        self._log(f"{job.name}: {line.rstrip()}")
+        status = process.wait()
+        with self._lock:
+            self._running.remove(process)
+        if status == 0 or self._stopping:
+            return ""
+        reason = _reason(status, list(last))
+        self._log(f"{job.name}: {reason}")
+        return reason
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def _reason(status: int, lines: list[str]) -> str:
+    if status < 0:
+        return f"ended by signal {signal.Signals(-status).name}; the same command resumes it"
+    errors = [line for line in lines if line.startswith("error: ")]
+    return errors[-1].removeprefix("error: ") if errors else f"ended with status {status}; see log.txt"
