@@ -15,3 +15,14 @@ function(relign_add_module name)
 endfunction()
 
 set(RELIGN_WINGS foundation simulator harness results analysis)
+
+# relign_embed_file(SYMBOL file OUT): OUT becomes a C source, made at build time, with the file's bytes as
+# `const unsigned char SYMBOL[]` and their count `SYMBOL_size`.
+function(relign_embed_file symbol file out)
+  set(output "${CMAKE_CURRENT_BINARY_DIR}/${symbol}.c")
+  set(script "${PROJECT_SOURCE_DIR}/cmake/embed_file.cmake")
+  add_custom_command(OUTPUT "${output}"
+    COMMAND "${CMAKE_COMMAND}" -D INPUT=${file} -D OUTPUT=${output} -D SYMBOL=${symbol} -P "${script}"
+    DEPENDS "${file}" "${script}" VERBATIM)
+  set(${out} "${output}" PARENT_SCOPE)
+endfunction()

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/text_table.h"
+#include "gpu/gpu.h"
 #include "optics/ray_block.h"
 
 namespace relign::cli {
@@ -37,6 +38,12 @@ Finding vector_instructions() {
     if (optics::block_kernels(set)) return {"instructions", "ok", set};
   return {"instructions", "note",
           "no AVX2: the simulator is several times slower than documented; images are the same"};
+}
+
+Finding gpu_of_this_machine() {
+  const gpu::Availability found = gpu::look_for_gpu();
+  if (found.usable) return {"gpu", "ok", found.sentence};
+  return {"gpu", "note", found.sentence + ": the GPU simulator cannot run"};
 }
 
 Finding memory() { return {"memory", "ok", significant(static_cast<double>(usable_memory_bytes()) / 1e9) + " GB"}; }
@@ -102,6 +109,7 @@ int check_machine(Context& context) {
   findings.push_back(vector_instructions());
   findings.push_back({"cores", "ok", std::to_string(core_count())});
   findings.push_back(memory());
+  findings.push_back(gpu_of_this_machine());
   findings.push_back(folder("cache folder", cache_folder(),
                             "reference images and pretraining are repeated in every run; set XDG_CACHE_HOME to a "
                             "writable folder"));

@@ -37,6 +37,14 @@ TEST(CliDoctor, ChecksTheChosenPython) {
   EXPECT_EQ(found("/none/python3")["state"], "wrong");
 }
 
+TEST(CliDoctor, StatesWhyThereIsNoGpu) {
+  Options options;
+  options.environment = {{"RELIGN_LIBCUDA", "/none/libcuda.so.1"}};
+  const json gpu = finding(json::parse(relign_bench(Workplace(), {"--json", "doctor"}, options).out), "gpu");
+  EXPECT_EQ(gpu["state"], "note");
+  EXPECT_THAT(gpu["found"].get<std::string>(), HasSubstr("no NVIDIA driver: /none/libcuda.so.1: "));
+}
+
 TEST(CliDoctor, ReportsProblems) {
   const Workplace place;
   place.write("bad/relign-plugin.json", R"({"id": "bad", "kind": "optimiser", "summary": "x"})");

@@ -10,15 +10,12 @@
 #include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 #include "imaging/sequences.h"
+#include "imaging/streams.h"
 
 namespace relign::imaging {
 namespace {
 
 using optics::kPi;
-
-// Russian roulette of the paper's renderer: survival 0.95 at each of the last four faces. One random number decides for
-// all: a ray survives with the product of the probabilities.
-constexpr double kRouletteSurvival = 0.95 * 0.95 * 0.95 * 0.95;
 
 // GhostWalk intersects faces from either side and repeatedly, which is solved only for spheres, and stops only at their
 // position.
@@ -110,6 +107,11 @@ std::optional<Sampler> sampler_from_name(const std::string& name) {
   return std::nullopt;
 }
 
+int mse_samples(double pixels_read_out) {
+  return pixels_read_out > kMsePixels ? static_cast<int>(std::ceil(kMseSamples * kMsePixels / pixels_read_out))
+                                      : kMseSamples;
+}
+
 // What one thread needs: a block of rays and their owners.
 struct Camera::Workspace {
   RaySource source;
@@ -133,8 +135,7 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) workspaces_.push_back(std::make_unique<Workspace>());
   spans_ = spans_of(windows_of(scene.sensor), static_cast<std::size_t>(scene.sensor.width));
   choose_scored_tiles();
-  const double read_out = share_read_out() * static_cast<double>(scene.sensor.pixels());
-  if (read_out > kMsePixels) mse_samples_ = static_cast<int>(std::ceil(kMseSamples * kMsePixels / read_out));
+  mse_samples_ = mse_samples(share_read_out() * static_cast<double>(scene.sensor.pixels()));
   mse_shares_ = allocate_samples(mse_samples_);
   emitter_ = scene.emitter.plane();
   if (scene.diffraction) diffraction_.emplace(scene);
@@ -411,32 +412,6 @@ void Camera::add_diffraction(float* pixels) {
   if (diffraction_) diffraction_->blur(pixels, pixels, *parallel_, blurring_);
 }
 
-// Adds one pixel, from one value of each group.
-void Camera::add_to_mse(const double (&values)[kMseGroups], double o1, double o2, TileSum& sum) {
-  constexpr int groups = kMseGroups;
-  double total = 0, crossed = 0;
-  for (const double a : values) {
-    total += a;
-    crossed += (a - o1) * (a - o2);
-  }
-  // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
-  sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
-  // Its variance is (d1 + d2)^2 s2 / g + 2 s2^2 / (g (g - 1)) for g groups of variance s2 and differences d1, d2 from
-  // the two references. Both terms are products of estimates from two disjoint pairs of groups, hence unbiased however
-  // the values scatter: with ghosts they are rare and bright, far from normal.
-  static_assert(kMseGroups == 4, "pairs of groups are paired off below");
-  constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};
-  double linear = 0, square = 0;
-  for (const auto& [i, j, k, l] : pairings) {
-    const auto both = [&](int m, int n) { return (2 * values[m] - o1 - o2) * (2 * values[n] - o1 - o2); };
-    const auto scatter = [&](int m, int n) { return 0.5 * (values[m] - values[n]) * (values[m] - values[n]); };
-    const double one = scatter(i, j), other = scatter(k, l);
-    linear += (both(i, j) * other + both(k, l) * one) / 6;
-    square += one * other / 3;
-  }
-  sum.variance += linear / groups + 2 * square / (groups * (groups - 1));
-}
-
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                                    const Reference& reference) {
   place(lens, true_pose);
@@ -471,7 +446,7 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
                 scale * static_cast<double>(*value++);
       }
     }
-    TileSum sum;
+    MseSum sum;
     int in_tile = 0;
     for (int row = box.row; row < box.row + box.rows; ++row)
       for (int column = box.column; column < box.column + box.columns; ++column) {
@@ -481,12 +456,14 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         for (int group = 0; group < groups; ++group)
           values[group] = ghosts_ ? static_cast<double>(with_ghosts_[group][at]) : work.light[group][in_tile];
         ++in_tile;
-        add_to_mse(values, o1, o2, sum);
+        const MseSum pixel = mse_of_pixel(values, o1, o2);
+        sum.product += pixel.product;
+        sum.variance += pixel.variance;
       }
     sums_[static_cast<std::size_t>(index)] = sum;
   });
   double product = 0, variance = 0;
-  for (const TileSum& sum : sums_) {
+  for (const MseSum& sum : sums_) {
     product += sum.product;
     variance += sum.variance;
   }

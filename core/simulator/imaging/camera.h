@@ -16,6 +16,7 @@
 #include "imaging/diffraction.h"
 #include "imaging/ghost_image.h"
 #include "imaging/mounted_lens.h"
+#include "imaging/mse_pixel.h"
 #include "imaging/pupil_tiles.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
@@ -58,10 +59,10 @@ struct Reference {
   std::vector<float> first, second, mean;
 };
 
-inline constexpr int kMseGroups = 4;
 inline constexpr int kMseSamples = 8;
 // The noise of an MSE is that of its rays over all pixels: sensors that read out more pixels than this get fewer each.
 inline constexpr double kMsePixels = 80'000;
+int mse_samples(double pixels_read_out);
 // Transport ghost: additional reflected paths per pixel. They carry little light, so there are fewer of them.
 inline constexpr int kMseGhosts = 1;
 inline constexpr int kRaysPerGhost = 32;  // default of noise-free renders
@@ -132,10 +133,6 @@ class Camera {
 
  private:
   struct Workspace;
-  struct TileSum {
-    double product = 0, variance = 0;
-  };
-  static void add_to_mse(const double (&values)[kMseGroups], double o1, double o2, TileSum& sum);
   // The current lens at one wavelength: one of the scene's list, or the lens's own.
   struct View {
     View(const SceneFile& scene, Parallel& parallel) : tiles(scene, parallel) {}
@@ -190,7 +187,7 @@ class Camera {
   std::vector<std::unique_ptr<Workspace>> workspaces_;  // one per thread
   std::vector<int> scored_;                             // tiles that noise_free_mse renders
   double pixels_per_scored_ = 1;                        // read out, over those in scored tiles
-  std::vector<TileSum> sums_;                           // one per scored tile
+  std::vector<MseSum> sums_;                            // one per scored tile
 };
 
 }  // namespace relign::imaging

@@ -37,7 +37,7 @@ MseEstimate DiffractedMse::estimate(const Reference& reference, Parallel& parall
         crossed += (a - o1) * (a - o2);
       }
       sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
-      // As without diffraction (Camera::add_to_mse), for the pixels before the blur, which vary independently: a pixel
+      // As without diffraction (mse_pixel.h), for the pixels before the blur, which vary independently: a pixel
       // affects the mean in proportion to the blurred differences from the references around it, and its square in
       // proportion to the autocorrelation of the kernel.
       constexpr int pairings[3][4] = {{0, 1, 2, 3}, {0, 2, 1, 3}, {0, 3, 1, 2}};

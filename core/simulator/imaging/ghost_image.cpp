@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "imaging/sequences.h"
+#include "imaging/streams.h"
 
 namespace relign::imaging {
 namespace {

@@ -99,6 +99,13 @@ void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox
   optics::set_first_frame(start, path, sensor.place(tile.column + 0.5 * tile.columns, tile.row + 0.5 * tile.rows));
 }
 
+optics::PixelPlaces places_of(const PixelBox& tile, const PixelBox& part, int frame_width) {
+  const auto width = static_cast<std::uint32_t>(frame_width);
+  return {part.columns, static_cast<float>(part.column - tile.column) - 0.5F * static_cast<float>(tile.columns),
+          static_cast<float>(part.row - tile.row) - 0.5F * static_cast<float>(tile.rows),
+          static_cast<std::uint32_t>(part.row) * width + static_cast<std::uint32_t>(part.column), width};
+}
+
 int tile_pixels(const Sensor& sensor) {
   return std::clamp(std::min(sensor.width, sensor.height) / kMinTilesAcross, 1, kTilePixels);
 }

@@ -53,6 +53,9 @@ struct TileCorner {
 void set_places(optics::TileStart& start, const SceneFile& scene, const PixelBox& tile,
                 const optics::BackwardPath& path);
 
+// The pixels `part` of a tile.
+optics::PixelPlaces places_of(const PixelBox& tile, const PixelBox& part, int frame_width);
+
 // The sides of a sensor's tiles, in pixels.
 int tile_pixels(const Sensor& sensor);
 

@@ -4,15 +4,13 @@
 #include <cstring>
 
 #include "imaging/sequences.h"
+#include "imaging/streams.h"
 
 namespace relign::imaging {
 namespace {
 
 using optics::kBlockRays;
 using optics::kPi;
-
-// Random streams of one frame seed, from RayPath::streams on: one for each purpose.
-enum Stream : std::uint32_t { kCounts = 0, kDirections = 1, kLattice = 2 };
 
 std::uint32_t low(std::uint64_t seed) { return static_cast<std::uint32_t>(seed); }
 std::uint32_t high(std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); }
@@ -38,12 +36,7 @@ void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& p
   pixels_ = lit.columns * lit.rows;
   std::fill_n(sums, pixels_, 0.0F);
   if (tile.unlit) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
-  const auto width = static_cast<std::uint32_t>(scene.sensor.width);
-  places_.columns = lit.columns;
-  places_.first_column = static_cast<float>(lit.column - tile.box.column) - 0.5F * static_cast<float>(tile.box.columns);
-  places_.first_row = static_cast<float>(lit.row - tile.box.row) - 0.5F * static_cast<float>(tile.box.rows);
-  places_.first_number = static_cast<std::uint32_t>(lit.row) * width + static_cast<std::uint32_t>(lit.column);
-  places_.frame_width = width;
+  places_ = places_of(tile.box, lit, scene.sensor.width);
 }
 
 void RaySource::take_pixels(int count) {

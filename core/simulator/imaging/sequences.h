@@ -1,14 +1,10 @@
-// Low-discrepancy steps, binomial thresholds and sample allocation, shared by samplers.
+// Binomial thresholds and sample allocation, shared by samplers.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 namespace relign::imaging {
-
-// Kronecker sequence of the generalised golden ratio in four dimensions, as 32-bit fractions: powers of
-// 1 / 1.16730397826141868..., the root of x^5 = x + 1.
-inline constexpr std::uint32_t kLatticeSteps[4] = {3679390609U, 3152041523U, 2700274805U, 2313257605U};
 
 // Distribution function of Binomial(n, p), p < 1, in units of 2^-32: a uniform word that reaches k of the thresholds
 // draws k. Returns the number of thresholds; `thresholds` has space for n.

@@ -1,13 +1,15 @@
 // The float kernels of ray_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA).
 //
-// Each operation is a function of its own with plain loops over arrays and scalar locals: that is
-// what the compiler vectorises. Only builtins and intrinsics are called, so that no inline function of
-// a library header is emitted here with instructions that other code must not run.
+// Each operation is a plain loop over arrays around the arithmetic of one ray (ray_steps.h), which is always inlined:
+// that is what the compiler vectorises. Only builtins and intrinsics are called otherwise, so that no inline function
+// of a library header is emitted here with instructions that other code must not run.
 #if defined(__AVX2__)
 #include <immintrin.h>
 #endif
 
+#include "optics/asphere_steps.h"
 #include "optics/ray_block.h"
+#include "optics/ray_steps.h"
 
 namespace relign::optics {
 namespace RELIGN_KERNEL_ISA {
@@ -15,13 +17,21 @@ namespace {
 
 #define RELIGN_LOOP _Pragma("omp simd")
 
-inline float multiply_add(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
-inline float smaller(float a, float b) { return a < b ? a : b; }
-inline float larger(float a, float b) { return a > b ? a : b; }
-
-// unit() uses the upper 24 bits of a word; the four lower bytes make a fifth word.
-inline std::uint32_t fifth_word(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3) {
-  return (c0 & 255U) << 24 | (c1 & 255U) << 16 | (c2 & 255U) << 8 | (c3 & 255U);
+// The ray at place i, and back.
+RELIGN_DEVICE FloatRay taken(const RayBlock& block, int i) {
+  return {block.x[i],  block.y[i],     block.z[i],     block.lx[i],    block.ly[i],
+          block.lz[i], block.above[i], block.below[i], block.margin[i]};
+}
+RELIGN_DEVICE void put(RayBlock& block, int i, const FloatRay& ray) {
+  block.x[i] = ray.x;
+  block.y[i] = ray.y;
+  block.z[i] = ray.z;
+  block.lx[i] = ray.lx;
+  block.ly[i] = ray.ly;
+  block.lz[i] = ray.lz;
+  block.above[i] = ray.above;
+  block.below[i] = ray.below;
+  block.margin[i] = ray.margin;
 }
 
 // The rounds of Philox4x32-10 on 64-bit lanes, of which only the lower halves count: one instruction
@@ -53,19 +63,11 @@ inline void store_narrow(std::uint32_t* words, Wide lanes) {
 inline Wide product(Wide a, Wide b) { return _mm256_mul_epu32(a, b); }
 inline Wide upper_half(Wide a) { return _mm256_srli_epi64(a, 32); }
 inline Wide exclusive_or(Wide a, Wide b, Wide c) { return _mm256_xor_si256(_mm256_xor_si256(a, b), c); }
-#else
-constexpr int kWideLanes = 1;
-using Wide = std::uint64_t;
-inline Wide wide(std::uint32_t word) { return word; }
-inline Wide load_wide(const std::uint32_t* words) { return *words; }
-inline void store_narrow(std::uint32_t* words, Wide lanes) { *words = static_cast<std::uint32_t>(lanes); }
-inline Wide product(Wide a, Wide b) { return (a & 0xFFFFFFFFU) * (b & 0xFFFFFFFFU); }
-inline Wide upper_half(Wide a) { return a >> 32; }
-inline Wide exclusive_or(Wide a, Wide b, Wide c) { return a ^ b ^ c; }
 #endif
 
 void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sample, std::uint32_t stream,
             std::uint32_t key0, std::uint32_t key1, int count) {
+#if defined(__AVX2__)
   const Wide multiplier0 = wide(0xD2511F53U), multiplier1 = wide(0xCD9E8D57U);
   for (int i = 0; i < count; i += kWideLanes) {
     Wide c0 = load_wide(sample + i), c1 = load_wide(pixel + i), c2 = wide(stream), c3 = wide(0);
@@ -85,285 +87,99 @@ void philox(RayBlock& block, const std::uint32_t* pixel, const std::uint32_t* sa
     store_narrow(block.u2 + i, c2);
     store_narrow(block.u3 + i, c3);
   }
+#else
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t words[4] = {sample[i], pixel[i], stream, 0};
+    philox_rounds(words, key0, key1);
+    block.u0[i] = words[0];
+    block.u1[i] = words[1];
+    block.u2[i] = words[2];
+    block.u3[i] = words[3];
+  }
+#endif
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) block.roulette[i] = fifth_word(block.u0[i], block.u1[i], block.u2[i], block.u3[i]);
-}
-
-// 24 random bits to [0, 1).
-inline float unit(std::uint32_t bits) { return static_cast<float>(static_cast<std::int32_t>(bits >> 8)) * 0x1p-24F; }
-
-// Uniform on the unit disc from two words: radius sqrt(u), angle 2 pi v. Half the angle is in
-// [-pi/2, pi/2), where Taylor series of degree 11 and 12 are good to float; double it afterwards.
-inline void unit_disc(std::uint32_t bits_u, std::uint32_t bits_v, float& dx, float& dy) {
-  const float radius = __builtin_sqrtf(unit(bits_u));
-  const float half = (unit(bits_v) - 0.5F) * 3.14159265F;
-  const float h2 = half * half;
-  float sine = multiply_add(h2, -2.50521084e-8F, 2.75573192e-6F);
-  sine = multiply_add(h2, sine, -1.98412698e-4F);
-  sine = multiply_add(h2, sine, 8.33333333e-3F);
-  sine = multiply_add(h2, sine, -1.66666667e-1F);
-  sine = multiply_add(h2 * half, sine, half);
-  float cosine = multiply_add(h2, 2.08767570e-9F, -2.75573192e-7F);
-  cosine = multiply_add(h2, cosine, 2.48015873e-5F);
-  cosine = multiply_add(h2, cosine, -1.38888889e-3F);
-  cosine = multiply_add(h2, cosine, 4.16666667e-2F);
-  cosine = multiply_add(h2, cosine, -0.5F);
-  cosine = multiply_add(h2, cosine, 1.0F);
-  dx = radius * multiply_add(-2.0F * sine, sine, 1.0F);
-  dy = radius * (2.0F * sine * cosine);
-}
-
-inline void place_ray(RayBlock& block, const TileStart& tile, int i, float px, float py, float p, float q) {
-  const float rest = multiply_add(-p, p, multiply_add(-q, q, 1.0F));
-  const float w = -__builtin_sqrtf(larger(rest, 1e-12F));
-  const float* const r = tile.rotation;
-  const float* const t = tile.translation;
-  block.x[i] = multiply_add(r[0], px, multiply_add(r[1], py, t[0]));
-  block.y[i] = multiply_add(r[3], px, multiply_add(r[4], py, t[1]));
-  block.z[i] = multiply_add(r[6], px, multiply_add(r[7], py, t[2]));
-  block.lx[i] = multiply_add(r[0], p, multiply_add(r[1], q, r[2] * w));
-  block.ly[i] = multiply_add(r[3], p, multiply_add(r[4], q, r[5] * w));
-  block.lz[i] = multiply_add(r[6], p, multiply_add(r[7], q, r[8] * w));
-  block.above[i] = 1.0F;
-  block.below[i] = 1.0F;
-  block.margin[i] = rest;
 }
 
 void start_in_ellipse(RayBlock& block, const TileStart& given, int count) {
   const TileStart tile = given;
   RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const float px = multiply_add(unit(block.u0[i]), tile.pixel_pitch_x, block.pixel_x[i]);
-    const float py = multiply_add(unit(block.u1[i]), tile.pixel_pitch_y, block.pixel_y[i]);
-    float dx = 0, dy = 0;
-    unit_disc(block.u2[i], block.u3[i], dx, dy);
-    const float cp = multiply_add(tile.slope[0], px, multiply_add(tile.slope[1], py, tile.centre[0]));
-    const float cq = multiply_add(tile.slope[2], px, multiply_add(tile.slope[3], py, tile.centre[1]));
-    const float p = multiply_add(tile.axes[0], dx, multiply_add(tile.axes[1], dy, cp));
-    const float q = multiply_add(tile.axes[2], dx, multiply_add(tile.axes[3], dy, cq));
-    place_ray(block, tile, i, px, py, p, q);
-  }
+  for (int i = 0; i < count; ++i)
+    put(block, i,
+        optics::start_in_ellipse(tile, block.pixel_x[i], block.pixel_y[i], block.u0[i], block.u1[i], block.u2[i],
+                                 block.u3[i]));
 }
 
 void start_in_hemisphere(RayBlock& block, const TileStart& given, int count) {
   const TileStart tile = given;
   RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const float px = multiply_add(unit(block.u0[i]), tile.pixel_pitch_x, block.pixel_x[i]);
-    const float py = multiply_add(unit(block.u1[i]), tile.pixel_pitch_y, block.pixel_y[i]);
-    float p = 0, q = 0;
-    unit_disc(block.u2[i], block.u3[i], p, q);
-    place_ray(block, tile, i, px, py, p, q);
-  }
+  for (int i = 0; i < count; ++i)
+    put(block, i,
+        optics::start_in_hemisphere(tile, block.pixel_x[i], block.pixel_y[i], block.u0[i], block.u1[i], block.u2[i],
+                                    block.u3[i]));
 }
 
-void apply_frame(RayBlock& block, const Op& op, int count) {
-  const float r0 = op.rotation[0], r1 = op.rotation[1], r2 = op.rotation[2];
-  const float r3 = op.rotation[3], r4 = op.rotation[4], r5 = op.rotation[5];
-  const float r6 = op.rotation[6], r7 = op.rotation[7], r8 = op.rotation[8];
-  const float t0 = op.translation[0], t1 = op.translation[1], t2 = op.translation[2];
+// step(ray, operation) for every ray of the block.
+template <class Step>
+RELIGN_DEVICE void each_ray(RayBlock& block, const Op& given, int count, const Step& step) {
+  const Op op = given;  // a copy, whose members stay in registers
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float x = block.x[i], y = block.y[i], z = block.z[i];
-    const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
-    block.x[i] = multiply_add(r0, x, multiply_add(r1, y, multiply_add(r2, z, t0)));
-    block.y[i] = multiply_add(r3, x, multiply_add(r4, y, multiply_add(r5, z, t1)));
-    block.z[i] = multiply_add(r6, x, multiply_add(r7, y, multiply_add(r8, z, t2)));
-    block.lx[i] = multiply_add(r0, lx, multiply_add(r1, ly, r2 * lz));
-    block.ly[i] = multiply_add(r3, lx, multiply_add(r4, ly, r5 * lz));
-    block.lz[i] = multiply_add(r6, lx, multiply_add(r7, ly, r8 * lz));
-  }
-}
-
-void apply_shift(RayBlock& block, const Op& op, int count) {
-  const float t0 = op.translation[0], t1 = op.translation[1], t2 = op.translation[2];
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    block.x[i] += t0;
-    block.y[i] += t1;
-    block.z[i] += t2;
-  }
-}
-
-// Hit and refraction with the vertex as origin. The distance to the sphere c |h|^2 = 2 h_z from p along l is t = F / (b
-// - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of l_z (here
-// negative). Snell: Welford, Aberrations of Optical Systems, chapter 4. Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c'
-// (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before, A = c + r c', B = r c + c'. Roots are of absolute
-// values: where the argument is negative, the margin marks the ray as lost.
-inline void transmit(RayBlock& block, int i, float back_ratio, float cosine, float cosine_after) {
-  const float a = multiply_add(back_ratio, cosine_after, cosine);
-  const float d = multiply_add(back_ratio, cosine, cosine_after);
-  block.above[i] *= 2.0F * back_ratio * cosine * cosine_after * multiply_add(a, a, d * d);
-  block.below[i] *= a * d;
-}
-
-template <bool Fresnel>
-void intersect_face(RayBlock& block, const Op& op, int count) {
-  const float vertex = op.vertex_z, c = op.curvature, minus_c = -op.curvature;
-  const float ratio = op.index_ratio, clear2 = op.clear_radius2;
-  const float minus_ratio2 = -ratio * ratio;
-  const float back_ratio = op.index_after / op.index_before;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const float x = block.x[i], y = block.y[i], z = block.z[i] - vertex;
-    const float lx = block.lx[i], ly = block.ly[i], lz = block.lz[i];
-    const float along = multiply_add(x, lx, multiply_add(y, ly, z * lz));
-    const float square = multiply_add(x, x, multiply_add(y, y, z * z));
-    const float b = multiply_add(minus_c, along, lz);
-    const float f = multiply_add(c, square, -2.0F * z);
-    const float discriminant = multiply_add(b, b, minus_c * f);
-    const float cosine = __builtin_sqrtf(__builtin_fabsf(discriminant));  // |cos| of incidence
-    const float t = f / (b - cosine);
-    const float hx = multiply_add(t, lx, x);
-    const float hy = multiply_add(t, ly, y);
-    const float hz = multiply_add(t, lz, z);
-    const float refracted = multiply_add(minus_ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
-    const float cosine_after = __builtin_sqrtf(__builtin_fabsf(refracted));
-    const float g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
-    const float gc = minus_c * g;
-    block.x[i] = hx;
-    block.y[i] = hy;
-    block.z[i] = hz;
-    block.lx[i] = multiply_add(ratio, lx, gc * hx);
-    block.ly[i] = multiply_add(ratio, ly, gc * hy);
-    block.lz[i] = multiply_add(ratio, lz, multiply_add(gc, hz, g));
-    const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, clear2));
-    block.margin[i] = smaller(smaller(block.margin[i], edge), smaller(discriminant, refracted));
-    if (Fresnel) transmit(block, i, back_ratio, cosine, cosine_after);
+    FloatRay ray = taken(block, i);
+    step(ray, op);
+    put(block, i, ray);
   }
 }
 
 #include "optics/block_asphere.inc"
 
-void intersect_stop(RayBlock& block, const Op& op, int count) {
-  const float vertex = op.vertex_z, clear2 = op.clear_radius2;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const float z = block.z[i] - vertex;
-    const float t = -z / block.lz[i];
-    const float x = multiply_add(t, block.lx[i], block.x[i]);
-    const float y = multiply_add(t, block.ly[i], block.y[i]);
-    block.x[i] = x;
-    block.y[i] = y;
-    block.z[i] = 0.0F;
-    block.margin[i] = smaller(block.margin[i], multiply_add(-x, x, multiply_add(-y, y, clear2)));
-  }
-}
-
-// The barrel's rear rim: a ray that starts behind it must enter within the bore, one that starts inside must start
-// within it. Does not move the ray.
-void intersect_bore(RayBlock& block, const Op& op, int count) {
-  const float rim = op.vertex_z, clear2 = op.clear_radius2;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const float t = -larger(block.z[i] - rim, 0.0F) / block.lz[i];
-    const float x = multiply_add(t, block.lx[i], block.x[i]);
-    const float y = multiply_add(t, block.ly[i], block.y[i]);
-    block.margin[i] = smaller(block.margin[i], multiply_add(-x, x, multiply_add(-y, y, clear2)));
-  }
-}
-
-// The Fresnel products grow with every face (25-fold for germanium) and must stay finite in float: after this many
-// faces they are replaced by their quotient.
-constexpr int kFacesPerProduct = 12;
-
-void divide_products(RayBlock& block, int count) {
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    block.above[i] /= block.below[i] * block.below[i];
-    block.below[i] = 1.0F;
+template <bool Fresnel>
+void apply(RayBlock& block, const Op& op, int count) {
+  switch (op.kind) {
+    case Op::frame:
+      each_ray(block, op, count, [](FloatRay& ray, const Op& one) { apply_frame(ray, one); });
+      break;
+    case Op::shift:
+      each_ray(block, op, count, [](FloatRay& ray, const Op& one) { apply_shift(ray, one); });
+      break;
+    case Op::face:
+      each_ray(block, op, count, [](FloatRay& ray, const Op& one) { intersect_face<Fresnel>(ray, one); });
+      break;
+    case Op::asphere:
+      intersect_asphere<Fresnel>(block, op, count);
+      break;
+    case Op::stop:
+      each_ray(block, op, count, [](FloatRay& ray, const Op& one) { intersect_stop(ray, one); });
+      break;
+    case Op::bore:
+      each_ray(block, op, count, [](FloatRay& ray, const Op& one) { intersect_bore(ray, one); });
+      break;
   }
 }
 
 void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count) {
   int faces = 0;
   for (int k = 0; k < op_count; ++k) {
-    const Op op = ops[k];
+    const Op& op = ops[k];
     if (fresnel && (op.kind == Op::face || op.kind == Op::asphere) && ++faces > kFacesPerProduct) {
-      divide_products(block, count);
+      each_ray(block, op, count, [](FloatRay& ray, const Op&) { divide_products(ray); });
       faces = 1;
     }
-    switch (op.kind) {
-      case Op::frame:
-        apply_frame(block, op, count);
-        break;
-      case Op::shift:
-        apply_shift(block, op, count);
-        break;
-      case Op::face:
-        if (fresnel)
-          intersect_face<true>(block, op, count);
-        else
-          intersect_face<false>(block, op, count);
-        break;
-      case Op::asphere:
-        if (fresnel)
-          intersect_asphere<true>(block, op, count);
-        else
-          intersect_asphere<false>(block, op, count);
-        break;
-      case Op::stop:
-        intersect_stop(block, op, count);
-        break;
-      case Op::bore:
-        intersect_bore(block, op, count);
-        break;
-    }
+    if (fresnel)
+      apply<true>(block, op, count);
+    else
+      apply<false>(block, op, count);
   }
 }
-
-inline float level(std::uint32_t bits, float unit) {
-  return static_cast<float>(static_cast<std::int32_t>(bits)) * unit;
-}
-
-// A word of 32 bits at any even address.
-using LooseWord = std::uint32_t __attribute__((aligned(2), may_alias));
 
 template <bool EightBits>
 void look_up_texels(RayBlock& block, const EmitterPlane& given, int count) {
   const EmitterPlane emitter = given;
-  const float last = static_cast<float>(emitter.texels - 1);
-  const std::uint16_t* const narrow = emitter.texels_8_bit;
-  const std::uint32_t* const broad = emitter.texels_16_bit;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float t = (emitter.distance_z - block.z[i]) / block.lz[i];
-    const float x = multiply_add(t, block.lx[i], block.x[i]);
-    const float y = multiply_add(t, block.ly[i], block.y[i]);
-    block.x[i] = x;
-    block.y[i] = y;
-    // The ray must travel forwards and hit inside the square.
-    const float inside =
-        smaller(smaller(emitter.half_side - __builtin_fabsf(x), emitter.half_side - __builtin_fabsf(y)), t);
-    const bool hits = smaller(block.margin[i], inside) > 0.0F;
-    // Bilinear between texel centres; the border half texel repeats the outermost. NaN goes to 0.
-    const float u = hits ? multiply_add(x + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
-    const float v = hits ? multiply_add(y + emitter.half_side, emitter.texels_per_mm, emitter.texel_offset) : 0.0F;
-    const float uc = smaller(larger(u, 0.0F), last);
-    const float vc = smaller(larger(v, 0.0F), last);
-    const float u_floor = smaller(static_cast<float>(static_cast<std::int32_t>(uc)), last - 1.0F);
-    const float v_floor = smaller(static_cast<float>(static_cast<std::int32_t>(vc)), last - 1.0F);
-    const float fu = uc - u_floor;
-    const float fv = vc - v_floor;
-    const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
-    float a = 0, b = 0, c = 0, d = 0;  // left and right above, then below
-    if (EightBits) {
-      const std::uint32_t four = *reinterpret_cast<const LooseWord*>(narrow + at);
-      a = level(four & 0xFFU, 1.0F / 255.0F);
-      b = level(four >> 16 & 0xFFU, 1.0F / 255.0F);
-      c = level(four >> 8 & 0xFFU, 1.0F / 255.0F);
-      d = level(four >> 24, 1.0F / 255.0F);
-    } else {
-      const std::uint32_t upper = broad[at], lower = broad[at + emitter.texels];
-      a = level(upper & 0xFFFFU, 1.0F / 65535.0F);
-      b = level(upper >> 16, 1.0F / 65535.0F);
-      c = level(lower & 0xFFFFU, 1.0F / 65535.0F);
-      d = level(lower >> 16, 1.0F / 65535.0F);
-    }
-    const float top = multiply_add(fu, b - a, a);
-    const float bottom = multiply_add(fu, d - c, c);
-    const float value = multiply_add(fv, bottom - top, top);
-    block.radiance[i] = hits ? value : 0.0F;
+    FloatRay ray = taken(block, i);
+    block.radiance[i] = optics::look_up<EightBits>(ray, emitter);
+    put(block, i, ray);
   }
 }
 
@@ -377,7 +193,7 @@ void look_up(RayBlock& block, const EmitterPlane& emitter, int count) {
 void apply_transmittance(RayBlock& block, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float weighted = block.radiance[i] * (block.above[i] / (block.below[i] * block.below[i]));
+    const float weighted = block.radiance[i] * transmittance(taken(block, i));
     block.radiance[i] = block.radiance[i] > 0.0F ? weighted : 0.0F;
   }
 }
@@ -395,10 +211,8 @@ void count_reached(const std::uint32_t* words, const std::uint32_t* thresholds, 
 
 void play_roulette(RayBlock& block, float bound, int count) {
   RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const bool survives = unit(block.roulette[i]) * bound * (block.below[i] * block.below[i]) < block.above[i];
-    block.radiance[i] = survives ? block.radiance[i] : 0.0F;
-  }
+  for (int i = 0; i < count; ++i)
+    block.radiance[i] = survives(taken(block, i), block.roulette[i], bound) ? block.radiance[i] : 0.0F;
 }
 
 void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first, int length, int count) {
@@ -413,21 +227,17 @@ void equal_runs(std::uint32_t* owner, std::uint32_t* sample, std::uint32_t first
   }
 }
 
-void take_pixels(RayBlock& block, const TileStart& tile, const PixelPlaces& given, const std::uint32_t* owner,
+void take_pixels(RayBlock& block, const TileStart& given_tile, const PixelPlaces& given, const std::uint32_t* owner,
                  std::uint32_t* number, int count) {
+  const TileStart tile = given_tile;
   const PixelPlaces places = given;
-  const float pitch_x = tile.pixel_pitch_x, pitch_y = tile.pixel_pitch_y;
   const float rows = 1.0F / static_cast<float>(places.columns);
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const auto at = static_cast<std::int32_t>(owner[i]);
-    // Half a step above the integer, so that rounding never crosses the next one, for boxes of some hundred pixels.
-    const auto row = static_cast<std::int32_t>((static_cast<float>(at) + 0.5F) * rows);
-    const std::int32_t column = at - row * places.columns;
-    block.pixel_x[i] = (static_cast<float>(column) + places.first_column) * pitch_x;
-    block.pixel_y[i] = (static_cast<float>(row) + places.first_row) * pitch_y;
-    number[i] =
-        places.first_number + static_cast<std::uint32_t>(row) * places.frame_width + static_cast<std::uint32_t>(column);
+    const PixelStart start = pixel_start(tile, places, rows, static_cast<std::int32_t>(owner[i]));
+    block.pixel_x[i] = start.x;
+    block.pixel_y[i] = start.y;
+    number[i] = start.number;
   }
 }
 

@@ -1,0 +1,175 @@
+#include "gpu/capture_batch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "imaging/pupil_tiles.h"
+#include "imaging/sequences.h"
+#include "optics/backward_path.h"
+
+namespace relign::gpu {
+
+static_assert(kTileThreads >= imaging::kTilePixels * imaging::kTilePixels);
+
+std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings) {
+  const std::string start = "scene '" + scene.name + "': the GPU simulator does not support ";
+  if (settings.transport == imaging::Transport::ghost) return start + "transport 'ghost'; use 'fresnel' or 'refract'";
+  if (settings.sampler != imaging::Sampler::paper) return start + "samplers other than 'paper'";
+  if (settings.scored_tiles != 1) return start + "'scored_tiles' other than 1";
+  if (!scene.wavelengths.empty()) return start + "several 'wavelengths'";
+  if (scene.diffraction) return start + "'diffraction'";
+  if (scene.sensor.electronics) return start + "the sensor's 'electronics'";
+  if (!scene.sensor.windows.empty()) return start + "a sensor with windows";
+  for (const optics::Element& element : scene.lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f)
+      if (!element.faces[f].is_conic())
+        return start + "polynomial faces, such as face " + std::to_string(f + 1) + " of " + element.name;
+  return "";
+}
+
+struct CaptureBatch::Fitter {
+  explicit Fitter(const imaging::SceneFile& scene) : tiles(scene, alone) {}
+  Parallel alone{1};
+  imaging::PupilTiles tiles;
+  optics::BackwardPath path;
+};
+
+CaptureBatch::CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings,
+                           Parallel& parallel)
+    : scene_(&scene), settings_(settings), parallel_(&parallel) {
+  if (const std::string problem = unsupported(scene, settings); !problem.empty())
+    throw Error(ErrorKind::bad_input, problem);
+  for (unsigned thread = 0; thread < parallel.threads(); ++thread) fitters_.push_back(std::make_unique<Fitter>(scene));
+}
+
+CaptureBatch::~CaptureBatch() = default;
+
+// The distribution of the number of rays of a pixel, as in RaySource::draw_counts.
+void CaptureBatch::add_thresholds(const imaging::Tile& tile, double highest_transmittance, TileJob& job,
+                                  Jobs& jobs) const {
+  const auto samples = static_cast<std::size_t>(settings_.samples);
+  const double largest_survival = imaging::kRouletteSurvival * highest_transmittance;
+  const double probability = tile.area / optics::kPi * largest_survival;
+  const std::size_t first = jobs.thresholds.size();
+  jobs.thresholds.resize(first + samples);  // all 0, which every word reaches: all samples are traced
+  job.first_threshold = static_cast<std::int32_t>(first);
+  job.thresholds = settings_.samples;
+  if (probability < 1)
+    job.thresholds = imaging::binomial_thresholds(settings_.samples, probability, jobs.thresholds.data() + first);
+  jobs.thresholds.resize(first + static_cast<std::size_t>(job.thresholds));
+}
+
+void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const {
+  const optics::Motion lens_to_world = scene_->lens_to_world(*item.true_pose);
+  optics::BackwardPath& path = fitter.path;
+  optics::set_backward_path(path, item.lens->assembly(), lens_to_world);
+  jobs.ops.assign(path.ops.begin(), path.ops.end());
+  jobs.ops.push_back(optics::last_frame_to_world(path));
+  fitter.tiles.fit(*item.lens, lens_to_world, path, jobs.ops, scene_->emitter.plane());
+  const bool fresnel = settings_.transport != imaging::Transport::refract;
+  const double highest = fresnel ? path.highest_transmittance : 1.0;
+  jobs.image = {static_cast<std::uint32_t>(item.seed), static_cast<std::uint32_t>(item.seed >> 32), 0,
+                static_cast<std::int32_t>(jobs.ops.size()), static_cast<float>(highest)};
+  jobs.tiles.clear();
+  jobs.thresholds.clear();
+  const int samples = imaging::mse_samples(static_cast<double>(scene_->sensor.pixels()));
+  const auto width = static_cast<std::uint32_t>(scene_->sensor.width);
+  const auto number = [width](int column, int row) {
+    return static_cast<std::uint32_t>(row) * width + static_cast<std::uint32_t>(column);
+  };
+  for (const imaging::Tile& tile : fitter.tiles.tiles()) {
+    if (tile.unlit && kind == Kind::capture) continue;
+    TileJob job{};
+    job.columns = tile.box.columns;
+    job.pixels = tile.box.columns * tile.box.rows;
+    job.first_number = number(tile.box.column, tile.box.row);
+    job.places.frame_width = width;
+    if (!tile.unlit) {
+      job.start = tile.start;
+      job.places = imaging::places_of(tile.box, tile.lit, scene_->sensor.width);
+      job.lit_pixels = tile.lit.columns * tile.lit.rows;
+      job.whole_disc = tile.whole_disc ? 1 : 0;
+      job.lit_column = tile.lit.column - tile.box.column;
+      job.lit_row = tile.lit.row - tile.box.row;
+      job.scale =
+          kind == Kind::capture ? optics::kPi / settings_.samples / imaging::kRouletteSurvival : tile.area / samples;
+      if (kind == Kind::capture) add_thresholds(tile, highest, job, jobs);
+    }
+    jobs.tiles.push_back(job);
+  }
+}
+
+void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind kind) {
+  if (jobs_.size() < items.size()) jobs_.resize(items.size());
+  parallel_->for_each(static_cast<int>(items.size()), [&](int index, unsigned thread) {
+    const auto at = static_cast<std::size_t>(index);
+    fit(*fitters_[thread], items[at], kind, jobs_[at]);
+  });
+  tiles_.clear();
+  images_.clear();
+  ops_.clear();
+  thresholds_.clear();
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Jobs& jobs = jobs_[i];
+    for (TileJob tile : jobs.tiles) {
+      tile.image = static_cast<std::int32_t>(i);
+      tile.first_threshold += static_cast<std::int32_t>(thresholds_.size());
+      tiles_.push_back(tile);
+    }
+    images_.push_back(jobs.image);
+    images_.back().first_op = static_cast<std::int32_t>(ops_.size());
+    ops_.insert(ops_.end(), jobs.ops.begin(), jobs.ops.end());
+    thresholds_.insert(thresholds_.end(), jobs.thresholds.begin(), jobs.thresholds.end());
+  }
+}
+
+Batch CaptureBatch::batch(const imaging::Reference* reference) const {
+  const auto pixels = scene_->sensor.pixels();
+  return {tiles_.data(),
+          images_.data(),
+          ops_.data(),
+          thresholds_.data(),
+          scene_->emitter.plane(),
+          settings_.transport != imaging::Transport::refract ? 1 : 0,
+          static_cast<std::int32_t>(pixels),
+          imaging::mse_samples(static_cast<double>(pixels)),
+          reference ? reference->first.data() : nullptr,
+          reference ? reference->second.data() : nullptr};
+}
+
+std::vector<float> CaptureBatch::capture_here() const {
+  const Batch here = batch();
+  std::vector<float> images(images_.size() * scene_->sensor.pixels());
+  for (const TileJob& tile : tiles_)
+    for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) capture_pixel(here, tile, pixel, images.data());
+  return images;
+}
+
+std::vector<imaging::MseEstimate> CaptureBatch::mse_here(const imaging::Reference& reference) const {
+  const Batch here = batch(&reference);
+  std::vector<imaging::MseSum> sums(tiles_.size());
+  for (std::size_t i = 0; i < tiles_.size(); ++i)
+    for (std::int32_t pixel = 0; pixel < tiles_[i].pixels; ++pixel) {
+      const imaging::MseSum one = mse_pixel(here, tiles_[i], pixel);
+      sums[i].product += one.product;
+      sums[i].variance += one.variance;
+    }
+  return estimates(sums);
+}
+
+std::vector<imaging::MseEstimate> CaptureBatch::estimates(const std::vector<imaging::MseSum>& sums) const {
+  std::vector<imaging::MseSum> of_images(images_.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    imaging::MseSum& sum = of_images[static_cast<std::size_t>(tiles_[i].image)];
+    sum.product += sums[i].product;
+    sum.variance += sums[i].variance;
+  }
+  std::vector<imaging::MseEstimate> all;
+  const auto count = static_cast<double>(scene_->sensor.pixels());
+  for (const imaging::MseSum& sum : of_images)
+    all.push_back({sum.product / count, std::sqrt(std::max(0.0, sum.variance)) / count});
+  return all;
+}
+
+}  // namespace relign::gpu

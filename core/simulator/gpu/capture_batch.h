@@ -1,0 +1,68 @@
+// The jobs of a batch of images (capture_kernel.h): what the CPU prepares before kernels run, on the GPU or in a plain
+// loop here.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/parallel.h"
+#include "gpu/capture_kernel.h"
+#include "imaging/camera.h"
+#include "imaging/camera_batch.h"
+
+namespace relign::gpu {
+
+// Why the kernels cannot render a scene, or empty: they do captures at the paper's noise (transports refract and
+// fresnel) and noise-free MSE, through spheres and conics, at one wavelength, without diffraction, electronics and
+// windows.
+std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings);
+
+class CaptureBatch {
+ public:
+  // scene and parallel must outlive the batch. Throws Error(bad_input) if unsupported.
+  CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel);
+  ~CaptureBatch();
+
+  enum class Kind { capture, noise_free_mse };
+  // Fits the tiles of every image, with all threads. Lenses may be shared by several items.
+  void prepare(const std::vector<imaging::BatchItem>& items, Kind kind);
+
+  const std::vector<TileJob>& tiles() const { return tiles_; }
+  const std::vector<ImageJob>& images() const { return images_; }
+  const std::vector<optics::Op>& ops() const { return ops_; }
+  const std::vector<std::uint32_t>& thresholds() const { return thresholds_; }
+  // With the jobs in this memory. The reference: of an MSE.
+  Batch batch(const imaging::Reference* reference = nullptr) const;
+  const imaging::SceneFile& scene() const { return *scene_; }
+
+  // What the kernels do, in this process: images, one after the other; and the MSE of each.
+  std::vector<float> capture_here() const;
+  std::vector<imaging::MseEstimate> mse_here(const imaging::Reference& reference) const;
+  // From the kernel's sums, one for each tile.
+  std::vector<imaging::MseEstimate> estimates(const std::vector<imaging::MseSum>& sums) const;
+
+ private:
+  struct Fitter;
+  struct Jobs {  // of one image; indices count from its own first
+    std::vector<TileJob> tiles;
+    std::vector<optics::Op> ops;
+    std::vector<std::uint32_t> thresholds;
+    ImageJob image{};
+  };
+  void fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const;
+  void add_thresholds(const imaging::Tile& tile, double highest_transmittance, TileJob& job, Jobs& jobs) const;
+
+  const imaging::SceneFile* scene_;
+  imaging::CaptureSettings settings_;
+  Parallel* parallel_;
+  std::vector<std::unique_ptr<Fitter>> fitters_;  // one per thread
+  std::vector<Jobs> jobs_;
+  std::vector<TileJob> tiles_;
+  std::vector<ImageJob> images_;
+  std::vector<optics::Op> ops_;
+  std::vector<std::uint32_t> thresholds_;
+};
+
+}  // namespace relign::gpu

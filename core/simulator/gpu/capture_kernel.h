@@ -1,0 +1,168 @@
+// Captures at the paper's noise and noise-free MSE of many lenses and poses at once: what the GPU thread of a pixel
+// does, and the kernels themselves, which exist where NVRTC compiles this header. A plain loop over pixels runs the
+// same functions on the CPU (capture_batch.h). Random streams, arithmetic and the order of sums are those of
+// imaging/camera.h, so that images have its bits.
+#pragma once
+
+#include "imaging/mse_pixel.h"
+#include "imaging/streams.h"
+#include "optics/asphere_steps.h"
+
+namespace relign::gpu {
+
+constexpr int kTileThreads = 160;  // of a GPU block: one for each pixel of a tile, in whole warps
+
+// A tile of one image (imaging/pupil_tiles.h), of which only the lit pixels get rays.
+struct TileJob {
+  optics::TileStart start;
+  optics::PixelPlaces places;    // of the lit pixels
+  std::int32_t lit_pixels;       // 0: no light of the emitter arrives
+  std::int32_t image;            // index of its ImageJob
+  std::int32_t whole_disc;       // directions from the whole disc, not from the ellipse
+  std::int32_t first_threshold;  // captures: of the distribution of the number of rays
+  std::int32_t thresholds;
+  // MSE: all pixels of the tile; where the lit ones begin in them.
+  std::int32_t columns, pixels, lit_column, lit_row;
+  std::uint32_t first_number;  // of the tile's first pixel in the frame
+  double scale;                // sum of radiances -> irradiance
+};
+
+// A lens at a pose.
+struct ImageJob {
+  std::uint32_t seed_low, seed_high;
+  std::int32_t first_op, ops;
+  float highest_transmittance;  // of any ray
+};
+
+// Where the jobs are, in the memory of the processor that runs them.
+struct Batch {
+  const TileJob* tiles;
+  const ImageJob* images;
+  const optics::Op* ops;
+  const std::uint32_t* thresholds;
+  optics::EmitterPlane emitter;
+  std::int32_t fresnel;
+  std::int32_t image_pixels;
+  std::int32_t samples;  // MSE: rays per pixel and group
+  const float *reference_first, *reference_second;
+};
+
+// Both compilers must see the same layout.
+static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 20 && sizeof(Batch) == 104);
+
+// The ray of four random words from a pixel, traced to the emitter; its radiance there.
+RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
+                                     const optics::PixelStart& from, const std::uint32_t (&words)[4],
+                                     optics::FloatRay& ray) {
+  ray = tile.whole_disc ? start_in_hemisphere(tile.start, from.x, from.y, words[0], words[1], words[2], words[3])
+                        : start_in_ellipse(tile.start, from.x, from.y, words[0], words[1], words[2], words[3]);
+  if (batch.fresnel)
+    optics::trace_ray<true>(ray, batch.ops + image.first_op, image.ops);
+  else
+    optics::trace_ray<false>(ray, batch.ops + image.first_op, image.ops);
+  return batch.emitter.texels_8_bit ? optics::look_up<true>(ray, batch.emitter)
+                                    : optics::look_up<false>(ray, batch.emitter);
+}
+
+RELIGN_DEVICE optics::PixelStart start_of(const TileJob& tile, std::int32_t lit_pixel) {
+  return pixel_start(tile.start, tile.places, 1.0F / static_cast<float>(tile.places.columns), lit_pixel);
+}
+
+// Writes a pixel of a capture.
+RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::int32_t lit_pixel, float* images) {
+  const ImageJob& image = batch.images[tile.image];
+  const optics::PixelStart from = start_of(tile, lit_pixel);
+  std::uint32_t drawn[4] = {0, from.number, imaging::kCounts, 0};
+  philox_rounds(drawn, image.seed_low, image.seed_high);
+  std::uint32_t rays = 0;
+  for (std::int32_t k = 0; k < tile.thresholds; ++k)
+    rays += drawn[0] >= batch.thresholds[tile.first_threshold + k] ? 1U : 0U;
+  float sum = 0.0F;
+  for (std::uint32_t sample = 0; sample < rays; ++sample) {
+    std::uint32_t words[4] = {sample, from.number, imaging::kDirections, 0};
+    philox_rounds(words, image.seed_low, image.seed_high);
+    const std::uint32_t roulette = optics::fifth_word(words[0], words[1], words[2], words[3]);
+    optics::FloatRay ray;
+    const float radiance = trace_to_emitter(batch, tile, image, from, words, ray);
+    sum += survives(ray, roulette, image.highest_transmittance) ? radiance : 0.0F;
+  }
+  images[static_cast<std::uint64_t>(tile.image) * static_cast<std::uint64_t>(batch.image_pixels) + from.number] =
+      static_cast<float>(tile.scale * static_cast<double>(sum));
+}
+
+// Sum of the weighted radiances of a lattice of rays: eight partial sums where their number allows, as in RaySource.
+RELIGN_DEVICE float lattice_sum(const Batch& batch, const TileJob& tile, const ImageJob& image,
+                                const optics::PixelStart& from, const std::uint32_t (&shift)[4]) {
+  const auto radiance_of = [&](std::int32_t sample) {
+    std::uint32_t words[4];
+    for (int k = 0; k < 4; ++k) words[k] = shift[k] + static_cast<std::uint32_t>(sample) * imaging::kLatticeSteps[k];
+    optics::FloatRay ray;
+    const float radiance = trace_to_emitter(batch, tile, image, from, words, ray);
+    if (!batch.fresnel) return radiance;
+    return radiance > 0.0F ? radiance * transmittance(ray) : 0.0F;
+  };
+  float sum = 0.0F;
+  if (batch.samples < 8 || (batch.samples & (batch.samples - 1)) != 0) {
+    for (std::int32_t sample = 0; sample < batch.samples; ++sample) sum += radiance_of(sample);
+    return sum;
+  }
+  float partial[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (std::int32_t first = 0; first < batch.samples; first += 8)
+    for (int lane = 0; lane < 8; ++lane) partial[lane] += radiance_of(first + lane);
+  sum +=
+      ((partial[0] + partial[4]) + (partial[2] + partial[6])) + ((partial[1] + partial[5]) + (partial[3] + partial[7]));
+  return sum;
+}
+
+// A pixel's part of the MSE against the reference.
+RELIGN_DEVICE imaging::MseSum mse_pixel(const Batch& batch, const TileJob& tile, std::int32_t pixel) {
+  const ImageJob& image = batch.images[tile.image];
+  const std::int32_t row = pixel / tile.columns, column = pixel - row * tile.columns;
+  const std::int32_t lit_row = row - tile.lit_row, lit_column = column - tile.lit_column;
+  const std::uint32_t number = tile.first_number + static_cast<std::uint32_t>(row) * tile.places.frame_width +
+                               static_cast<std::uint32_t>(column);
+  double values[imaging::kMseGroups] = {0, 0, 0, 0};
+  if (tile.lit_pixels > 0 && lit_row >= 0 && lit_column >= 0 && lit_column < tile.places.columns &&
+      lit_row * tile.places.columns < tile.lit_pixels) {
+    const optics::PixelStart from = start_of(tile, lit_row * tile.places.columns + lit_column);
+    for (std::uint32_t group = 0; group < imaging::kMseGroups; ++group) {
+      std::uint32_t shift[4] = {group, number, imaging::kLattice, 0};
+      philox_rounds(shift, image.seed_low, image.seed_high);
+      values[group] = tile.scale * static_cast<double>(lattice_sum(batch, tile, image, from, shift));
+    }
+  }
+  return imaging::mse_of_pixel(values, static_cast<double>(batch.reference_first[number]),
+                               static_cast<double>(batch.reference_second[number]));
+}
+
+#if defined(__CUDACC_RTC__)
+// One block for each tile. `images` must be black.
+extern "C" __global__ void relign_capture(const Batch batch, float* images) {
+  const TileJob& tile = batch.tiles[blockIdx.x];
+  const auto pixel = static_cast<std::int32_t>(threadIdx.x);
+  if (pixel < tile.lit_pixels) capture_pixel(batch, tile, pixel, images);
+}
+
+// One block and one sum for each tile, added in the order of its pixels.
+extern "C" __global__ void relign_mse(const Batch batch, imaging::MseSum* sums) {
+  __shared__ double product[kTileThreads];
+  __shared__ double variance[kTileThreads];
+  const TileJob& tile = batch.tiles[blockIdx.x];
+  const auto pixel = static_cast<std::int32_t>(threadIdx.x);
+  if (pixel < tile.pixels) {
+    const imaging::MseSum sum = mse_pixel(batch, tile, pixel);
+    product[pixel] = sum.product;
+    variance[pixel] = sum.variance;
+  }
+  __syncthreads();
+  if (pixel != 0) return;
+  imaging::MseSum sum;
+  for (std::int32_t i = 0; i < tile.pixels; ++i) {
+    sum.product += product[i];
+    sum.variance += variance[i];
+  }
+  sums[blockIdx.x] = sum;
+}
+#endif
+
+}  // namespace relign::gpu

@@ -1,0 +1,73 @@
+// An NVIDIA GPU with the simulator's kernels on it: memory, launches, times.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "gpu/driver.h"
+
+namespace relign::gpu {
+
+// For `doctor`: the GPU that the kernels run on, or in one sentence why there is none.
+struct Availability {
+  bool usable = false;
+  std::string sentence;
+};
+Availability look_for_gpu();
+
+class Gpu;
+
+// Memory of a GPU, which must outlive it.
+class Buffer {
+ public:
+  explicit Buffer(const Gpu& gpu) : gpu_(&gpu) {}
+  ~Buffer();
+  Buffer(const Buffer&) = delete;
+  Buffer& operator=(const Buffer&) = delete;
+
+  Address address() const { return address_; }
+  template <class T>
+  T* as() const {
+    return reinterpret_cast<T*>(address_);
+  }
+  // Makes it at least this large; what it held may be lost.
+  void reserve(std::size_t bytes);
+  void upload(const void* from, std::size_t bytes);
+  void download(void* to, std::size_t bytes) const;
+  void clear(std::size_t bytes);  // to 0
+
+ private:
+  const Gpu* gpu_;
+  Address address_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+// The first GPU, for the thread that opens it. Throws Error(bad_input) with look_for_gpu()'s sentence.
+class Gpu {
+ public:
+  Gpu();
+  ~Gpu();
+  Gpu(const Gpu&) = delete;
+  Gpu& operator=(const Gpu&) = delete;
+
+  const std::string& name() const { return name_; }
+  const Driver& driver() const { return driver_; }
+  enum class Kernel { capture, mse };
+  // One block of threads for each tile. Does not wait.
+  void launch(Kernel kernel, std::size_t tiles, void** arguments);
+  // Milliseconds of GPU time between the two calls.
+  void start_clock();
+  double stop_clock();
+
+ private:
+  void close();
+
+  Driver driver_;
+  std::string name_;
+  int device_ = 0;
+  Handle context_ = nullptr, module_ = nullptr, kernels_[2] = {nullptr, nullptr}, events_[2] = {nullptr, nullptr};
+};
+
+}  // namespace relign::gpu

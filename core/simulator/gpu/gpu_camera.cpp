@@ -1,0 +1,101 @@
+#include "gpu/gpu_camera.h"
+
+#include "base/error.h"
+
+namespace relign::gpu {
+namespace {
+
+template <class T>
+void send(Buffer& buffer, const std::vector<T>& values) {
+  buffer.upload(values.data(), values.size() * sizeof(T));
+}
+
+}  // namespace
+
+GpuCamera::GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::CaptureSettings& settings,
+                     Parallel& parallel)
+    : gpu_(&gpu),
+      jobs_(scene, settings, parallel),
+      tiles_(gpu),
+      image_jobs_(gpu),
+      ops_(gpu),
+      thresholds_(gpu),
+      texels_(gpu),
+      images_(gpu),
+      sums_(gpu),
+      first_(gpu),
+      second_(gpu) {
+  if (scene.emitter.plane().texels_8_bit)
+    send(texels_, scene.emitter.texels_8_bit);
+  else
+    send(texels_, scene.emitter.texels_16_bit);
+}
+
+void GpuCamera::prepare(const std::vector<imaging::BatchItem>& items) {
+  jobs_.prepare(items, CaptureBatch::Kind::capture);
+}
+
+void GpuCamera::upload() {
+  send(tiles_, jobs_.tiles());
+  send(image_jobs_, jobs_.images());
+  send(ops_, jobs_.ops());
+  send(thresholds_, jobs_.thresholds());
+}
+
+Batch GpuCamera::batch_on_gpu() const {
+  Batch batch = jobs_.batch();
+  batch.tiles = tiles_.as<const TileJob>();
+  batch.images = image_jobs_.as<const ImageJob>();
+  batch.ops = ops_.as<const optics::Op>();
+  batch.thresholds = thresholds_.as<const std::uint32_t>();
+  if (batch.emitter.texels_8_bit)
+    batch.emitter.texels_8_bit = texels_.as<const std::uint16_t>();
+  else
+    batch.emitter.texels_16_bit = texels_.as<const std::uint32_t>();
+  batch.reference_first = first_.as<const float>();
+  batch.reference_second = second_.as<const float>();
+  return batch;
+}
+
+void GpuCamera::run() {
+  images_.clear(jobs_.images().size() * jobs_.scene().sensor.pixels() * sizeof(float));
+  Batch batch = batch_on_gpu();
+  Address images = images_.address();
+  void* arguments[] = {&batch, &images};
+  gpu_->launch(Gpu::Kernel::capture, jobs_.tiles().size(), arguments);
+}
+
+void GpuCamera::download(std::size_t image, float* pixels) const {
+  const std::size_t bytes = jobs_.scene().sensor.pixels() * sizeof(float);
+  const Driver& driver = gpu_->driver();
+  driver.check(driver.cuMemcpyDtoH(pixels, images_.address() + image * bytes, bytes), "cuMemcpyDtoH");
+}
+
+void GpuCamera::capture(const std::vector<imaging::BatchItem>& items) {
+  prepare(items);
+  upload();
+  run();
+  for (std::size_t i = 0; i < items.size(); ++i) download(i, items[i].pixels);
+}
+
+std::vector<imaging::MseEstimate> GpuCamera::noise_free_mse(const std::vector<imaging::BatchItem>& items,
+                                                            const imaging::Reference& reference) {
+  const std::size_t pixels = jobs_.scene().sensor.pixels();
+  if (reference.first.size() != pixels || reference.second.size() != pixels)
+    throw Error(ErrorKind::bad_input, "the reference has " + std::to_string(reference.first.size()) +
+                                          " pixels, the scene's sensor " + std::to_string(pixels));
+  jobs_.prepare(items, CaptureBatch::Kind::noise_free_mse);
+  upload();
+  send(first_, reference.first);
+  send(second_, reference.second);
+  std::vector<imaging::MseSum> sums(jobs_.tiles().size());
+  sums_.reserve(sums.size() * sizeof sums[0]);
+  Batch batch = batch_on_gpu();
+  Address address = sums_.address();
+  void* arguments[] = {&batch, &address};
+  gpu_->launch(Gpu::Kernel::mse, jobs_.tiles().size(), arguments);
+  sums_.download(sums.data(), sums.size() * sizeof sums[0]);
+  return jobs_.estimates(sums);
+}
+
+}  // namespace relign::gpu

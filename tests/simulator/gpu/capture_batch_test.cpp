@@ -1,0 +1,152 @@
+// The kernels' functions in a plain loop on the CPU: images and MSE have the camera's bits.
+#include "gpu/capture_batch.h"
+
+#include <gmock/gmock.h>
+
+#include "base/error.h"
+#include "imaging/reference.h"
+#include "imaging/scene_under_test.h"
+
+namespace relign::gpu::capture_batch {
+namespace {
+
+using imaging::BatchItem;
+using imaging::Camera;
+using imaging::CaptureSettings;
+using imaging::MountedLens;
+using imaging::SceneFile;
+using imaging::Transport;
+using testing::HasSubstr;
+
+// Displaced lenses, two poses each: inside the travel and anywhere in it.
+struct Instances {
+  explicit Instances(const SceneFile& scene, int lens_count) {
+    Random random(9);
+    for (int i = 0; i < lens_count; ++i) {
+      std::map<std::string, optics::ElementOffset> offsets;
+      for (const optics::Element& element : scene.lens.elements)
+        offsets[element.name] = {{1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal()},
+                                 {0.3 * random.normal(), 0.3 * random.normal()}};
+      lenses.push_back(std::make_unique<MountedLens>(scene, optics::Assembly(scene.lens, offsets)));
+      for (const double spread : {0.1, 0.5}) {
+        std::vector<double> pose(scene.axes());
+        for (double& value : pose) value = random.uniform(0.5 - spread, 0.5 + spread);
+        poses.push_back(pose);
+      }
+    }
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      items.push_back({lenses[i / 2].get(), &poses[i], 1'000'000'000'007ULL * (i + 1), nullptr});
+  }
+  std::vector<std::unique_ptr<MountedLens>> lenses;
+  std::vector<std::vector<double>> poses;
+  std::vector<BatchItem> items;
+};
+
+void expect_bits_of_camera(const SceneFile& scene, const CaptureSettings& settings, int lens_count) {
+  Instances instances(scene, lens_count);
+  Parallel two(2);
+  CaptureBatch batch(scene, settings, two);
+  batch.prepare(instances.items, CaptureBatch::Kind::capture);
+  const std::vector<float> images = batch.capture_here();
+  Camera camera(scene, settings, two);
+  std::vector<float> expected(scene.sensor.pixels());
+  int lit = 0;
+  for (std::size_t i = 0; i < instances.items.size(); ++i) {
+    camera.capture(*instances.items[i].lens, instances.poses[i], instances.items[i].seed, expected.data());
+    const auto first = images.begin() + static_cast<std::ptrdiff_t>(i * expected.size());
+    EXPECT_TRUE(std::equal(expected.begin(), expected.end(), first)) << scene.name << " " << i;
+    lit += *std::max_element(expected.begin(), expected.end()) > 0 ? 1 : 0;
+  }
+  EXPECT_GT(lit, 0) << scene.name;
+}
+
+TEST(CaptureBatch, CapturesWithTheBitsOfTheCamera) {
+  expect_bits_of_camera(imaging::relign_od_scene(), {}, 4);
+  CaptureSettings refract;
+  refract.transport = Transport::refract;
+  refract.samples = 9;
+  expect_bits_of_camera(imaging::relign_od_scene(), refract, 1);
+}
+
+TEST(CaptureBatch, CapturesEveryShippedSceneOfSpheresWithTheBitsOfTheCamera) {
+  int compared = 0;
+  for (const std::string& name : imaging::shipped_scenes()) {
+    imaging::SceneChoices choices;
+    choices.pixels = 48;
+    const SceneFile scene = imaging::read_scene_file(imaging::scene_folder() + name + "/scene.json", choices);
+    if (!unsupported(scene, {}).empty()) continue;
+    expect_bits_of_camera(scene, {}, 1);
+    ++compared;
+  }
+  EXPECT_GT(compared, 2);
+}
+
+// Conics: the strongest surface of the paper's lens made a little elliptic.
+TEST(CaptureBatch, CapturesConicsWithTheBitsOfTheCamera) {
+  SceneFile scene = imaging::relign_od_scene();
+  scene.lens.elements[0].faces[1].conic = -0.02;
+  scene.lens.elements[2].faces[0].conic = 0.1;
+  scene.pupil = nullptr;
+  expect_bits_of_camera(scene, {}, 1);
+}
+
+TEST(CaptureBatch, EstimatesMseWithTheBitsOfTheCamera) {
+  const SceneFile& scene = imaging::relign_od_scene();
+  Instances instances(scene, 2);
+  Parallel two(2);
+  imaging::Reference reference;
+  Camera camera(scene, {}, two);
+  MountedLens perfect(scene);
+  for (std::vector<float>* image : {&reference.first, &reference.second}) {
+    image->resize(scene.sensor.pixels());
+    camera.render_noise_free(perfect, imaging::nominal_pose(), image == &reference.first ? 1 : 2, 64, image->data());
+  }
+  for (const Transport transport : {Transport::fresnel, Transport::refract}) {
+    CaptureSettings settings;
+    settings.transport = transport;
+    CaptureBatch batch(scene, settings, two);
+    batch.prepare(instances.items, CaptureBatch::Kind::noise_free_mse);
+    const std::vector<imaging::MseEstimate> all = batch.mse_here(reference);
+    ASSERT_EQ(all.size(), instances.items.size());
+    Camera own(scene, settings, two);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const imaging::MseEstimate expected =
+          own.noise_free_mse(*instances.items[i].lens, instances.poses[i], instances.items[i].seed, reference);
+      EXPECT_EQ(all[i].mse, expected.mse) << i;
+      EXPECT_EQ(all[i].standard_error, expected.standard_error) << i;
+      EXPECT_GT(all[i].standard_error, 0);
+    }
+  }
+}
+
+TEST(CaptureBatch, RefusesWhatTheKernelsLack) {
+  Parallel alone(1);
+  const SceneFile& paper = imaging::relign_od_scene();
+  const auto refused = [&](const SceneFile& scene, const CaptureSettings& settings) -> std::string {
+    try {
+      CaptureBatch(scene, settings, alone);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(paper, {}), "");
+  CaptureSettings settings;
+  settings.transport = Transport::ghost;
+  EXPECT_THAT(refused(paper, settings), HasSubstr("does not support transport 'ghost'"));
+  settings = {};
+  settings.sampler = imaging::Sampler::lattice;
+  EXPECT_THAT(refused(paper, settings), HasSubstr("samplers other than 'paper'"));
+  settings = {};
+  settings.scored_tiles = 4;
+  EXPECT_THAT(refused(paper, settings), HasSubstr("'scored_tiles' other than 1"));
+  SceneFile bent = paper;
+  bent.lens.elements[1].faces[1].even_asphere = {1e-5};
+  EXPECT_THAT(refused(bent, {}), HasSubstr("polynomial faces, such as face 2 of L2"));
+  SceneFile electronic = paper;
+  electronic.sensor.electronics = imaging::Electronics{1, 1000, 1, 8};
+  EXPECT_THAT(refused(electronic, {}), HasSubstr("'electronics'"));
+}
+
+}  // namespace
+}  // namespace relign::gpu::capture_batch
