@@ -61,7 +61,7 @@ def test_networks_agree(pair, figures):
     assert {name: value.shape for name, value in own.items()} == {name: value.shape for name, value in given.items()}
     torch.testing.assert_close(own["log_std"], given["log_std"], rtol=0, atol=0)
     ours.model.policy.load_state_dict(given)
-    # Irradiances up to twice that of a lit pixel; the oldest frames of one episode are still empty. Enough images for three parts.
+    # Irradiances up to twice that of a lit pixel; the oldest frames of one episode are still empty. Enough images for parts.
     observations = np.random.default_rng(1).uniform(0, 0.2, (30, *theirs.observation_space.shape)).astype(np.float32)
     observations[0, :3] = 0
     seen = torch.from_numpy(observations)
