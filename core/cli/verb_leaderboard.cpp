@@ -1,4 +1,8 @@
 // relign-bench leaderboard build: a static site from evaluation folders.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
 #include "base/error.h"
 #include "base/shell_words.h"
 #include "base/text.h"
@@ -17,12 +21,31 @@ struct LeaderboardArguments {
   leaderboard::BoardOptions board;
 };
 
+void warn_of_doubts(const leaderboard::Board& board) {
+  const auto is_ranked = [](const leaderboard::Standing& one) { return one.rank > 0; };
+  for (const leaderboard::Round& round : board.rounds)
+    if (std::none_of(round.classes.begin(), round.classes.end(), [&](const leaderboard::BoardClass& one) {
+          return std::any_of(one.standings.begin(), one.standings.end(), is_ranked);
+        }))
+      print_warning("no method of the round '" + round.suite.name + "' is ranked; the site states the reasons");
+  const std::chrono::sys_days tomorrow =
+      std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now()) + std::chrono::days(1);
+  const std::chrono::year_month_day day(tomorrow);
+  char latest[32];  // somewhere on Earth it may be tomorrow
+  std::snprintf(latest, sizeof latest, "%04d-%02u-%02u", int(day.year()), unsigned(day.month()), unsigned(day.day()));
+  for (const leaderboard::Entry& entry : board.entries)
+    if (entry.evaluation.date.substr(0, 10) > latest)
+      print_warning("'" + entry.evaluation.folder.string() + "': the date '" + entry.evaluation.date +
+                    "' is in the future");
+}
+
 int build_site(const Context& context, const LeaderboardArguments& arguments) {
   leaderboard::BoardOptions options = arguments.board;
   options.folders.assign(arguments.folders.begin(), arguments.folders.end());
   const leaderboard::Board board = leaderboard::make_board(options);
   for (const leaderboard::LeftOut& one : board.left_out)
     print_warning("left out: '" + one.folder + "': " + join(one.reasons, "\n  "));
+  warn_of_doubts(board);
   const std::vector<std::string> files = leaderboard::write_site(board, arguments.out);
   const std::size_t methods = leaderboard::methods_of(board).size();
   if (context.json) {

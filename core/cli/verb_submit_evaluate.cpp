@@ -97,6 +97,19 @@ void refuse_other_instances(const std::vector<std::string>& baselines, const std
   }
 }
 
+// With baselines only the submission runs: a protocol that no other method has would leave it alone in its class.
+void refuse_other_protocol(const suites::Suite& suite, const std::string& submission) {
+  std::set<std::string> own, others;
+  for (const suites::AlgorithmEntry& entry : suite.algorithms)
+    if (!entry.added) (entry.name == submission ? own : others).insert(entry.protocol);
+  for (const std::string& protocol : own)
+    if (!others.count(protocol))
+      throw Error(ErrorKind::bad_input,
+                  "--baselines: the submission '" + submission + "' has the protocol '" + protocol +
+                      "', the suite's other methods '" + join({others.begin(), others.end()}, "', '") +
+                      "'; they cannot be compared: change 'protocol' in submission.json, or leave --baselines out");
+}
+
 void run_trials(Context& context, const EvaluateArguments& arguments, const runner::PreparedPlan& prepared,
                 runner::RunOptions& options, runner::RunSummary& summary) {
   ProgressPrinter progress(context.progress_mode());
@@ -239,6 +252,8 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   const submissions::Submission submission = submissions::read_submission(folder / kUnpacked);
   check_environment(submission, folder / kUnpacked);
   suites::Suite read = prepare_suite(context, arguments, folder, submission, suite);
+
+  if (!arguments.baselines.empty()) refuse_other_protocol(read, submission.name);
 
   runner::RunOptions options;
   options.results = folder / kOwnRun;

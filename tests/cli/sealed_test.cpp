@@ -103,6 +103,20 @@ TEST_F(CliSealed, AnybodyCanVerifyOnceTheSecretIsPublished) {
   EXPECT_THAT(place_.read("a/report.html"), HasSubstr(secret()));
 }
 
+TEST_F(CliSealed, OpenResultsCannotPassAsSealed) {
+  place_.write("open.json", kSmallestSuite);
+  ASSERT_EQ(call({"run", "open.json", "-o", "a"}).exit_code, 0);
+  json manifest = json::parse(place_.read("a/manifest.json"));
+  manifest["commitment"] = json::parse(place_.read("sealed.json"))["commitment"];
+  manifest["secret"] = secret();
+  place_.write("a/manifest.json", manifest.dump());
+  for (const char* verb : {"verify", "report"}) {
+    const Outcome outcome = call({verb, "a"});
+    EXPECT_EQ(outcome.exit_code, 2) << verb;
+    EXPECT_THAT(outcome.err, HasSubstr("the suite is open, since it has no commitment")) << verb;
+  }
+}
+
 TEST_F(CliSealed, ShardsOfASealedPlanMergeToTheSameResults) {
   ASSERT_EQ(call({"run", "sealed.json", "-o", "one", "--secret", "secret.txt"}).exit_code, 0);
   ASSERT_EQ(call({"plan", "sealed.json", "--shards", "2"}).exit_code, 0);

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/text.h"
 #include "plugin_host/choice_json.h"
 #include "records/processor.h"
 #include "records/results_folder.h"
@@ -67,6 +68,8 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
+  if (options.trial.empty() && !options.add_rules && planned.size() > summary.recorded)
+    summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
     if (!options.trial.empty() && damage.trial == options.trial) records::throw_if_damaged({damage});
   if (!options.trial.empty() && summary.recorded == 0)
@@ -107,6 +110,46 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
     const char* key = names ? "cpu" : "instruction_sets";
     changes.insert({names ? "CPU" : "CPU's instruction sets", text_of(there, key), text_of(machine, key)});
   }
+}
+
+void require_plan_of_suite(const Json& manifest, const PreparedPlan& prepared, const std::filesystem::path& folder) {
+  const suites::Suite& suite = prepared.plan.suite;
+  std::vector<std::string> found;
+  std::map<std::pair<std::string, std::string>, const Json*> recorded;
+  for (const Json& entry : list_of(manifest, "algorithms"))
+    recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
+  std::vector<bool> listed;
+  for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
+    const auto entry = recorded.find({algorithm.name, algorithm.protocol});
+    listed.push_back(entry != recorded.end());
+    if (!listed.back()) continue;
+    const Json observes = algorithm.choice.plugin->observes;
+    if (const Json& stated = list_of(*entry->second, "observes"); !stated.empty() && stated != observes)
+      found.push_back("'" + algorithm.name + "' observes " + stated.dump() + " by the manifest and " + observes.dump() +
+                      " by its plugin");
+  }
+  std::set<std::string> planned;
+  std::size_t expected = 0;
+  for (const suites::PlannedTrial& trial : prepared.plan.trials) {
+    planned.insert(trial.id);
+    expected += listed[trial.algorithm] ? 1 : 0;
+  }
+  const Json& order = list_of(manifest, "order");
+  if (!order.empty() && order.size() != expected)
+    found.push_back("the suite plans " + counted(expected, "trial") + " (" + counted(suite.scenes.size(), "scene") +
+                    ", " + counted(suite.levels.size(), "noise level") + ", " + counted(suite.instances, "instance") +
+                    " of each method), but 'order' has " + std::to_string(order.size()));
+  const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
+    return id.is_string() && planned.count(id.get<std::string>()) > 0;
+  });
+  if (const std::string stated = text_of(manifest, "instance_set");
+      same_trials && !order.empty() && !stated.empty() && stated != prepared.plan.instance_set)
+    found.push_back("'instance_set' is '" + stated + "', but that of the suite is '" + prepared.plan.instance_set +
+                    "'");
+  if (!found.empty())
+    throw Error(ErrorKind::bad_input, "'" + (folder / "manifest.json").string() +
+                                          "' contradicts its suite, so that these results cannot be trusted:\n  " +
+                                          join(found, "\n  "));
 }
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {

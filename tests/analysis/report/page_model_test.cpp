@@ -245,7 +245,8 @@ TEST_F(Verdict, RanksByMeasuredErrorWithoutGroundTruth) {
 TEST_F(Verdict, StationsHaveNoNoiseLevelAndHideTheStart) {
   records::TrialRecord simulated = trial("a", 0, {0.1, 0.05});
   write({on_station("a", {0.2, 0.15}), simulated});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
+  add_to_manifest({{"suite", R"({"scenes": ["bench", "relign_od"]})"},
+                   {"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
                    {"algorithms", {{{"name", "a"}, {"observes", {"merit", "start"}}}}}});
   const Json groups = data()["groups"];
   EXPECT_EQ(groups[0]["label"], "bench, blind");

@@ -40,7 +40,8 @@ using Page = MadeResults;
 
 TEST_F(Page, StationPagesMentionNoGroundTruthOrEqualInstances) {
   write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
+  add_to_manifest(
+      {{"suite", R"({"scenes": ["bench", "relign_od"]})"}, {"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
   const std::string station = without_scripts_and_styles(Report(folder_).html());
   EXPECT_THAT(station, HasSubstr("lens, start pose and stage are real"));
   EXPECT_THAT(station, HasSubstr("lowest measured error"));

@@ -276,6 +276,28 @@ class TestRuns(unittest.TestCase):
         self.assertEqual(code, 0, text)
         self.assertIn("the results are reproduced", text)
 
+    def test_replay_without_sandbox_needs_consent(self):
+        code, text = run("verify", self.root / "sandbox")
+        self.assertEqual(code, 2, text)
+        self.assertIn("ran in a sandbox; replay them with --sandbox, or with --no-sandbox", text)
+        code, text = run("verify", self.root / "sandbox", "--no-sandbox", "--sample", 1)
+        self.assertEqual(code, 0, text)
+
+    def test_plan_confines_code_that_runs_for_a_manifest(self):
+        script = self.root / "acts.py"
+        (target := self.root / "out").mkdir()
+        script.write_text(f"open({str(target / 'written')!r}, 'w')\n" + (HERE / "cheats.py").read_text())
+        suite = self.root / "acts.json"
+        suite.write_text(json.dumps({"name": "acts", "scenes": ["gaussian_spot"], "noise_levels": ["none"],
+                                     "algorithms": [str(script)], "instances": 1, "steps": 2}))
+        code, text = run("plan", suite, "-o", self.root / "plan.json", "--sandbox")
+        self.assertNotEqual(code, 0)
+        self.assertIn(MISSING, text)
+        self.assertEqual(list(target.iterdir()), [])
+        code, text = run("plan", self.suite, "-o", self.root / "plan.json", "--sandbox")
+        self.assertEqual(code, 0, text)
+        self.assertIn("--shard 0/1 --sandbox", text)
+
     def test_merged_folder_is_not_called_sandboxed_if_one_was_not(self):
         code, text = run("merge", self.root / "plain", self.root / "sandbox", "-o", self.root / "merged")
         self.assertEqual(code, 0, text)
