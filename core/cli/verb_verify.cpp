@@ -63,6 +63,7 @@ Json to_json(const runner::VerifySummary& summary) {
           {"largest_deviation", summary.largest_deviation},
           {"stations", summary.stations},
           {"ended_by_machine", summary.ended_by_machine},
+          {"missing", summary.missing},
           {"unknown", summary.unknown},
           {"completed", summary.completed},
           {"damaged", std::move(damaged)},

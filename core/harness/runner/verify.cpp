@@ -240,12 +240,13 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   const auto on_done = [&] {
     if (options.on_progress) options.on_progress(++done, total);
   };
-  const std::vector<StoredSuite> stored_suites = suites_of(manifest);
-  for (const StoredSuite& stored : stored_suites) {
-    if (rest.empty()) break;
-    const PreparedPlan prepared = prepare(read_suite(stored, options, catalog), options.cache_folder,
-                                          options.on_message, options.stop, options.sandbox);
-    if (stored_suites.size() == 1) require_plan_of_suite(manifest, prepared, options.results);
+  std::vector<PreparedPlan> plans;
+  if (!rest.empty())
+    for (const StoredSuite& stored : suites_of(manifest))
+      plans.push_back(prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message,
+                              options.stop, options.sandbox));
+  require_plans_of_suites(manifest, plans, options.results);
+  for (const PreparedPlan& prepared : plans) {
     compare_definitions(manifest, prepared, changes);
     std::unordered_map<std::string, std::size_t> place_of;
     for (std::size_t place = 0; place < prepared.plan.trials.size(); ++place)

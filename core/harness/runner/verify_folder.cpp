@@ -7,6 +7,7 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "plugin_host/choice_json.h"
+#include "records/manifest_check.h"
 #include "records/processor.h"
 #include "records/results_folder.h"
 #include "runner/provenance.h"
@@ -112,44 +113,45 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
   }
 }
 
-void require_plan_of_suite(const Json& manifest, const PreparedPlan& prepared, const std::filesystem::path& folder) {
-  const suites::Suite& suite = prepared.plan.suite;
-  std::vector<std::string> found;
+void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
+                             const std::filesystem::path& folder) {
+  if (plans.empty()) return;
+  std::set<std::string> found, planned;
   std::map<std::pair<std::string, std::string>, const Json*> recorded;
   for (const Json& entry : list_of(manifest, "algorithms"))
     recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
-  std::vector<bool> listed;
-  for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
-    const auto entry = recorded.find({algorithm.name, algorithm.protocol});
-    listed.push_back(entry != recorded.end());
-    if (!listed.back()) continue;
-    const Json observes = algorithm.choice.plugin->observes;
-    if (const Json& stated = list_of(*entry->second, "observes"); !stated.empty() && stated != observes)
-      found.push_back("'" + algorithm.name + "' observes " + stated.dump() + " by the manifest and " + observes.dump() +
-                      " by its plugin");
+  for (const PreparedPlan& prepared : plans) {
+    const std::vector<suites::AlgorithmEntry>& algorithms = prepared.plan.suite.algorithms;
+    std::vector<bool> listed;
+    for (const suites::AlgorithmEntry& algorithm : algorithms) {
+      const std::string name = "'" + algorithm.name + "' (protocol " + algorithm.protocol + ")";
+      const auto entry = recorded.find({algorithm.name, algorithm.protocol});
+      listed.push_back(entry != recorded.end());
+      if (!listed.back()) {
+        // Which baselines are added depends on what is installed.
+        if (!algorithm.added) found.insert("the suite has the method " + name + ", the manifest does not");
+        continue;
+      }
+      const Json observes = algorithm.choice.plugin->observes;
+      if (const Json& stated = member(*entry->second, "observes"); !stated.is_null() && stated != observes)
+        found.insert(name + " observes " + stated.dump() + " by the manifest and " + observes.dump() +
+                     " by its plugin");
+    }
+    for (const suites::PlannedTrial& trial : prepared.plan.trials)
+      if (listed[trial.algorithm]) planned.insert(trial.id);
   }
-  std::set<std::string> planned;
-  std::size_t expected = 0;
-  for (const suites::PlannedTrial& trial : prepared.plan.trials) {
-    planned.insert(trial.id);
-    expected += listed[trial.algorithm] ? 1 : 0;
-  }
+  // Other ids, but as many, mean changed plugins or data, which replays report.
   const Json& order = list_of(manifest, "order");
-  if (!order.empty() && order.size() != expected)
-    found.push_back("the suite plans " + counted(expected, "trial") + " (" + counted(suite.scenes.size(), "scene") +
-                    ", " + counted(suite.levels.size(), "noise level") + ", " + counted(suite.instances, "instance") +
-                    " of each method), but 'order' has " + std::to_string(order.size()));
+  if (order.size() != planned.size())
+    found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
+                 std::to_string(order.size()));
+  const std::string stated = text_of(manifest, "instance_set"), own = plans.front().plan.instance_set;
   const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
     return id.is_string() && planned.count(id.get<std::string>()) > 0;
   });
-  if (const std::string stated = text_of(manifest, "instance_set");
-      same_trials && !order.empty() && !stated.empty() && stated != prepared.plan.instance_set)
-    found.push_back("'instance_set' is '" + stated + "', but that of the suite is '" + prepared.plan.instance_set +
-                    "'");
-  if (!found.empty())
-    throw Error(ErrorKind::bad_input, "'" + (folder / "manifest.json").string() +
-                                          "' contradicts its suite, so that these results cannot be trusted:\n  " +
-                                          join(found, "\n  "));
+  if (same_trials && stated != own)
+    found.insert("'instance_set' is '" + stated + "', but that of the suite is '" + own + "'");
+  records::refuse_contradictions({found.begin(), found.end()}, folder);
 }
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {

@@ -1,11 +1,14 @@
 #include "records/manifest_check.h"
 
+#include <algorithm>
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/commitment.h"
 #include "base/error.h"
+#include "base/hash.h"
 #include "base/json_members.h"
 #include "base/text.h"
 
@@ -14,19 +17,17 @@ namespace {
 
 std::string in_quotes(const std::string& text) { return "'" + text + "'"; }
 
-// The suites of a folder as JSON; a text that cannot be read is null.
-std::vector<Json> suites_of(const Json& manifest) {
+// The suite texts of a folder as JSON; without any, one without members.
+std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifest) {
   std::vector<std::string> texts;
   for (const Json& suite : list_of(manifest, "suites")) texts.push_back(text_of(suite, "text"));
   if (texts.empty()) texts.push_back(text_of(manifest, "suite"));
   std::vector<Json> suites;
   for (const std::string& text : texts) {
-    if (text.empty()) continue;
-    try {
-      suites.push_back(parsed_json(text));
-    } catch (const Error&) {
-      suites.emplace_back();
-    }
+    suites.push_back(text.empty() ? Json::object() : Json::parse(text, nullptr, false));
+    if (suites.back().is_object()) continue;
+    found.push_back("the text of the suite is no JSON object");
+    suites.pop_back();
   }
   return suites;
 }
@@ -50,16 +51,39 @@ void check_secret(std::vector<std::string>& found, const Json& manifest, const s
   }
 }
 
-void check_numbers(std::vector<std::string>& found, const Json& suite, const Json& manifest) {
-  for (const char* key : {"seed", "instances", "first_instance"})
-    if (suite.contains(key) && manifest.contains(key) && count_of(suite, key) != count_of(manifest, key))
-      found.push_back(in_quotes(key) + " is " + std::to_string(count_of(suite, key)) + " in the suite and " +
-                      std::to_string(count_of(manifest, key)) + " in the manifest");
-  for (const char* key : {"scenes", "noise_levels"})
-    if (const std::size_t in_suite = list_of(suite, key).size(), here = list_of(manifest, key).size();
-        manifest.contains(key) && in_suite > 0 && in_suite != here)
+void check_number(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key) {
+  if (suite.contains(key) && count_of(suite, key) != count_of(manifest, key))
+    found.push_back(in_quotes(key) + " is " + std::to_string(count_of(suite, key)) + " in the suite and " +
+                    std::to_string(count_of(manifest, key)) + " in the manifest");
+}
+
+void check_lists(std::vector<std::string>& found, const Json& suite, const Json& manifest) {
+  for (const char* key : {"scenes", "noise_levels", "algorithms"}) {
+    const Json& here = list_of(manifest, key);
+    const auto listed = static_cast<std::size_t>(
+        std::count_if(here.begin(), here.end(), [](const Json& entry) { return !flag_of(entry, "added"); }));
+    // An entry of the suite may stand for several methods, and a merged folder has those of several suites.
+    const std::size_t in_suite = list_of(suite, key).size();
+    if (std::string_view(key) == "algorithms" ? listed < in_suite : in_suite > 0 && listed != in_suite)
       found.push_back("the suite has " + std::to_string(in_suite) + " " + in_quotes(key) + ", the manifest " +
-                      std::to_string(here));
+                      std::to_string(listed));
+  }
+}
+
+// The suite's plan is in the manifest with defaults filled in; a merged folder has that of its first suite.
+void check_analysis(std::vector<std::string>& found, const Json& suite, const Json& manifest) {
+  const Json &written = object_of(suite, "analysis"), &plan = object_of(manifest, "analysis");
+  if (written.empty() != plan.empty()) {
+    found.push_back(plan.empty() ? "the suite has an analysis plan, the manifest has none"
+                                 : "the manifest has an analysis plan, the suite has none");
+    return;
+  }
+  for (const auto& [key, value] : written.items())
+    if (member(plan, key.c_str()) != value)
+      found.push_back(in_quotes(key) + " of the analysis plan is " + value.dump() + " in the suite and " +
+                      member(plan, key.c_str()).dump() + " in the manifest");
+  if (!plan.empty() && text_of(manifest, "analysis_hash") != sha256_hex(canonical_json(plan)))
+    found.push_back("'analysis_hash' is not the SHA-256 of the analysis plan");
 }
 
 void check_order(std::vector<std::string>& found, const Json& manifest) {
@@ -76,20 +100,30 @@ void check_order(std::vector<std::string>& found, const Json& manifest) {
 
 }  // namespace
 
+void refuse_contradictions(const std::vector<std::string>& found, const std::filesystem::path& folder) {
+  if (found.empty()) return;
+  throw Error(ErrorKind::bad_input, "'" + (folder / "manifest.json").string() +
+                                        "' contradicts its suite, so that these results cannot be trusted:\n  " +
+                                        join(found, "\n  "));
+}
+
 void require_consistent(const Json& manifest, const std::filesystem::path& folder) {
   std::vector<std::string> found;
   const std::string commitment = text_of(manifest, "commitment");
-  for (const Json& suite : suites_of(manifest)) {
-    if (!suite.is_object()) continue;
+  const std::vector<Json> suites = suites_of(found, manifest);
+  for (const Json& suite : suites) {
     check_commitment(found, suite, commitment);
-    check_numbers(found, suite, manifest);
+    check_number(found, suite, manifest, "instances");
+    check_number(found, suite, manifest, "first_instance");
+    check_lists(found, suite, manifest);
+  }
+  if (!suites.empty()) {  // others may differ in these
+    check_number(found, suites.front(), manifest, "seed");
+    check_analysis(found, suites.front(), manifest);
   }
   check_secret(found, manifest, commitment);
   check_order(found, manifest);
-  if (found.empty()) return;
-  throw Error(ErrorKind::bad_input, "'" + (folder / "manifest.json").string() +
-                                        "' contradicts itself, so that these results cannot be trusted:\n  " +
-                                        join(found, "\n  "));
+  refuse_contradictions(found, folder);
 }
 
 }  // namespace relign::records

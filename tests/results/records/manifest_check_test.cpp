@@ -4,6 +4,7 @@
 
 #include "base/commitment.h"
 #include "base/error.h"
+#include "base/hash.h"
 
 namespace relign::records {
 namespace {
@@ -51,7 +52,7 @@ TEST(ManifestCheck, AcceptsAnOpenAndASealedSuite) {
   EXPECT_EQ(message_on(sealed), "");
   sealed["secret"] = kSecret;
   EXPECT_EQ(message_on(sealed), "");
-  EXPECT_EQ(message_on(Json::object()), "") << "members that are missing are not compared";
+  EXPECT_EQ(message_on(Json::object()), "");
 }
 
 TEST(ManifestCheck, RefusesAnOpenSuiteThatClaimsToBeSealed) {
@@ -60,6 +61,10 @@ TEST(ManifestCheck, RefusesAnOpenSuiteThatClaimsToBeSealed) {
   EXPECT_THAT(message_on(forged), AllOf(HasSubstr("results/manifest.json"), HasSubstr("the suite is open")));
   forged["secret"] = kSecret;
   EXPECT_THAT(message_on(forged), HasSubstr("the suite is open"));
+  forged.erase("suite");
+  EXPECT_THAT(message_on(forged), HasSubstr("the suite is open")) << "removed";
+  forged["suite"] = "{";
+  EXPECT_THAT(message_on(forged), HasSubstr("the text of the suite is no JSON object"));
 }
 
 TEST(ManifestCheck, RefusesAnotherCommitmentOrSecret) {
@@ -91,6 +96,33 @@ TEST(ManifestCheck, RefusesOtherNumbersThanTheSuite) {
   Json forged = made_manifest(open_suite());
   forged["noise_levels"].erase(0);
   EXPECT_THAT(message_on(forged), HasSubstr("the suite has 2 'noise_levels', the manifest 1"));
+}
+
+TEST(ManifestCheck, RefusesFewerMethodsThanTheSuite) {
+  Json suite = open_suite();
+  suite["algorithms"] = {"a", "b"};
+  Json manifest = made_manifest(suite);
+  manifest["algorithms"] = {{{"name", "a"}}, {{"name", "b"}}, {{"name", "home"}, {"added", true}}};
+  EXPECT_EQ(message_on(manifest), "");
+  manifest["algorithms"].erase(1);
+  EXPECT_THAT(message_on(manifest), HasSubstr("the suite has 2 'algorithms', the manifest 1"));
+}
+
+TEST(ManifestCheck, RefusesAnAnalysisPlanThatWasInsertedChangedOrRemoved) {
+  const Json plan = {{"primary", "rmse"}, {"rule", "own"}, {"smallest_relevant_ratio", 1.1}};
+  Json planned = open_suite();
+  planned["analysis"] = {{"primary", "rmse"}};
+  Json manifest = made_manifest(planned);
+  EXPECT_THAT(message_on(manifest), HasSubstr("the suite has an analysis plan, the manifest has none"));
+  manifest["analysis"] = plan;
+  EXPECT_THAT(message_on(manifest), HasSubstr("'analysis_hash' is not the SHA-256 of the analysis plan"));
+  manifest["analysis_hash"] = sha256_hex(canonical_json(plan));
+  EXPECT_EQ(message_on(manifest), "");
+  planned["analysis"]["primary"] = "yield";
+  manifest["suite"] = planned.dump();
+  EXPECT_THAT(message_on(manifest), HasSubstr("'primary' of the analysis plan is \"yield\" in the suite and"));
+  manifest["suite"] = open_suite().dump();
+  EXPECT_THAT(message_on(manifest), HasSubstr("the manifest has an analysis plan, the suite has none"));
 }
 
 TEST(ManifestCheck, RefusesAShortenedOrRepeatedOrder) {
