@@ -40,7 +40,7 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
-constexpr double kLowestMse = -0.01;  // noise-free errors are signed, and accurate to 1e-4 (RMSE)
+constexpr double kLowestMse = -1e-4;  // noise-free errors are signed estimates, with a standard error of about 1e-7
 constexpr double kSlack = 1e-9;       // rounding of a sum
 
 class TableBuilder {

@@ -145,6 +145,12 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
   if (order.size() != planned.size())
     found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
+  const suites::Suite& first = plans.front().plan.suite;
+  for (const auto& [key, value] : std::map<const char*, std::uint64_t>{
+           {"seed", first.seed}, {"instances", first.instances}, {"first_instance", first.first_instance}})
+    if (manifest.contains(key) && count_of(manifest, key) != value)
+      found.insert("'" + std::string(key) + "' is " + std::to_string(count_of(manifest, key)) +
+                   ", but that of the suite is " + std::to_string(value));
   const std::string stated = text_of(manifest, "instance_set"), own = plans.front().plan.instance_set;
   const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
     return id.is_string() && planned.count(id.get<std::string>()) > 0;
