@@ -146,8 +146,9 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
     found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
   const suites::Suite& first = plans.front().plan.suite;
-  for (const auto& [key, value] : std::map<const char*, std::uint64_t>{
-           {"seed", first.seed}, {"instances", first.instances}, {"first_instance", first.first_instance}})
+  using Number = std::pair<const char*, std::uint64_t>;
+  for (const auto& [key, value] : {Number("seed", first.seed), Number("instances", first.instances),
+                                   Number("first_instance", first.first_instance)})
     if (manifest.contains(key) && count_of(manifest, key) != value)
       found.insert("'" + std::string(key) + "' is " + std::to_string(count_of(manifest, key)) +
                    ", but that of the suite is " + std::to_string(value));

@@ -11,7 +11,8 @@ namespace relign::records {
 
 // Throws Error(bad_input) with every contradiction: a commitment that the suite does not have, or that is to another
 // secret; another seed or analysis plan; other numbers of instances, scenes, noise levels or methods than the suite
-// states; a number of trials that is not that of the list. `folder` is for the message.
+// states; a number of trials that is not that of the list. Numbers that one of both lacks are not compared. `folder` is
+// for the message.
 void require_consistent(const Json& manifest, const std::filesystem::path& folder);
 
 // Throws Error(bad_input) with the contradictions `found`, if any.
