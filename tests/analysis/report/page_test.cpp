@@ -50,7 +50,8 @@ TEST_F(Page, StationPagesMentionNoGroundTruthOrEqualInstances) {
 
   // With a simulated scene as well, the page explains both.
   write({on_station("a", {0.2, 0.15}), trial("a", 0, {0.1, 0.05})});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
+  add_to_manifest({{"suite", R"({"scenes": ["bench", "relign_od"]})"},
+                   {"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
   const std::string both = without_scripts_and_styles(Report(folder_).html());
   for (const char* word : {"lens, start pose and stage are real", "were given the same instances", "final error",
                            "last commanded pose", "without camera noise"})
