@@ -1,4 +1,7 @@
 // relign-bench leaderboard build: a static site from evaluation folders.
+#include <algorithm>
+#include <ctime>
+
 #include "base/error.h"
 #include "base/shell_words.h"
 #include "base/text.h"
@@ -17,12 +20,45 @@ struct LeaderboardArguments {
   leaderboard::BoardOptions board;
 };
 
+bool has_ranked(const leaderboard::Round& round) {
+  return std::any_of(round.classes.begin(), round.classes.end(), [](const leaderboard::BoardClass& one) {
+    return std::any_of(one.standings.begin(), one.standings.end(),
+                       [](const leaderboard::Standing& standing) { return standing.rank > 0; });
+  });
+}
+
+// Of tomorrow, since somewhere it may be tomorrow already.
+std::string latest_date() {
+  const std::time_t time = std::time(nullptr) + 86400;
+  std::tm utc{};
+  gmtime_r(&time, &utc);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
+}
+
+// Returns whether every round has a ranking.
+bool warn_of_doubts(const leaderboard::Board& board) {
+  for (const leaderboard::Entry& entry : board.entries)
+    if (entry.evaluation.date.substr(0, 10) > latest_date())
+      print_warning("'" + entry.evaluation.folder.string() + "': the date '" + entry.evaluation.date +
+                    "' is in the future");
+  bool all = true;
+  for (const leaderboard::Round& round : board.rounds) {
+    if (has_ranked(round)) continue;
+    print_warning("no method of the round '" + round.suite.name + "' is ranked; the site states the reasons");
+    all = false;
+  }
+  return all;
+}
+
 int build_site(const Context& context, const LeaderboardArguments& arguments) {
   leaderboard::BoardOptions options = arguments.board;
   options.folders.assign(arguments.folders.begin(), arguments.folders.end());
   const leaderboard::Board board = leaderboard::make_board(options);
   for (const leaderboard::LeftOut& one : board.left_out)
     print_warning("left out: '" + one.folder + "': " + join(one.reasons, "\n  "));
+  const bool all_ranked = warn_of_doubts(board);
   const std::vector<std::string> files = leaderboard::write_site(board, arguments.out);
   const std::size_t methods = leaderboard::methods_of(board).size();
   if (context.json) {
@@ -34,7 +70,7 @@ int build_site(const Context& context, const LeaderboardArguments& arguments) {
                std::to_string(board.entries.size()) + " of " + std::to_string(arguments.folders.size()) +
                "\nmethods      " + std::to_string(methods) + "\n");
   }
-  return board.left_out.empty() ? kDone : kGateTripped;
+  return board.left_out.empty() && all_ranked ? kDone : kGateTripped;
 }
 
 }  // namespace
@@ -47,7 +83,7 @@ void add_leaderboard(CLI::App& app, Context& context) {
       add_verb(parent, {"build",
                         "Write a leaderboard as a static site: a ranking per class, a page per method with its replay "
                         "and versions, and a JSON feed. Exit code 4 if an evaluation was left out, because its parts "
-                        "contradict each other.",
+                        "contradict each other, or if a round has no ranked method.",
                         "relign-bench leaderboard build evaluations/* -o site\n"
                         "relign-bench leaderboard build evaluations/* -o site --title \"Lens lab\" --baseline bo-gp",
                         "report, merge, verify"});

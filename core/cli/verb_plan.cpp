@@ -34,9 +34,11 @@ void refuse_other_files(const fs::path& file) {
 
 int make_plan(Context& context, const PlanArguments& arguments) {
   refuse_other_files(arguments.out);
+  context.start_sandbox("");
   suites::Suite suite = suites::read_suite(suite_file(arguments.suite), context.catalog());
   const runner::PreparedPlan prepared = runner::prepare(
-      std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop());
+      std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop(),
+      context.sandbox());
   const fs::path folder = fs::absolute(arguments.out).parent_path();
   const Json content = runner::freeze(prepared, arguments.shards, folder);
   write_file_atomically(arguments.out, content.dump(1) + "\n");
@@ -58,8 +60,8 @@ int make_plan(Context& context, const PlanArguments& arguments) {
                " trials\n");
   std::fprintf(stderr,
                "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
-               "  relign-bench run --plan %s --shard 0/%u%s\n  relign-bench merge %s -o %s\n",
-               shell_quoted(arguments.out).c_str(), arguments.shards,
+               "  relign-bench run --plan %s --shard 0/%u%s%s\n  relign-bench merge %s -o %s\n",
+               shell_quoted(arguments.out).c_str(), arguments.shards, context.sandboxed ? " --sandbox" : "",
                arguments.shards > 1 ? ("   ... " + last).c_str() : "", shell_quoted("results/" + name).c_str(),
                shell_quoted("results/" + name + "-merged").c_str());
   return kDone;
@@ -95,6 +97,7 @@ void add_plan(CLI::App& app, Context& context) {
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
+  add_sandbox_options(verb, context);
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return plan_or_stop(context, *arguments); }; });
 }

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 
+#include "base/commitment.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
@@ -39,7 +40,7 @@ void write_secret(const std::string& file, const std::string& secret) {
 int make_secret(const Context& context, const std::string& out) {
   const std::string secret = suites::new_secret();
   write_secret(out, secret);
-  const std::string commitment = suites::commitment_to(secret);
+  const std::string commitment = commitment_to(secret);
   if (context.json)
     print_result(Json({{"secret", out}, {"commitment", commitment}}).dump(2) + "\n");
   else

@@ -86,15 +86,25 @@ class EvaluationFolder {
   bool resumed_ = false, kept_ = false;
 };
 
-// Other instances could not be merged; better said before the trials than after.
-void refuse_other_instances(const std::vector<std::string>& baselines, const std::string& instance_set) {
+// Other instances could not be merged, and another protocol not ranked; better said before the trials than after.
+void refuse_other_baselines(const std::vector<std::string>& baselines, const suites::Plan& plan,
+                            const std::string& submission) {
+  std::set<std::string> protocols;
   for (const std::string& folder : baselines) {
     records::require_results(folder);
-    if (text_of(records::read_manifest(folder), "instance_set") != instance_set)
+    const Json manifest = records::read_manifest(folder);
+    if (text_of(manifest, "instance_set") != plan.instance_set)
       throw Error(ErrorKind::bad_input, "--baselines: '" + folder +
                                             "' has other instances than the suite; scenes, noise levels, seed or "
                                             "commitment, and instances must be equal");
+    for (const Json& entry : list_of(manifest, "algorithms")) protocols.insert(text_of(entry, "protocol"));
   }
+  for (const suites::AlgorithmEntry& entry : plan.suite.algorithms)
+    if (!baselines.empty() && entry.name == submission && !protocols.count(entry.protocol))
+      throw Error(ErrorKind::bad_input,
+                  "--baselines: the submission '" + submission + "' has the protocol '" + entry.protocol +
+                      "', the baselines '" + join({protocols.begin(), protocols.end()}, "', '") +
+                      "'; they cannot be compared: change 'protocol' in submission.json, or leave --baselines out");
 }
 
 void run_trials(Context& context, const EvaluateArguments& arguments, const runner::PreparedPlan& prepared,
@@ -251,7 +261,7 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   if (!arguments.baselines.empty()) options.only = {{"algorithm", submission.name}};
   const runner::PreparedPlan prepared =
       runner::prepare(std::move(read), options.cache_folder, {}, options.stop, options.sandbox);
-  refuse_other_instances(arguments.baselines, prepared.plan.instance_set);
+  refuse_other_baselines(arguments.baselines, prepared.plan, submission.name);
   write_file_atomically(folder / submissions::kManifestName, submission.text);
   folder.keep();
 

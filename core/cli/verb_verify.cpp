@@ -1,10 +1,12 @@
 // relign-bench verify: replays trials of a results folder and compares the records.
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/frames.h"
@@ -24,8 +26,15 @@ struct VerifyArguments {
   std::uint64_t seed = 1;
   std::string trial, frames, suite_folder, secret;
   unsigned workers = 0;
-  bool add_rules = false;
+  bool add_rules = false, no_sandbox = false;
 };
+
+// Of the folder, or of one that it was merged from.
+bool ran_in_sandbox(const Json& manifest) {
+  const Json& sources = list_of(manifest, "sources");
+  return manifest.contains("sandbox") ||
+         std::any_of(sources.begin(), sources.end(), [](const Json& source) { return source.contains("sandbox"); });
+}
 
 Json to_json(const runner::ReplayDifference& one) {
   Json json = {{"trial", one.trial},
@@ -54,6 +63,7 @@ Json to_json(const runner::VerifySummary& summary) {
           {"largest_deviation", summary.largest_deviation},
           {"stations", summary.stations},
           {"ended_by_machine", summary.ended_by_machine},
+          {"missing", summary.missing},
           {"unknown", summary.unknown},
           {"completed", summary.completed},
           {"damaged", std::move(damaged)},
@@ -79,6 +89,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
             "): recorded on another kind of CPU, with plugins that are reproducible on one kind";
   if (!summary.differences.empty()) text += ", " + std::to_string(summary.differences.size()) + " different";
   text += "\n";
+  if (summary.missing > 0)
+    text += "missing    " + trials_text(summary.missing) + " of the plan, which have no complete record\n";
   if (summary.stations > 0)
     text += "skipped    " + trials_text(summary.stations) + " of a hardware station, which cannot be replayed\n";
   if (summary.ended_by_machine > 0)
@@ -132,8 +144,11 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
-  if (!context.sandboxed && records::read_manifest(arguments.results).contains("sandbox"))
-    print_warning("the algorithms of these results ran in a sandbox; without --sandbox they replay with your rights");
+  if (!context.sandboxed && !arguments.no_sandbox && ran_in_sandbox(records::read_manifest(arguments.results)))
+    throw Error(
+        ErrorKind::bad_input,
+        "the algorithms of '" + arguments.results +
+            "' ran in a sandbox; replay them with --sandbox, or with --no-sandbox if they may have your rights");
   options.sandbox = context.sandbox();
   ProgressPrinter progress(context.progress_mode());
   options.on_message = [&progress](const std::string& text) { progress.message(text); };
@@ -210,6 +225,9 @@ void add_verify(CLI::App& app, Context& context) {
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
   add_sandbox_options(verb, context);
+  verb.add_flag("--no-sandbox", arguments->no_sandbox,
+                "replay results of a sandbox without one: their algorithms can read and change your files")
+      ->excludes("--sandbox");
   add_secret_option(verb, arguments->secret);
   verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")

@@ -91,6 +91,27 @@ TEST_F(CliLeaderboard, ReportsWhatItLeavesOut) {
   EXPECT_THAT(place_.read("site/index.html"), HasSubstr("<h2 id=\"left-out\">Left out</h2>"));
 }
 
+TEST_F(CliLeaderboard, SaysThatNobodyIsRanked) {
+  evaluate("mine", {{"date", "9999-12-31"}});
+  json manifest = json::parse(place_.read("mine/results/manifest.json"));
+  for (json& entry : manifest["algorithms"]) entry["oracle"] = true;
+  place_.write("mine/results/manifest.json", manifest.dump());
+  const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
+  EXPECT_EQ(built.exit_code, 4);
+  EXPECT_THAT(built.err, AllOf(HasSubstr("no method of the round 'tiny' is ranked"),
+                               HasSubstr("the date '9999-12-31' is in the future")));
+}
+
+TEST_F(CliLeaderboard, ReadsNoLinkedSubmission) {
+  evaluate("mine");
+  place_.write("private", R"({"name": "secret"})");
+  fs::remove(place_.path("mine/submission.json"));
+  fs::create_symlink(place_.path("private"), place_.path("mine/submission.json"));
+  const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
+  EXPECT_NE(built.exit_code, 0);
+  EXPECT_THAT(built.err, HasSubstr("mine/submission.json' is a link"));
+}
+
 TEST_F(CliLeaderboard, ExplainsMistakes) {
   const Outcome none = relign_bench(place_, {"leaderboard", "build", "nowhere", "-o", "site"});
   EXPECT_EQ(none.exit_code, 2);

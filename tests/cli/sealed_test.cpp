@@ -103,6 +103,56 @@ TEST_F(CliSealed, AnybodyCanVerifyOnceTheSecretIsPublished) {
   EXPECT_THAT(place_.read("a/report.html"), HasSubstr(secret()));
 }
 
+TEST_F(CliSealed, OpenResultsCannotPassAsSealed) {
+  place_.write("open.json", kSmallestSuite);
+  ASSERT_EQ(call({"run", "open.json", "-o", "a"}).exit_code, 0);
+  json manifest = json::parse(place_.read("a/manifest.json"));
+  manifest["commitment"] = json::parse(place_.read("sealed.json"))["commitment"];
+  manifest["secret"] = secret();
+  place_.write("a/manifest.json", manifest.dump());
+  for (const char* verb : {"verify", "report"}) {
+    const Outcome outcome = call({verb, "a"});
+    EXPECT_EQ(outcome.exit_code, 2) << verb;
+    EXPECT_THAT(outcome.err, HasSubstr("the suite is open, since it has no commitment")) << verb;
+  }
+}
+
+TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
+  place_.write("open.json", R"({"scenes": ["gaussian_spot"], "noise_levels": ["none"], "instances": 2, "steps": 2,
+                                "algorithms": ["random", "nlopt-bobyqa"]})");
+  ASSERT_EQ(call({"run", "open.json", "-o", "a"}).exit_code, 0);
+  ASSERT_EQ(call({"verify", "a"}).exit_code, 0);
+  const json honest = json::parse(place_.read("a/manifest.json"));
+  const auto refusal = [&](const auto& change) {
+    json manifest = honest;
+    change(manifest);
+    place_.write("a/manifest.json", manifest.dump());
+    const Outcome outcome = call({"verify", "a"});
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_THAT(refusal([](json& manifest) {
+                manifest["order"].erase(0);
+                manifest["trials"] = manifest["order"].size();
+              }),
+              HasSubstr("but 'order' has"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["instances"] = 1; }), HasSubstr("'instances' is 2 in the suite"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["first_instance"] = 1; }),
+              HasSubstr("'first_instance' is 1, but that of the suite is 0"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"].erase(1); }),
+              HasSubstr("the suite has 2 'algorithms', the manifest 1"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["observes"] = json::array({"merit"}); }),
+              HasSubstr("observes [\"merit\"] by the manifest"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["instance_set"] = std::string(16, '0'); }),
+              HasSubstr("'instance_set' is '0000000000000000'"));
+  EXPECT_THAT(refusal([](json& manifest) {
+                json suite = json::parse(manifest["suite"].get<std::string>());
+                suite["analysis"] = {{"primary", "rmse"}};
+                manifest["suite"] = suite.dump();
+              }),
+              HasSubstr("the suite has an analysis plan, the manifest has none"));
+}
+
 TEST_F(CliSealed, ShardsOfASealedPlanMergeToTheSameResults) {
   ASSERT_EQ(call({"run", "sealed.json", "-o", "one", "--secret", "secret.txt"}).exit_code, 0);
   ASSERT_EQ(call({"plan", "sealed.json", "--shards", "2"}).exit_code, 0);

@@ -121,6 +121,14 @@ TEST_F(CliSubmit, BaselinesHaveTheSameInstances) {
   expect_refused(evaluate({"--baselines", "baselines"}), "'baselines' has other instances than the suite");
 }
 
+TEST_F(CliSubmit, BaselinesHaveTheSameProtocol) {
+  write_manifest({{"algorithm", {{"use", "compass"}, {"protocol", "blind"}}}});
+  ASSERT_EQ(pack().exit_code, 0);
+  ASSERT_EQ(call({"run", "board.json", "-o", "baselines"}).exit_code, 0);
+  expect_refused(evaluate({"--baselines", "baselines"}),
+                 "the submission 'ours' has the protocol 'blind', the baselines 'paper'");
+}
+
 TEST_F(CliSubmit, SealedSuitesNeedTheSecret) {
   ASSERT_EQ(pack().exit_code, 0);
   json suite = json::parse(kBoard);

@@ -70,9 +70,16 @@ void check_methods(std::vector<std::string>& found, const Evaluation& evaluation
   for (const Json& entry : list_of(manifest, "algorithms"))
     recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
   std::set<NameAndProtocol> listed;
+  const bool has_own = std::any_of(evaluation.methods.begin(), evaluation.methods.end(),
+                                   [&](const EvaluatedMethod& one) { return one.name == evaluation.name; });
   for (const EvaluatedMethod& method : evaluation.methods) {
     const NameAndProtocol key = {method.name, method.protocol};
     listed.insert(key);
+    if (has_own && method.submitted != (method.name == evaluation.name))
+      found.push_back(named(key) +
+                      (method.submitted ? " is marked as submitted, but the submission is "
+                                        : " is marked as a baseline, but it is the submission ") +
+                      in_quotes(evaluation.name));
     if (method.submitted && method.observes != evaluation.observes)
       found.push_back("the class is " + in_quotes(join(evaluation.observes, ", ")) + ", but " + named(key) +
                       " observes " + in_quotes(join(method.observes, ", ")));
@@ -97,11 +104,15 @@ void check_trials(std::vector<std::string>& found, const LoadedResults& results)
   const std::uint64_t of_each =
       list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() * count_of(manifest, "instances");
   std::map<NameAndProtocol, std::set<std::string>> trials;
+  std::size_t impossible = 0;
   for (const statistics::TrialRow& row : results.trials.rows) {
     const statistics::Series& series = results.trials.series_of(row);
+    if (row.impossible_score) ++impossible;
     trials[{series.algorithm, series.protocol}].insert(series.scene + "\n" + series.noise_level + "\n" +
                                                        std::to_string(row.instance));
   }
+  if (impossible > 0)
+    found.push_back(counted(impossible, "trial") + " with a negative time, or a mean squared error far below zero");
   for (const Json& entry : list_of(manifest, "algorithms")) {
     const NameAndProtocol key = {text_of(entry, "name"), text_of(entry, "protocol")};
     if (trials[key].size() != of_each)

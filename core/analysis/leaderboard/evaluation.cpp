@@ -1,6 +1,7 @@
 #include "leaderboard/evaluation.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "base/files.h"
@@ -16,6 +17,8 @@ namespace fs = std::filesystem;
 constexpr double kMost = 1e15;  // of a training's cost
 
 JsonSource limited_source(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_symlink(file, ignored)) throw Error(ErrorKind::bad_input, "'" + file.string() + "' is a link, not a file");
   return JsonSource::from_text(read_file(file, kMaxEvaluationBytes), file.string());
 }
 
@@ -60,6 +63,10 @@ bool is_date(const std::string& text) {
   if (text.size() < kForm.size() || text.size() > 40) return false;
   for (std::size_t i = 0; i < kForm.size(); ++i)
     if (kForm[i] == 'd' ? text[i] < '0' || text[i] > '9' : text[i] != kForm[i]) return false;
+  const std::chrono::year_month_day day(std::chrono::year(std::stoi(text.substr(0, 4))),
+                                        std::chrono::month(static_cast<unsigned>(std::stoi(text.substr(5, 2)))),
+                                        std::chrono::day(static_cast<unsigned>(std::stoi(text.substr(8, 2)))));
+  if (!day.ok()) return false;
   return text.size() == kForm.size() || text[kForm.size()] == 'T';
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 
 namespace relign::report {
@@ -38,6 +39,7 @@ LoadedResults load_results(const fs::path& folder) {
   LoadedResults results;
   results.folder = folder;
   results.manifest = records::read_manifest(folder);
+  records::require_consistent(results.manifest, folder);
   const std::vector<std::string> planned = take_order(results.manifest);
   results.planned = planned.size();
   statistics::ReadTable read = statistics::read_trial_table(folder, [&](const std::string& trial) {

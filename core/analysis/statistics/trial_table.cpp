@@ -40,7 +40,8 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
-constexpr double kSlack = 1e-9;  // rounding of a sum
+constexpr double kLowestMse = -1e-4;  // noise-free errors are signed estimates, with a standard error of about 1e-7
+constexpr double kSlack = 1e-9;       // rounding of a sum
 
 class TableBuilder {
  public:
@@ -86,8 +87,11 @@ class TableBuilder {
                         displayed_rmse(closing.best_mse.empty() ? steps[best_step(steps)].commanded_mse
                                                                 : closing.best_uncured_mse),
                         displayed_rmse(last.commanded_mse)}};
-      for (const records::StepNumbers& step : steps)
+      for (const records::StepNumbers& step : steps) {
+        row.impossible_score = row.impossible_score || step.machine_seconds < 0 || step.recommended_seconds < 0 ||
+                               step.commanded_mse < kLowestMse || step.recommended_mse < kLowestMse;
         row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);
+      }
       for (const Track track : kTracks)
         row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
       if (steps.front().step == 0) {

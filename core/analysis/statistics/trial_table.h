@@ -34,6 +34,8 @@ struct TrialRow {
   std::uint32_t criteria = 0;  // of TrialTable::criteria
   // Some merit is negative, or below the measured RMSE, which rmse and combined include.
   bool impossible_merit = false;
+  // A negative time, or a mean squared error further below zero than the noise of its estimate can explain.
+  bool impossible_score = false;
   // RMSE at step 0; NaN if missing.
   double start_measured = kMissing;
   double start_commanded = kMissing;

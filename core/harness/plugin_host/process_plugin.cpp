@@ -57,6 +57,12 @@ std::string line_of(const Json& message) {
   return message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+int level_of(const std::string& line) {
+  for (const int level : {RELIGN_LOG_WARNING, RELIGN_LOG_DEBUG})
+    if (line.rfind(log_prefix(level), 0) == 0) return level;
+  return RELIGN_LOG_INFO;
+}
+
 bool is_number_or_null(const Json& value) { return value.is_number() || value.is_null(); }
 
 double number_or_nan(const Json& value) {
@@ -139,7 +145,11 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
   options.seconds_for_a_line = timeouts_.stop_seconds;
   options.stop = services.stop;
   options.seconds_after_stop = timeouts_.stop_seconds;
-  if (services.log) options.on_output = [log = services.log](const std::string& line) { log(RELIGN_LOG_INFO, line); };
+  if (services.log)
+    options.on_output = [log = services.log, library = manifest.command.empty()](const std::string& line) {
+      const int level = library ? level_of(line) : RELIGN_LOG_INFO;
+      log(level, level == RELIGN_LOG_INFO ? line : line.substr(log_prefix(level).size()));
+    };
   try {
     if (services.sandbox && is_algorithm(manifest.kind)) {
       std::vector<fs::path> files = files_of(choice);

@@ -234,4 +234,8 @@ std::vector<std::string> library_command(const Manifest& manifest) {
   return {own_program("relign-library-host").string(), manifest.source.string()};
 }
 
+std::string_view log_prefix(int level) {
+  return level >= RELIGN_LOG_WARNING ? "warning: " : level < RELIGN_LOG_INFO ? "debug: " : "";
+}
+
 }  // namespace relign::plugin_host

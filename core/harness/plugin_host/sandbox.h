@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "plugin_host/catalog.h"
@@ -39,5 +40,8 @@ std::vector<std::filesystem::path> files_of(const Choice& choice);
 
 // The command that runs a library plugin as a process.
 std::vector<std::string> library_command(const Manifest& manifest);
+// "warning: ", "debug: " or nothing, by RELIGN_LOG_*: before a line in a trial's log, and in the output of that
+// process.
+std::string_view log_prefix(int level);
 
 }  // namespace relign::plugin_host

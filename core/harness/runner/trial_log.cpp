@@ -1,8 +1,8 @@
 #include "runner/trial_log.h"
 
-#include <relign/plugin.h>
-
 #include <utility>
+
+#include "plugin_host/sandbox.h"
 
 namespace relign::runner {
 
@@ -14,7 +14,7 @@ void TrialLog::begin() {
 }
 
 void TrialLog::add(int level, const std::string& who, const std::string& message) {
-  std::string line = level >= RELIGN_LOG_WARNING ? "warning: " : level < RELIGN_LOG_INFO ? "debug: " : "";
+  std::string line(plugin_host::log_prefix(level));
   line += (who.empty() ? "" : who + ": ") + message + "\n";
   const std::lock_guard<std::mutex> hold(mutex_);
   if (!open_) return;

@@ -12,6 +12,7 @@
 #include "base/error.h"
 #include "base/machine.h"
 #include "records/checksum.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "runner/plan_pretraining.h"
 #include "runner/provenance.h"
@@ -222,6 +223,7 @@ suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options
 VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog) {
   records::require_results(options.results);
   const Json manifest = records::read_manifest(options.results);
+  records::require_consistent(manifest, options.results);
   VerifySummary summary;
   std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary);
   std::map<std::string, records::PluginHashes> plugins;
@@ -238,10 +240,13 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   const auto on_done = [&] {
     if (options.on_progress) options.on_progress(++done, total);
   };
-  for (const StoredSuite& stored : suites_of(manifest)) {
-    if (rest.empty()) break;
-    const PreparedPlan prepared = prepare(read_suite(stored, options, catalog), options.cache_folder,
-                                          options.on_message, options.stop, options.sandbox);
+  std::vector<PreparedPlan> plans;
+  if (!rest.empty())
+    for (const StoredSuite& stored : suites_of(manifest))
+      plans.push_back(prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message,
+                              options.stop, options.sandbox));
+  require_plans_of_suites(manifest, plans, options.results);
+  for (const PreparedPlan& prepared : plans) {
     compare_definitions(manifest, prepared, changes);
     std::unordered_map<std::string, std::size_t> place_of;
     for (std::size_t place = 0; place < prepared.plan.trials.size(); ++place)

@@ -55,6 +55,7 @@ struct ReplayDifference {
 
 struct VerifySummary {
   std::size_t recorded = 0;  // complete trials of the plan
+  std::size_t missing = 0;   // of the plan, without a complete record; not counted with `trial` or `add_rules`
   std::size_t replayed = 0, equal = 0;
   std::size_t with_tolerance = 0;        // of `equal`: only within kOtherCpuTolerance, on another processor
   double largest_deviation = 0;          // among these, |is - was| / (1 + |was|)

@@ -5,7 +5,9 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/text.h"
 #include "plugin_host/choice_json.h"
+#include "records/manifest_check.h"
 #include "records/processor.h"
 #include "records/results_folder.h"
 #include "runner/provenance.h"
@@ -67,6 +69,8 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
+  if (options.trial.empty() && !options.add_rules && planned.size() > summary.recorded)
+    summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
     if (!options.trial.empty() && damage.trial == options.trial) records::throw_if_damaged({damage});
   if (!options.trial.empty() && summary.recorded == 0)
@@ -107,6 +111,54 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
     const char* key = names ? "cpu" : "instruction_sets";
     changes.insert({names ? "CPU" : "CPU's instruction sets", text_of(there, key), text_of(machine, key)});
   }
+}
+
+void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
+                             const std::filesystem::path& folder) {
+  if (plans.empty()) return;
+  std::set<std::string> found, planned;
+  std::map<std::pair<std::string, std::string>, const Json*> recorded;
+  for (const Json& entry : list_of(manifest, "algorithms"))
+    recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
+  for (const PreparedPlan& prepared : plans) {
+    const std::vector<suites::AlgorithmEntry>& algorithms = prepared.plan.suite.algorithms;
+    std::vector<bool> listed;
+    for (const suites::AlgorithmEntry& algorithm : algorithms) {
+      const std::string name = "'" + algorithm.name + "' (protocol " + algorithm.protocol + ")";
+      const auto entry = recorded.find({algorithm.name, algorithm.protocol});
+      listed.push_back(entry != recorded.end());
+      if (!listed.back()) {
+        // Which baselines are added depends on what is installed.
+        if (!algorithm.added) found.insert("the suite has the method " + name + ", the manifest does not");
+        continue;
+      }
+      const Json observes = algorithm.choice.plugin->observes;
+      if (const Json& stated = member(*entry->second, "observes"); !stated.is_null() && stated != observes)
+        found.insert(name + " observes " + stated.dump() + " by the manifest and " + observes.dump() +
+                     " by its plugin");
+    }
+    for (const suites::PlannedTrial& trial : prepared.plan.trials)
+      if (listed[trial.algorithm]) planned.insert(trial.id);
+  }
+  // Other ids, but as many, mean changed plugins or data, which replays report.
+  const Json& order = list_of(manifest, "order");
+  if (order.size() != planned.size())
+    found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
+                 std::to_string(order.size()));
+  const suites::Suite& first = plans.front().plan.suite;
+  using Number = std::pair<const char*, std::uint64_t>;
+  for (const auto& [key, value] : {Number("seed", first.seed), Number("instances", first.instances),
+                                   Number("first_instance", first.first_instance)})
+    if (manifest.contains(key) && count_of(manifest, key) != value)
+      found.insert("'" + std::string(key) + "' is " + std::to_string(count_of(manifest, key)) +
+                   ", but that of the suite is " + std::to_string(value));
+  const std::string stated = text_of(manifest, "instance_set"), own = plans.front().plan.instance_set;
+  const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
+    return id.is_string() && planned.count(id.get<std::string>()) > 0;
+  });
+  if (same_trials && stated != own)
+    found.insert("'instance_set' is '" + stated + "', but that of the suite is '" + own + "'");
+  records::refuse_contradictions({found.begin(), found.end()}, folder);
 }
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {

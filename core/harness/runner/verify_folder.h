@@ -34,6 +34,11 @@ bool made_on_another_processor(const Json& manifest);
 // Compares program and processor.
 void compare_machines(const Json& manifest, std::set<Change>& changes);
 
+// `plans` are those that the folder's suites and their plugins, as they are now, give. Throws Error(bad_input) where
+// the manifest lacks methods or trials of them, or states other observations, or another instance set for equal trials.
+void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
+                             const std::filesystem::path& folder);
+
 // Compares the scenes' data and the plugins' parameters, by display names.
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);
 

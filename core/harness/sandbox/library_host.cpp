@@ -9,6 +9,7 @@
 #include "base/fault.h"
 #include "plugin_host/manifest.h"
 #include "plugin_host/objects.h"
+#include "plugin_host/sandbox.h"
 #include "sandbox/connection.h"
 #include "sandbox/remote_trial.h"
 
@@ -63,7 +64,7 @@ class LibraryHost {
     plugin_host::HostServices services;
     services.threads = message.at("threads").get<unsigned>();
     services.log = [](int level, const std::string& text) {
-      std::fprintf(stderr, "%s%s\n", level >= RELIGN_LOG_WARNING ? "warning: " : "", text.c_str());
+      std::fprintf(stderr, "%s%s\n", std::string(plugin_host::log_prefix(level)).c_str(), text.c_str());
     };
     algorithm_ = std::make_unique<plugin_host::Algorithm>(choice, services);
   }

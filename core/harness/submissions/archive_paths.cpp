@@ -2,6 +2,7 @@
 #include <system_error>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "submissions/archive.h"
 
 namespace relign::submissions {
@@ -26,7 +27,7 @@ std::string name_mistake(const std::string& name) {
 bool is_left_out(const fs::path& name) { return name.string().front() == '.' || name == "__pycache__"; }
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& why) {
-  throw Error(ErrorKind::bad_input, "'" + file.string() + "' cannot be packed: " + why);
+  throw Error(ErrorKind::bad_input, "'" + printable(file.string()) + "' cannot be packed: " + why);
 }
 
 }  // namespace

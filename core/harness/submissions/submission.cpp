@@ -186,6 +186,8 @@ Submission read_submission(const JsonSource& source) { return ManifestReader(sou
 Submission read_submission(const fs::path& folder) {
   const fs::path file = folder / kManifestName;
   std::error_code error;
+  if (fs::is_symlink(file, error))
+    throw Error(ErrorKind::bad_input, "'" + file.string() + "' is a link; replace it by a copy of what it leads to");
   if (!fs::is_regular_file(file, error))
     throw Error(ErrorKind::bad_input, "'" + folder.string() + "' is not a submission: it has no " + kManifestName +
                                           "; see docs/submitting.md");

@@ -4,13 +4,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <set>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "plugin_host/process_child.h"
 #include "submissions/archive.h"
 
@@ -25,7 +28,10 @@ struct CloseReader {
 
 std::string shown(const std::string& path) {
   constexpr std::size_t kLongest = 100;
-  return path.size() <= kLongest ? path : path.substr(0, kLongest) + "...";
+  std::string text = printable(path.size() <= kLongest ? path : path.substr(0, kLongest) + "...");
+  std::replace_if(
+      text.begin(), text.end(), [](char letter) { return letter == '\n' || letter == '\t'; }, '?');  // one line
+  return text;
 }
 
 std::string at_most(std::uint64_t count, const char* unit) {
@@ -105,6 +111,7 @@ class Unpacking {
     if (const char* kind = forbidden_kind(entry))
       refuse_entry(std::string("it is ") + kind + "; only files and folders are allowed");
     if (const std::string mistake = path_mistake(last_, limits_); !mistake.empty()) refuse_entry(mistake);
+    refuse_other_case();
     if (!(folder ? folders_.insert(last_).second : files_.insert(last_).second) ||
         (folder ? files_ : folders_).count(last_) != 0)
       refuse_entry("it occurs twice; each path is allowed once");
@@ -113,6 +120,19 @@ class Unpacking {
       make_folder(last_);
     else
       write_file(entry);
+  }
+
+  // Paths that some file systems take for one, folders on the way included.
+  void refuse_other_case() {
+    for (std::size_t end = last_.find('/');; end = last_.find('/', end + 1)) {
+      const std::string path = last_.substr(0, end);
+      std::string lower = path;
+      for (char& letter : lower)
+        if (letter >= 'A' && letter <= 'Z') letter = static_cast<char>(letter - 'A' + 'a');
+      const std::string& first = spellings_.emplace(lower, path).first->second;
+      if (first != path) refuse_entry("it differs from '" + shown(first) + "' in upper and lower case only");
+      if (end == std::string::npos) return;
+    }
   }
 
   void make_parents() {
@@ -165,7 +185,8 @@ class Unpacking {
   std::size_t entries_ = 0;
   std::uint64_t total_ = 0;
   std::set<std::string> files_, folders_;
-  std::string last_;  // path of the entry under way
+  std::map<std::string, std::string> spellings_;  // by the path in lower case
+  std::string last_;                              // path of the entry under way
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "base/commitment.h"
 #include "base/error.h"
 #include "base/hash.h"
 
@@ -12,7 +13,6 @@ namespace relign::suites {
 namespace {
 
 constexpr std::size_t kDigits = 64;
-constexpr const char* kPrefix = "sha256:";
 
 bool is_hex(std::string_view text) {
   return text.size() == kDigits && text.find_first_not_of("0123456789abcdef") == std::string_view::npos;
@@ -37,12 +37,8 @@ std::string new_secret() {
   return secret;
 }
 
-std::string commitment_to(const std::string& secret) {
-  return kPrefix + sha256_hex("relign-bench commitment\n" + secret);
-}
-
 bool is_commitment(const std::string& text) {
-  const std::string prefix = kPrefix;
+  const std::string prefix = kCommitmentPrefix;
   return text.compare(0, prefix.size(), prefix) == 0 && is_hex(std::string_view(text).substr(prefix.size()));
 }
 

@@ -10,8 +10,6 @@ namespace relign::suites {
 // 64 hex digits from the system's random numbers. Throws Error(io).
 std::string new_secret();
 
-// "sha256:" and 64 hex digits.
-std::string commitment_to(const std::string& secret);
 bool is_commitment(const std::string& text);
 
 // A secret as a file or a variable holds it, without white space around it. Throws Error(bad_input) that names `where`.

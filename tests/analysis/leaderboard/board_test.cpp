@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 
+#include <sstream>
+
 #include "error_text.h"
 #include "leaderboard/feed.h"
 #include "leaderboard/made_evaluations.h"
 #include "leaderboard/round.h"
+#include "records/checksum.h"
 
 namespace relign::leaderboard {
 namespace {
@@ -112,6 +115,37 @@ TEST_F(LeaderboardBoard, DoesNotRankOracles) {
   EXPECT_THAT(last.standings[0].not_ranked, HasSubstr("oracle"));
 }
 
+TEST_F(LeaderboardBoard, RefusesBaselinesMarkedAsSubmitted) {
+  const fs::path folder = evaluation("e", {{"mine", {"merit"}, 0.05, true}, {"other", {"merit"}, 0.04}});
+  Json file = Json::parse(read_file(folder / "evaluation.json"));
+  file["methods"][1]["submitted"] = true;
+  write_file_atomically(folder / "evaluation.json", file.dump());
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { board_of({folder}); }),
+              HasSubstr("'other' (protocol 'blind') is marked as submitted, but the submission is 'mine'"));
+}
+
+TEST_F(LeaderboardBoard, RefusesImpossibleScores) {
+  for (const char* key : {"recommended_mse", "machine_seconds"}) {
+    const fs::path folder = evaluation(key, {{"mine", {"merit"}, 0.05, true}});
+    const fs::path trials = fs::directory_iterator(folder / "results/trials")->path();
+    std::string text, forged;
+    std::istringstream lines(read_file(trials));
+    for (std::string line; std::getline(lines, line);) {
+      forged = records::without_checksum(line);
+      const std::size_t at = forged.find(std::string("\"") + key + "\":");
+      if (at != std::string::npos) {
+        const std::size_t begin = forged.find(':', at) + 1;
+        forged.replace(begin, forged.find_first_of(",}", begin) - begin, "-1");
+      }
+      text += forged + "\n";
+    }
+    write_file_atomically(trials, text);
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { board_of({folder}); }),
+                HasSubstr("8 trials with a negative time, or a mean squared error far below zero"))
+        << key;
+  }
+}
+
 TEST_F(LeaderboardBoard, MergesEvaluationsOnTheSameInstances) {
   const Board board = board_of({evaluation("a", {{"first", {"merit"}, 0.05, true}, random()}),
                                 evaluation("b", {{"second", {"merit"}, 0.04, true}, random()})});
@@ -161,14 +195,19 @@ TEST_F(LeaderboardBoard, FlagsOpenInstancesAndMissingSandboxes) {
   };
   EXPECT_THAT(tags(Json::object(), Json::object()), ElementsAre("not sealed", "no sandbox"));
   fs::remove_all(folder_ / "e");
-  EXPECT_THAT(tags({{"sealed", true}, {"sandbox", true}},
-                   {{"commitment", "sha256:" + std::string(64, '1')}, {"sandbox", {{"memory_bytes", 1}}}}),
+  const std::string commitment = "sha256:" + std::string(64, '1');
+  EXPECT_THAT(tags({{"sealed", true}, {"sandbox", true}}, {{"suite", Json({{"commitment", commitment}}).dump()},
+                                                           {"commitment", commitment},
+                                                           {"sandbox", {{"memory_bytes", 1}}}}),
               IsEmpty());
 }
 
 TEST_F(LeaderboardBoard, LeavesOutFoldersThatContradictThemselves) {
   const std::vector<MadeMethod> mine = {{"mine", {"merit"}, 0.05, true}};
   EXPECT_THAT(refused(mine, {{"sealed", true}}), HasSubstr("the results have no commitment"));
+  fs::remove_all(folder_ / "e");
+  EXPECT_THAT(refused(mine, {{"sealed", true}}, {{"commitment", "sha256:" + std::string(64, '1')}}),
+              HasSubstr("the suite is open, since it has no commitment"));
   fs::remove_all(folder_ / "e");
   EXPECT_THAT(refused(mine, {{"sandbox", true}}), HasSubstr("no algorithm of the results ran in a sandbox"));
   fs::remove_all(folder_ / "e");

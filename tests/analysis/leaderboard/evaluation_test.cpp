@@ -62,12 +62,26 @@ TEST_F(EvaluationFile, RefusesMistakesWithTheirPlace) {
   EXPECT_THAT(error_with({{"format", "relign-bench/evaluation/2"}}), HasSubstr("a newer version of relign-bench"));
   EXPECT_THAT(error_with({{"archive_sha256", "ABC"}}), HasSubstr("expected 64 lower-case hexadecimal digits"));
   EXPECT_THAT(error_with({{"date", "24.11.2026"}}), HasSubstr("found '24.11.2026'"));
+  EXPECT_THAT(error_with({{"date", "2026-99-99"}}), HasSubstr("found '2026-99-99'"));
+  EXPECT_THAT(error_with({{"date", "2026-02-29"}}), HasSubstr("found '2026-02-29'")) << "2026 is no leap year";
   EXPECT_THAT(error_with({{"sealed", nullptr}}), HasSubstr("missing key 'sealed'"));
   EXPECT_THAT(error_with({{"sandbox", "yes"}}), HasSubstr("/sandbox"));
   EXPECT_THAT(error_with({{"methods", Json::array()}}), HasSubstr("at least one method"));
   EXPECT_THAT(error_with({{"name", ""}}), HasSubstr("/name"));
   EXPECT_THAT(error_with({{"budget", {{"steps", -1}}}}), HasSubstr("/budget/steps"));
   EXPECT_THAT(error_with({{"surprise", 1}}), HasSubstr("unknown key 'surprise'"));
+}
+
+TEST_F(EvaluationFile, ReadsNoLinks) {
+  write_file_atomically(folder_ / "private", "{\"secret\": 1}");
+  const std::filesystem::path e = evaluation("e", {{"mine", {"merit"}, 0.1, true}});
+  for (const char* name : {"submission.json", "evaluation.json"}) {
+    std::filesystem::remove(e / name);
+    std::filesystem::create_symlink(folder_ / "private", e / name);
+  }
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_submission(e); }),
+              testing::AllOf(HasSubstr("is a link"), testing::Not(HasSubstr("secret"))));
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_evaluation(e); }), HasSubstr("is a link"));
 }
 
 TEST_F(EvaluationFile, ReadsNoResultsOutsideTheFolder) {

@@ -245,7 +245,8 @@ TEST_F(Verdict, RanksByMeasuredErrorWithoutGroundTruth) {
 TEST_F(Verdict, StationsHaveNoNoiseLevelAndHideTheStart) {
   records::TrialRecord simulated = trial("a", 0, {0.1, 0.05});
   write({on_station("a", {0.2, 0.15}), simulated});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
+  add_to_manifest({{"suite", R"({"scenes": ["bench", "relign_od"]})"},
+                   {"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
                    {"algorithms", {{{"name", "a"}, {"observes", {"merit", "start"}}}}}});
   const Json groups = data()["groups"];
   EXPECT_EQ(groups[0]["label"], "bench, blind");
@@ -323,7 +324,7 @@ TEST_F(Verdict, RejectsFoldersWithoutResults) {
 TEST_F(Verdict, ToleratesADamagedManifest) {
   write({trial("a", 0, {0.1, 0.05})});
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
-  for (const char* key : {"suite_name", "suite", "program", "machine", "algorithms", "command", "seed"})
+  for (const char* key : {"suite_name", "program", "machine", "algorithms", "command", "seed"})
     manifest[key] = Json::array({1, nullptr, {{"name", 3}}});
   write_file_atomically(folder_ / "manifest.json", manifest.dump());
   EXPECT_EQ(data()["groups"][0]["rows"][0]["method"], "a");

@@ -40,7 +40,7 @@ using Page = MadeResults;
 
 TEST_F(Page, StationPagesMentionNoGroundTruthOrEqualInstances) {
   write({on_station("a", {0.2, 0.15}), on_station("b", {0.12, 0.3})});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
+  add_to_manifest({{"suite", R"({"scenes": ["bench"]})"}, {"scenes", {{{"name", "bench"}, {"owns_stage", true}}}}});
   const std::string station = without_scripts_and_styles(Report(folder_).html());
   EXPECT_THAT(station, HasSubstr("lens, start pose and stage are real"));
   EXPECT_THAT(station, HasSubstr("lowest measured error"));
@@ -50,7 +50,8 @@ TEST_F(Page, StationPagesMentionNoGroundTruthOrEqualInstances) {
 
   // With a simulated scene as well, the page explains both.
   write({on_station("a", {0.2, 0.15}), trial("a", 0, {0.1, 0.05})});
-  add_to_manifest({{"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
+  add_to_manifest({{"suite", R"({"scenes": ["bench", "relign_od"]})"},
+                   {"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}}});
   const std::string both = without_scripts_and_styles(Report(folder_).html());
   for (const char* word : {"lens, start pose and stage are real", "were given the same instances", "final error",
                            "last commanded pose", "without camera noise"})
@@ -86,7 +87,8 @@ TEST_F(Page, EscapesAllText) {
   warned.protocol = failed.protocol;
   write({trial(kHostile, 0, {0.1, 0.05}, kHostile), failed, warned}, kHostile);
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
-  for (const char* key : {"suite", "suite_file", "command", "instance_set"}) manifest[key] = kHostile;
+  for (const char* key : {"suite_file", "command", "instance_set"}) manifest[key] = kHostile;
+  manifest["suite"] = Json({{"name", kHostile}}).dump();
   for (const char* key : {"version", "compiler", "flags", "hash"}) manifest["program"][key] = kHostile;
   for (const char* key : {"cpu", "cores", "system"}) manifest["machine"][key] = kHostile;
   manifest["algorithms"] = {{{"name", kHostile},

@@ -205,9 +205,49 @@ TEST_F(VerifyTest, ReplaysOneTrialWithItsFrames) {
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { verify(one, catalog); }), HasSubstr("no complete trial"));
 }
 
+TEST_F(VerifyTest, RefusesAManifestThatHidesTrials) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  edit_manifest([](Json& manifest) {
+    manifest["order"].erase(0);
+    manifest["trials"] = manifest["order"].size();
+  });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
+              testing::AllOf(HasSubstr("the suite plans 12 trials"), HasSubstr("but 'order' has 11")));
+}
+
+TEST_F(VerifyTest, CountsPlannedTrialsWithoutRecord) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  std::vector<records::TrialRecord> kept = records::read_trials(folder_ / "a");
+  kept.pop_back();
+  std::string text;
+  for (const records::TrialRecord& record : kept) text += records::to_lines(record) + "\n";
+  for (const auto& file : std::filesystem::directory_iterator(folder_ / "a/trials")) std::filesystem::remove(file);
+  write_file_atomically(folder_ / "a/trials/0000.jsonl", text);
+  const VerifySummary summary = check("a");
+  EXPECT_EQ(summary.recorded, 11U);
+  EXPECT_EQ(summary.missing, 1U);
+}
+
+TEST_F(VerifyTest, RefusesOtherObservationsAndInstanceSet) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  const Json honest = records::read_manifest(folder_ / "a");
+  edit_manifest([](Json& manifest) { manifest["algorithms"][0]["observes"] = {"design"}; });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
+              HasSubstr("observes [\"design\"] by the manifest"));
+  edit_manifest([&](Json& manifest) {
+    manifest = honest;
+    manifest["instance_set"] = "0000000000000000";
+  });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
+              HasSubstr("'instance_set' is '0000000000000000', but that of the suite is"));
+}
+
 TEST_F(VerifyTest, ReportsUnknownTrialsOfAChangedSuite) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
-  edit_manifest([](Json& manifest) { manifest["suite"] = suite_text(R"("toy-walker")", R"(, "seed": 2)"); });
+  edit_manifest([](Json& manifest) {
+    manifest["suite"] = suite_text(R"("toy-walker")", R"(, "seed": 2)");
+    manifest["seed"] = 2;
+  });
   const VerifySummary summary = check("a");
   EXPECT_EQ(summary.unknown, 12U);
   EXPECT_FALSE(summary.all_equal());

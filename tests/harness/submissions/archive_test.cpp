@@ -79,6 +79,28 @@ TEST_F(SubmissionArchive, LimitsHoldToTheByteAndTheFile) {
   EXPECT_THAT(unpack({"x"}), HasSubstr("at most 20 bytes are allowed"));
 }
 
+TEST_F(SubmissionArchive, RefusesNamesThatDifferInCaseOnly) {
+  for (const auto& [first, second] : {std::pair("Plugin.py", "plugin.py"), std::pair("Data/a", "data/b")}) {
+    {
+      ArchiveMaker maker(folder_ / "a.tar");
+      maker.add(first, "1");
+      maker.add(second, "2");
+    }
+    EXPECT_THAT(refusal([&] { unpack_archive(folder_ / "a.tar", folder_ / "out"); }),
+                HasSubstr("in upper and lower case only"));
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  }
+}
+
+TEST_F(SubmissionArchive, ShowsNamesWithControlCharactersOnOneLine) {
+  {
+    ArchiveMaker maker(folder_ / "a.tar");
+    maker.add("a\nerror: forged\x1b[2J", "1");
+  }
+  const std::string message = refusal([&] { unpack_archive(folder_ / "a.tar", folder_ / "out"); });
+  EXPECT_THAT(message, HasSubstr("entry 'a?error: forged\\x1b[2J'"));
+}
+
 TEST_F(SubmissionArchive, EqualFilesGiveEqualBytes) {
   write("in/b.py", "second");
   write("in/a/model.bin", std::string(100'000, 'm'));

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "base/commitment.h"
 #include "base/error.h"
 #include "base/hash.h"
 
