@@ -65,7 +65,7 @@ TEST_F(Compare, UsesTheRule) {
   EXPECT_NEAR(rules["current"]["ratio"].get<double>(), 0.5, 1e-9) << "recommended and commanded pose are the same here";
   EXPECT_THAT(comparison_text(compared),
               HasSubstr("by rule: own better (0.500), best better (0.500), current better (0.500)"));
-  add_to_manifest({{"analysis", {{"rule", "best"}, {"smallest_relevant_ratio", 3}}}});
+  add_plan({{"rule", "best"}, {"smallest_relevant_ratio", 3}});
   const Json planned = to_json(compare(side("a"), side("b"), {}));
   EXPECT_EQ(planned["rule"], "best");
   EXPECT_EQ(planned["pairs"][0]["verdict"], "practically equal") << "within the plan's ratio";

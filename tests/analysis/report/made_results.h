@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/files.h"
+#include "base/hash.h"
 #include "records/results_folder.h"
 
 namespace relign::report {
@@ -90,6 +91,14 @@ class MadeResults : public testing::Test {
     Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
     manifest.update(more);
     write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  }
+
+  // Adds an analysis plan to suite and manifest, and further members.
+  void add_plan(const Json& plan, Json more = Json::object()) {
+    Json suite = Json::parse(Json::parse(read_file(folder_ / "manifest.json"))["suite"].get<std::string>());
+    suite["analysis"] = plan;
+    more.update({{"suite", suite.dump()}, {"analysis", plan}, {"analysis_hash", sha256_hex(canonical_json(plan))}});
+    add_to_manifest(more);
   }
 
   static std::string short_id(const std::string& text) {
