@@ -28,6 +28,12 @@ void band_cell(HtmlWriter& html, const Band& band, int digits, double scale = 1,
                 text);
 }
 
+// What the row of the budget does not show already.
+bool is_shown(const CostStudy& cost, const CostStudy& budget) {
+  return &cost == &budget || cost.steps != budget.steps ||
+         (cost.saves.n > 0 && cost.saves.estimate != budget.saves.estimate);
+}
+
 void cost_row(HtmlWriter& html, const Row& row, const CostStudy& cost, bool cheapest, bool saves) {
   html.open("tr");
   method_cell(html, row.method, row.oracle(), row.training_tag);
@@ -70,9 +76,9 @@ std::string cost_section(const PageModel& page) {
   html.element("p", {{"class", "facts"}},
                "A line that takes the same number of images of every module, the one at the start included, and then "
                "glues it where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': "
-               "the number "
-               "of images with which a good module costs least, chosen on one half of the instances for the other, in "
-               "both directions. Cost of a good module: its share of station time and of modules that miss, without "
+               "the number of images with which a good module costs least, chosen on one half of the instances for the "
+               "other, in both directions; the budget, if that number does not cost less. Savings compare budgets with "
+               "budgets and least costs with least costs. Cost of a good module: its share of station time and of modules that miss, without "
                "its own parts. Estimates with 95 % intervals; failed trials count as modules that miss.");
   for (const Group& group : page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), priced)) continue;
@@ -91,7 +97,7 @@ std::string cost_section(const PageModel& page) {
     html.close().close().open("tbody");
     for (const Row& row : group.rows)
       for (const CostStudy& cost : row.costs)
-        if (&cost == &row.costs.front() || cost.steps != row.costs.front().steps)
+        if (is_shown(cost, row.costs.front()))
           cost_row(html, row, cost, &cost != &row.costs.front(), saves);
     html.close().close().close();
   }

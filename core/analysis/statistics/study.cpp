@@ -321,7 +321,11 @@ void add_costs(const TrialTable& table, const GroupStudy& group, const StudyOpti
     std::vector<CostStudy>& costs = of_series[group.series[place]].costs;
     const unsigned last = columns[place].last_step();
     costs.push_back(study_cost(options.prices, columns[place].at({last, last})));
-    if (!group.spec.limits_mtf()) costs.push_back(study_cost(options.prices, columns[place].cheapest()));
+    if (group.spec.limits_mtf()) continue;
+    // A number chosen on one half may cost the other half more than the budget would: then the budget costs least.
+    const CostStudy chosen = study_cost(options.prices, columns[place].cheapest());
+    const bool lower = chosen.per_good_module.estimate < costs.front().per_good_module.estimate;
+    costs.push_back(lower ? chosen : costs.front());
   }
   if (baseline == columns.size()) return;
   const std::vector<CostStudy>& against = of_series[group.series[baseline]].costs;

@@ -102,7 +102,9 @@ struct SeriesStudy {
   // after every step and the rule is `own`. The members above are then those of "all".
   std::vector<ArrivalStudy> to_specification;
   // With a specification and stated prices, by the own rule only: at the largest budget, then at the number of steps of
-  // least cost. The latter is left out if the specification limits MTF in corners, which is known at the end only.
+  // least cost, which is the budget again if the number chosen on the other half does not cost less. The latter is left
+  // out if the specification limits MTF in corners, which is known at the end only. Savings are against the same one of
+  // the baseline.
   std::vector<CostStudy> costs;
   // Runtime ECDF: share of (instance, target) pairs reached by each step of the curve.
   std::vector<double> targets_reached;

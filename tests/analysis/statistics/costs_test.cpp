@@ -36,8 +36,9 @@ TEST(Costs, OfALineWithReworkAreThoseOfItsCounts) {
 
 class CostStudyTest : public MadeTable {
  protected:
-  // Ten seconds a step. Met from step `arrives` on, and not at step 3.
-  static records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance, unsigned arrives) {
+  // Ten seconds a step. Met from step `arrives` on, and at step 3 only if it `stays`.
+  static records::TrialRecord trial(const std::string& algorithm, std::uint64_t instance, unsigned arrives,
+                                    bool stays = false) {
     records::TrialRecord record;
     record.trial = algorithm + std::to_string(instance);
     record.scene = "toy";
@@ -51,7 +52,7 @@ class CostStudyTest : public MadeTable {
       records::StepRecord step;
       step.step = number;
       step.measured = 0.1;
-      step.commanded_mse = step.recommended_mse = number >= arrives && number < 3 ? 1e-4 : 1e-2;
+      step.commanded_mse = step.recommended_mse = number >= arrives && (stays || number < 3) ? 1e-4 : 1e-2;
       step.machine_seconds = 10 * number;
       step.recommended_seconds = 10 * number + 1;
       step.recommendation = "own";
@@ -113,6 +114,26 @@ TEST_F(CostStudyTest, ChoosesTheNumberOfImagesOnTheOtherHalf) {
   EXPECT_DOUBLE_EQ(cost.seconds.estimate, (26 + 16) / 2.0);
   // Student's interval of five times of 26 and five of 16: t(9) = 2.262157.
   EXPECT_THAT(cost.seconds.interval.high, DoubleNear(21 + 2.262157 * std::sqrt(10 * 25 / 9.0 / 10), 1e-5));
+}
+
+TEST_F(CostStudyTest, FallsBackToTheBudgetIfTheChosenNumberDoesNotCostLess) {
+  // One step suffices on half of the instances and is too few for the others: 0.16 and 0.26 by themselves, but four
+  // of eight modules miss with each other's numbers. Three steps bring all into specification, for 0.36.
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    trials.push_back(trial("a", i, i % 2 == 0 ? 1 : 2, true));
+    trials.push_back(trial("b", i, 1, true));
+  }
+  const Study study = make_study(table(trials), options());
+  const std::vector<CostStudy>& a = study.series.at(0).costs;
+  const std::vector<CostStudy>& b = study.series.at(1).costs;
+  EXPECT_THAT(a.at(1).steps, ElementsAre(3, 3));
+  EXPECT_DOUBLE_EQ(a.at(1).met.estimate, 1);
+  EXPECT_DOUBLE_EQ(a.at(1).seconds.estimate, a.at(0).seconds.estimate);
+  EXPECT_DOUBLE_EQ(a.at(1).per_good_module.estimate, 0.36);
+  EXPECT_THAT(b.at(1).steps, ElementsAre(1, 1)) << "which costs less, and stays";
+  EXPECT_DOUBLE_EQ(a.at(0).saves.estimate, 0) << "budget against budget";
+  EXPECT_DOUBLE_EQ(a.at(1).saves.estimate, 0.16 - 0.36) << "least cost against least cost";
 }
 
 TEST_F(CostStudyTest, NeedsPricesTheOwnRuleAndASpecification) {
