@@ -46,5 +46,13 @@ TEST(CliFieldMerit, TryRefusesScenesWithoutFields) {
   EXPECT_THAT(outcome.err, HasSubstr("describes no 'fields'"));
 }
 
+TEST(CliFieldFocus, FailsOnScenesWithoutAChart) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"try", "field-focus", "--scene", "gaussian_spot", "--steps", "2"});
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err + outcome.out, HasSubstr("the scene needs "));
+  EXPECT_THAT(outcome.err + outcome.out, HasSubstr("such as camera_2mp"));
+}
+
 }  // namespace
 }  // namespace relign::cli_test
