@@ -120,5 +120,26 @@ TEST(CliSpecification, RefusesWhatTheSceneCannotJudge) {
   EXPECT_THAT(message({{"centre_px", -1}}, "chart.json"), HasSubstr("centre_px"));
 }
 
+TEST(CliSpecification, RefusesRulesWithoutYieldsAndCosts) {
+  const Workplace place;
+  place.write("chart.json", chart_scene().dump());
+  const auto validated = [&](const json& analysis, const json& cost) {
+    json suite = chart_suite();
+    suite["analysis"] = analysis;
+    if (!cost.is_null()) suite["cost"] = cost;
+    place.write("suite.json", suite.dump(1));
+    return relign_bench(place, {"validate", "suite.json"});
+  };
+  const Outcome yield = validated({{"primary", "yield"}, {"rule", "best"}}, json());
+  EXPECT_EQ(yield.exit_code, 2);
+  EXPECT_THAT(yield.err,
+              testing::ContainsRegex("suite.json:[0-9]+:[0-9]+: /analysis/rule: found 'best', must be 'own'"));
+  const Outcome priced = validated({{"rule", "current"}}, {{"station_per_hour", 60}});
+  EXPECT_EQ(priced.exit_code, 2);
+  EXPECT_THAT(priced.err, HasSubstr("/analysis/rule: found 'current', must be 'own': 'cost' is known"));
+  EXPECT_EQ(validated({{"rule", "best"}}, json()).exit_code, 0) << "errors are known by every rule";
+  EXPECT_EQ(validated({{"primary", "yield"}}, {{"station_per_hour", 60}}).exit_code, 0);
+}
+
 }  // namespace
 }  // namespace relign::cli_test
