@@ -64,7 +64,9 @@ int validate(Context& context, const std::string& file) {
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
   runner::check_merits(suite, facts);
-  runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
+  for (const std::string& note :
+       runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); }))
+    print_warning(note);
   for (std::size_t i = 0; i < suite.scenes.size(); ++i) {
     const bool owns_stage = facts[i].owns_stage;
     station = station || owns_stage;

@@ -59,10 +59,12 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
   check_merits(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
     if (on_message) on_message(note);
-  check_levels(suite, prepared.scenes, [&](const std::string& name) {
+  const auto level_services = [&](const std::string& name) {
     check_stop(stop);
     return as(name);
-  });
+  };
+  for (const std::string& note : check_levels(suite, prepared.scenes, level_services))
+    if (on_message) on_message(note);
   std::set<std::filesystem::path> loaded;
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
     if (!loaded.insert(entry.choice.plugin->library).second) continue;
