@@ -116,6 +116,12 @@ TEST(CliSpecification, RefusesWhatTheSceneCannotJudge) {
   unknown["fields"] = {"middle"};
   EXPECT_THAT(message({{"field_mtf", unknown}}, "chart.json"),
               HasSubstr("unknown field 'middle'; fields of the scene"));
+  json twice = mtf;
+  twice["fields"] = {"centre", {{"name", "centre"}, {"tangential", 0.9}}};
+  EXPECT_THAT(message({{"field_mtf", twice}}, "chart.json"),
+              testing::MatchesRegex(
+                  "(.|\n)*suite.json:[0-9]+:[0-9]+: /spec/field_mtf/fields/1: duplicate field 'centre', already listed "
+                  "at line [0-9]+, column [0-9]+\n"));
   EXPECT_THAT(message({{"field_mtf", {{"lp_per_mm", 20}}}}, "chart.json"), HasSubstr("expected a limit"));
   EXPECT_THAT(message({{"centre_px", -1}}, "chart.json"), HasSubstr("centre_px"));
 }
