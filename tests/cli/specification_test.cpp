@@ -147,5 +147,30 @@ TEST(CliSpecification, RefusesRulesWithoutYieldsAndCosts) {
   EXPECT_EQ(validated({{"primary", "yield"}}, {{"station_per_hour", 60}}).exit_code, 0);
 }
 
+TEST(CliSpecification, NamesTheKindOfMtfAndFrequenciesBeyondTheSensor) {
+  const Workplace place;
+  json scene = chart_scene();
+  scene.erase("spec");
+  place.write("chart.json", scene.dump());
+  json suite = chart_suite();
+  suite["spec"] = {{"field_mtf", {{"lp_per_mm", 50}, {"tangential", 0.1}}}};
+  suite["instances"] = suite["steps"] = 1;
+  place.write("suite.json", suite.dump());
+  const Outcome validated = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_THAT(validated.out, HasSubstr("at 50.0 lp/mm: geometric MTF (no diffraction)"));
+  const char* const warning = "'field_mtf' is at 50 lp/mm, above the Nyquist frequency of the sensor, 41.67 lp/mm";
+  EXPECT_THAT(validated.err, HasSubstr(warning));
+  EXPECT_THAT(relign_bench(place, {"run", "suite.json"}).err, HasSubstr(warning));
+  EXPECT_THAT(place.read("results/spec/report.html"), HasSubstr("at the final pose; geometric MTF (no diffraction)"));
+
+  scene["spec"] = {{"mtf", {{"lp_per_mm", 20}, {"diffraction", true}}}};
+  place.write("chart.json", scene.dump());
+  suite["spec"]["field_mtf"]["lp_per_mm"] = 40;
+  place.write("suite.json", suite.dump());
+  const Outcome diffracted = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_THAT(diffracted.out, HasSubstr("at 40.0 lp/mm: MTF with diffraction"));
+  EXPECT_THAT(diffracted.err, Not(HasSubstr("Nyquist")));
+}
+
 }  // namespace
 }  // namespace relign::cli_test

@@ -46,6 +46,9 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     prepared.scenes.push_back(trials::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
+    const records::Specification spec = records::specification_of(suite.spec, prepared.scenes.back().spec);
+    for (const std::string& warning : mtf_warnings(spec, prepared.scenes.back()))
+      if (on_message) on_message(entry.name + ": " + warning);
     try {
       check_mtf(suite, entry.name, scene, prepared.scenes.back());
       check_criteria(suite, entry.name, scene, prepared.scenes.back());
