@@ -78,7 +78,8 @@ std::string cost_section(const PageModel& page) {
                "glues it where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': "
                "the number of images with which a good module costs least, chosen on one half of the instances for the "
                "other, in both directions; the budget, if that number does not cost less. Savings compare budgets with "
-               "budgets and least costs with least costs. Cost of a good module: its share of station time and of modules that miss, without "
+               "budgets and least costs with least costs. Cost of a good module: its share of station time and of "
+               "modules that miss, without "
                "its own parts. Estimates with 95 % intervals; failed trials count as modules that miss.");
   for (const Group& group : page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), priced)) continue;
@@ -90,15 +91,15 @@ std::string cost_section(const PageModel& page) {
     html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
     html.element("caption", group.label).open("thead").open("tr");
     for (const std::string& title :
-         {std::string("method"), std::string("images"), std::string("in spec"), std::string("station time, s"),
-          std::string("good modules an hour"), std::string("scrapped per 1,000"), "cost of a good module" + unit})
+         {std::string("method"), std::string("images, the one at the start included"), std::string("in spec"),
+          std::string("station time, s"), std::string("good modules an hour"), std::string("scrapped per 1,000"),
+          "cost of a good module" + unit})
       html.element("th", {{"scope", "col"}}, title);
     if (saves) html.element("th", {{"scope", "col"}}, "saves against " + prices.baseline + unit);
     html.close().close().open("tbody");
     for (const Row& row : group.rows)
       for (const CostStudy& cost : row.costs)
-        if (is_shown(cost, row.costs.front()))
-          cost_row(html, row, cost, &cost != &row.costs.front(), saves);
+        if (is_shown(cost, row.costs.front())) cost_row(html, row, cost, &cost != &row.costs.front(), saves);
     html.close().close().close();
   }
   return html.take();
