@@ -111,8 +111,8 @@ void complete_camera(Context& context, const fs::path& draft, lens_files::Layout
   lens_files::set_electronics(layout, loaded.facts.image_white);
   if (loaded.facts.fields.empty())
     throw Error(ErrorKind::bad_input,
-                "--camera: this target has no fields, on which MTF could be specified; leave out --target, choose "
-                "camera_chart or slanted_edges with squares of at least 40 pixels on the sensor, or use more pixels");
+                "--camera: this target has no fields, on which MTF could be specified; expected camera_chart or "
+                "slanted_edges with squares of at least 40 pixels on the sensor: use more pixels or such a target");
   trials::Criteria criteria;
   criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
   for (std::size_t field = 0; field < loaded.facts.fields.size(); ++field)

@@ -6,6 +6,7 @@
 #include "cli/shared_files.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
+#include "report/spec_words.h"
 #include "runner/criteria.h"
 #include "runner/levels.h"
 #include "runner/merits.h"
@@ -47,6 +48,8 @@ int validate(Context& context, const std::string& file) {
     if (spec.rmse < kAccuracy)
       print_warning(entry.name + ": the specification requires an RMSE of " + significant(spec.rmse, 2) +
                     ", but noise-free errors are accurate only to 0.0001");
+    for (const std::string& warning : runner::mtf_warnings(spec, scene.facts))
+      print_warning(entry.name + ": " + warning);
     try {
       const auto mtf = runner::check_mtf(suite, entry.name, *scene.scene, scene.facts);
       if (mtf && !spec.mtf_met_by(mtf->centre, mtf->corner))
@@ -54,7 +57,10 @@ int validate(Context& context, const std::string& file) {
       if (mtf)
         design_mtf += "MTF            " + printable(entry.name) + " as designed, at its nominal pose: centre " +
                       significant(mtf->centre, 3) + ", corner " + significant(mtf->corner, 3) +
-                      (spec.diffraction ? " (with diffraction)" : "") + "\n";
+                      (spec.diffraction ? " (with diffraction)" : " (geometric, no diffraction)") + "\n";
+      if (spec.field_mtf.lp_per_mm > 0)
+        design_mtf += "MTF by field   " + printable(entry.name) + " at " + significant(spec.field_mtf.lp_per_mm, 3) +
+                      " lp/mm: " + report::mtf_kind_words(spec) + "\n";
       runner::check_criteria(suite, entry.name, *scene.scene, scene.facts);
     } catch (const Error& error) {
       if (error.kind() != ErrorKind::bad_input) throw;
@@ -64,7 +70,9 @@ int validate(Context& context, const std::string& file) {
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
   runner::check_stations(suite, facts);
   runner::check_merits(suite, facts);
-  runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); });
+  for (const std::string& note :
+       runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); }))
+    print_warning(note);
   for (std::size_t i = 0; i < suite.scenes.size(); ++i) {
     const bool owns_stage = facts[i].owns_stage;
     station = station || owns_stage;

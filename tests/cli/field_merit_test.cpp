@@ -46,5 +46,22 @@ TEST(CliFieldMerit, TryRefusesScenesWithoutFields) {
   EXPECT_THAT(outcome.err, HasSubstr("describes no 'fields'"));
 }
 
+TEST(CliFieldFocus, FailsOnScenesWithoutAChart) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"try", "field-focus", "--scene", "gaussian_spot", "--steps", "2"});
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err + outcome.out, HasSubstr("the scene needs "));
+  EXPECT_THAT(outcome.err + outcome.out, HasSubstr("such as camera_2mp"));
+}
+
+TEST(CliWindows, FitTheSensor) {
+  const Workplace place;
+  place.write("chart.json", chart_scene().dump());
+  const Outcome outcome = relign_bench(
+      place, {"try", "random", "--scene", R"({"use": "chart.json", "parameters": {"windows": 321}})", "--steps", "1"});
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr("windows of 321 pixels do not fit the sensor of 480 x 320 pixels; at most 320"));
+}
+
 }  // namespace
 }  // namespace relign::cli_test

@@ -45,6 +45,22 @@ TEST(CliLevels, AcceptsToleranceFilesInSuitesAndOptions) {
   EXPECT_NE(mine.at("steps").at(1).at("measured"), grade.at("steps").at(1).at("measured"));
 }
 
+TEST(CliLevels, WarnsOfMethodsThatUseAHistoryWithoutBatches) {
+  const Workplace place;
+  place.write("suite.json", R"({"scenes": ["gaussian_spot"], "algorithms": ["aim-off"], "instances": 1, "steps": 1,
+                                "noise_levels": ["rho0.25"]})");
+  const char* const warning =
+      "'aim-off' has no effect of its own at the noise level 'rho0.25', whose modules have no "
+      "history: it has no 'batch'";
+  for (const char* verb : {"validate", "run"}) {
+    const Outcome outcome = relign_bench(place, {verb, "suite.json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::size_t first = outcome.err.find(warning);
+    ASSERT_NE(first, std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find(warning, first + 1), std::string::npos) << "once";
+  }
+}
+
 TEST(CliLevels, AcceptsObjectsInOptions) {
   const Workplace place;
   const auto steps = [&](const std::vector<std::string>& more) {

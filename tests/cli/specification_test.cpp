@@ -116,8 +116,60 @@ TEST(CliSpecification, RefusesWhatTheSceneCannotJudge) {
   unknown["fields"] = {"middle"};
   EXPECT_THAT(message({{"field_mtf", unknown}}, "chart.json"),
               HasSubstr("unknown field 'middle'; fields of the scene"));
+  json twice = mtf;
+  twice["fields"] = {"centre", {{"name", "centre"}, {"tangential", 0.9}}};
+  EXPECT_THAT(message({{"field_mtf", twice}}, "chart.json"),
+              testing::MatchesRegex(
+                  "(.|\n)*suite.json:[0-9]+:[0-9]+: /spec/field_mtf/fields/1: duplicate field 'centre', already listed "
+                  "at line [0-9]+, column [0-9]+\n"));
   EXPECT_THAT(message({{"field_mtf", {{"lp_per_mm", 20}}}}, "chart.json"), HasSubstr("expected a limit"));
   EXPECT_THAT(message({{"centre_px", -1}}, "chart.json"), HasSubstr("centre_px"));
+}
+
+TEST(CliSpecification, RefusesRulesWithoutYieldsAndCosts) {
+  const Workplace place;
+  place.write("chart.json", chart_scene().dump());
+  const auto validated = [&](const json& analysis, const json& cost) {
+    json suite = chart_suite();
+    suite["analysis"] = analysis;
+    if (!cost.is_null()) suite["cost"] = cost;
+    place.write("suite.json", suite.dump(1));
+    return relign_bench(place, {"validate", "suite.json"});
+  };
+  const Outcome yield = validated({{"primary", "yield"}, {"rule", "best"}}, json());
+  EXPECT_EQ(yield.exit_code, 2);
+  EXPECT_THAT(yield.err,
+              testing::ContainsRegex("suite.json:[0-9]+:[0-9]+: /analysis/rule: found 'best', must be 'own'"));
+  const Outcome priced = validated({{"rule", "current"}}, {{"station_per_hour", 60}});
+  EXPECT_EQ(priced.exit_code, 2);
+  EXPECT_THAT(priced.err, HasSubstr("/analysis/rule: found 'current', must be 'own': 'cost' is known"));
+  EXPECT_EQ(validated({{"rule", "best"}}, json()).exit_code, 0) << "errors are known by every rule";
+  EXPECT_EQ(validated({{"primary", "yield"}}, {{"station_per_hour", 60}}).exit_code, 0);
+}
+
+TEST(CliSpecification, NamesTheKindOfMtfAndFrequenciesBeyondTheSensor) {
+  const Workplace place;
+  json scene = chart_scene();
+  scene.erase("spec");
+  place.write("chart.json", scene.dump());
+  json suite = chart_suite();
+  suite["spec"] = {{"field_mtf", {{"lp_per_mm", 50}, {"tangential", 0.1}}}};
+  suite["instances"] = suite["steps"] = 1;
+  place.write("suite.json", suite.dump());
+  const Outcome validated = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_THAT(validated.out, HasSubstr("at 50.0 lp/mm: geometric MTF (no diffraction)"));
+  const char* const warning = "'field_mtf' is at 50 lp/mm, above the Nyquist frequency of the sensor, 41.67 lp/mm";
+  EXPECT_THAT(validated.err, HasSubstr(warning));
+  EXPECT_THAT(relign_bench(place, {"run", "suite.json"}).err, HasSubstr(warning));
+  EXPECT_THAT(place.read("results/spec/report.html"), HasSubstr("at the final pose; geometric MTF (no diffraction)"));
+
+  scene["spec"] = {{"mtf", {{"lp_per_mm", 20}, {"diffraction", true}}}};
+  place.write("chart.json", scene.dump());
+  suite["spec"]["field_mtf"]["lp_per_mm"] = 40;
+  place.write("suite.json", suite.dump());
+  const Outcome diffracted = relign_bench(place, {"validate", "suite.json"});
+  EXPECT_THAT(diffracted.out, HasSubstr("at 40.0 lp/mm: MTF with diffraction"));
+  EXPECT_THAT(diffracted.err, Not(HasSubstr("Nyquist")));
 }
 
 }  // namespace

@@ -91,8 +91,9 @@ std::string cost_section(const PageModel& page) {
     html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
     html.element("caption", group.label).open("thead").open("tr");
     for (const std::string& title :
-         {std::string("method"), std::string("images"), std::string("in spec"), std::string("station time, s"),
-          std::string("good modules an hour"), std::string("scrapped per 1,000"), "cost of a good module" + unit})
+         {std::string("method"), std::string("images, the one at the start included"), std::string("in spec"),
+          std::string("station time, s"), std::string("good modules an hour"), std::string("scrapped per 1,000"),
+          "cost of a good module" + unit})
       html.element("th", {{"scope", "col"}}, title);
     if (saves) html.element("th", {{"scope", "col"}}, "saves against " + prices.baseline + unit);
     html.close().close().open("tbody");

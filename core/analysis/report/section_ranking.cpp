@@ -117,12 +117,13 @@ std::vector<RankingColumn> columns_of(const PageModel& page) {
          "number", ranking_yield_cell});
   if (any_row(page, &Row::to_spec)) {
     const bool mtf = any_group(page, [](const Group& group) { return group.spec.limits_mtf(); });
-    columns.push_back({"images to spec", "median (95 %)",
-                       std::string("Number of images until the recommended pose first meets the specification") +
-                           (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
-                                : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
-                           "'not reached': fewer than half of the instances reach it",
-                       "number", images_cell});
+    columns.push_back(
+        {"moves to spec", "median (95 %)",
+         std::string("Number of moves, each with an image, until the recommended pose first meets the specification") +
+             (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
+                  : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
+             "'not reached': fewer than half of the instances reach it",
+         "number", images_cell});
     columns.push_back({"time to spec", "s", "Machine time until then, median", "number",
                        [](HtmlWriter& html, const Row& row, const Block&) {
                          number_cell(html, row.to_spec ? number_text(row.to_spec->seconds, 3) : "-");

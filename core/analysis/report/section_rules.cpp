@@ -102,7 +102,7 @@ std::string rules_section(const PageModel& page) {
   for (const statistics::Rule rule : statistics::kRules) {
     head(statistics::rule_name(rule), "median (95 %)");
     if (yields) head("in spec", statistics::rule_name(rule));
-    if (steps) head("images to spec", statistics::rule_name(rule));
+    if (steps) head("moves to spec", statistics::rule_name(rule));
   }
   html.close().close();
   const std::size_t columns = 1 + statistics::kRules.size() * (1 + (yields ? 1 : 0) + (steps ? 1 : 0));

@@ -1,4 +1,4 @@
-// Images and seconds to each criterion of the specification, and to all of them.
+// Moves and seconds to each criterion of the specification, and to all of them.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -31,12 +31,13 @@ std::string specification_section(const PageModel& page) {
       "p", {{"class", "facts"}},
       "Each criterion is judged noise-free after every image, where the recommended pose leaves the lens; 'all' at "
       "one image. Position and tilt are distances from the instance's own optimum over the observable axes. In "
-      "spec: at the end. Medians with 95 % intervals; 'not reached': by fewer than half of the instances.");
+      "spec: at the end. Each move ends with one image; the image at the start does not count. Medians with 95 % "
+      "intervals; 'not reached': by fewer than half of the instances.");
   for (const Group& group : page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), judged)) continue;
     html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
     html.element("caption", group.label);
-    table_head(html, {"method", "criterion", "in spec", "images to spec", "time to spec, s"});
+    table_head(html, {"method", "criterion", "in spec", "moves to spec", "time to spec, s"});
     html.open("tbody");
     for (const Row& row : group.rows)
       for (const CriterionScore& score : row.to_specification) {

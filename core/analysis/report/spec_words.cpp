@@ -59,12 +59,16 @@ std::string spec_sentence(const std::vector<Group>& groups) {
   }
   if (common.empty()) return "";
   const records::Specification& spec = groups.front().spec;
-  if (!spec.limits_mtf()) return common + " at the final pose";
+  const bool by_field = !std::isnan(spec.limits[records::Criterion::field_mtf]);
+  if (!spec.limits_mtf())
+    return common + " at the final pose" + (by_field ? std::string("; ") + mtf_kind_words(spec) : "");
   return common + " at the final pose; MTF of the lens, " + mtf_kind(spec) + ", evaluated once at the end";
 }
 
-const char* mtf_kind(const records::Specification& spec) {
-  return spec.measures_mtf() && spec.diffraction ? "with diffraction" : "geometric";
+const char* mtf_kind_words(const records::Specification& spec) {
+  return spec.diffraction ? "MTF with diffraction" : "geometric MTF (no diffraction)";
 }
+
+const char* mtf_kind(const records::Specification& spec) { return spec.diffraction ? "with diffraction" : "geometric"; }
 
 }  // namespace relign::report

@@ -19,5 +19,7 @@ std::string spec_sentence(const std::vector<Group>& groups);
 
 // The kind of MTF: "geometric" or "with diffraction".
 const char* mtf_kind(const records::Specification& spec);
+// The same as a noun: "geometric MTF (no diffraction)" or "MTF with diffraction".
+const char* mtf_kind_words(const records::Specification& spec);
 
 }  // namespace relign::report

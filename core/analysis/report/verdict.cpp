@@ -10,12 +10,20 @@
 namespace relign::report {
 namespace {
 
-// Rows with a result, oracles apart since they are not ranked. Of one observation class, or of all.
+double yield_share(const Row& row) { return row.yield ? row.yield->share : -1; }
+
+std::string share_text(const Yield& yield) { return std::to_string(yield.in) + " of " + std::to_string(yield.n); }
+
+// Rows with a result, oracles apart since they are not ranked. Of one observation class, or of all. By the median
+// error, or by yield.
 struct Ranked {
-  explicit Ranked(const Group& group, std::optional<ObservationClass> of_class = std::nullopt) {
+  Ranked(const Group& group, bool by_yield, std::optional<ObservationClass> of_class = std::nullopt) {
     for (const Row& row : group.rows)
       if (row.has_score() && (!of_class || row.of_class == *of_class))
         (row.oracle() ? oracles : methods).push_back(&row);
+    if (by_yield)
+      std::stable_sort(methods.begin(), methods.end(),
+                       [](const Row* a, const Row* b) { return yield_share(*a) > yield_share(*b); });
   }
   std::vector<const Row*> methods, oracles;
 };
@@ -42,6 +50,7 @@ struct Subject {
   Ranked ranked;
   double relevant;  // smallest relevant ratio
   bool whole;
+  bool by_yield;
   const Row& best() const { return *ranked.methods.front(); }
 };
 
@@ -59,7 +68,8 @@ std::string yield_of_best(const Subject& of) {
   const std::string spec = spec_words(of.group.spec);
   if (!of.best().yield || spec.empty()) return "";
   const Yield& yield = *of.best().yield;
-  std::string text = "Yield: " + std::to_string(yield.in) + " of " + counted(yield.n, "instance") + " (95 % CI " +
+  std::string text = (of.by_yield ? of.best().method + " has the highest yield: " : "Yield: ") +
+                     std::to_string(yield.in) + " of " + counted(yield.n, "instance") + " (95 % CI " +
                      whole_percent(yield.interval.low) + " to " + whole_percent(yield.interval.high) +
                      " %) meet the specification (" + spec + ")";
   if (const std::optional<TimeToSpec>& time = of.best().to_spec; time && std::isfinite(time->steps)) {
@@ -77,18 +87,21 @@ std::string yield_of_best(const Subject& of) {
 
 // Of another method than the one with the lowest median.
 std::string highest_yield(const Subject& of) {
-  const auto share = [](const Row* row) { return row->yield ? row->yield->share : -1; };
   const auto most = std::max_element(of.ranked.methods.begin(), of.ranked.methods.end(),
-                                     [&](const Row* a, const Row* b) { return share(a) < share(b); });
+                                     [&](const Row* a, const Row* b) { return yield_share(*a) < yield_share(*b); });
   if (*most == &of.best()) return "";
-  return "The highest yield is that of " + (*most)->method + ": " + std::to_string((*most)->yield->in) + " of " +
-         std::to_string((*most)->yield->n) + ". ";
+  return "The highest yield is that of " + (*most)->method + ": " + share_text(*(*most)->yield) + ". ";
 }
 
 std::string second_method(const Subject& of) {
   if (of.ranked.methods.size() < 2)
     return of.whole ? "No other method has a result. " : "No other method of this class has a result. ";
   const Row& next = *of.ranked.methods[1];
+  if (of.by_yield) {
+    if (!next.yield) return "No other method has a yield. ";
+    const bool equal = yield_share(next) == yield_share(of.best());
+    return "Second is " + next.method + " with " + (equal ? "the same yield" : share_text(*next.yield)) + ". ";
+  }
   const std::string median = number_text(next.score().median);
   std::string text = "Second is " + next.method + " with " +
                      (median == number_text(of.best().score().median) ? "the same median" : median) +
@@ -99,11 +112,11 @@ std::string second_method(const Subject& of) {
 }
 
 // The sentences that belong to the group rather than to a class.
-std::string oracles_and_ground_truth(const Group& group, const Ranked& ranked) {
+std::string oracles_and_ground_truth(const Group& group, const Ranked& ranked, bool by_yield) {
   std::string text;
   for (const Row* oracle : ranked.oracles)
     text += "The oracle " + oracle->method + ", which is given the design pose, reaches " +
-            number_text(oracle->score().median) + ". ";
+            (by_yield && oracle->yield ? share_text(*oracle->yield) : number_text(oracle->score().median)) + ". ";
   if (group.measured_only)
     text += group.station ? "Measured only: a station has no ground truth. "
                           : "Measured only: this scene has no ground truth. ";
@@ -125,29 +138,35 @@ std::string without_last_space(std::string text) {
 
 std::string sentences(const Subject& of) {
   if (of.ranked.methods.empty()) return nothing_ranked(of.group, of.ranked);
-  return without_last_space(lowest_error(of) + yield_of_best(of) + highest_yield(of) + second_method(of) +
-                            (of.whole ? oracles_and_ground_truth(of.group, of.ranked) : ""));
+  const std::string first = of.by_yield ? yield_of_best(of) : lowest_error(of) + yield_of_best(of) + highest_yield(of);
+  return without_last_space(first + second_method(of) +
+                            (of.whole ? oracles_and_ground_truth(of.group, of.ranked, of.by_yield) : ""));
 }
 
-GroupVerdict verdict_of(const Group& group, double relevant) {
-  const Ranked all(group);
+GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yield) {
+  const bool by_yield = primary_is_yield && !spec_words(group.spec).empty() &&
+                        std::any_of(group.rows.begin(), group.rows.end(),
+                                    [](const Row& row) { return row.yield && row.has_score() && !row.oracle(); });
+  const Ranked all(group, by_yield);
   GroupVerdict verdict;
   verdict.label = group.label;
   if (!all.methods.empty()) verdict.best = all.methods.front()->method;
   // Methods with different observations are not comparable: one ranking per class.
   for (const ObservationClass of_class : kClasses) {
-    const Subject subject = {group, Ranked(group, of_class), relevant, false};
+    const Ranked ranked(group, by_yield, of_class);
+    const bool has_yield = by_yield && !ranked.methods.empty() && ranked.methods.front()->yield;
+    const Subject subject = {group, ranked, relevant, false, has_yield};
     if (!subject.ranked.methods.empty())
       verdict.classes.push_back({of_class, subject.best().method, sentences(subject)});
   }
   if (verdict.classes.size() < 2) {
     verdict.classes.clear();
-    verdict.text = sentences({group, all, relevant, true});
+    verdict.text = sentences({group, all, relevant, true, by_yield});
     return verdict;
   }
   const std::string rest =
       (std::isfinite(group.start) ? "The median error at the start is " + number_text(group.start) + ". " : "") +
-      oracles_and_ground_truth(group, all);
+      oracles_and_ground_truth(group, all, by_yield);
   for (const ClassVerdict& one : verdict.classes) verdict.text += class_title(one.of_class) + ": " + one.text + " ";
   verdict.text = without_last_space(verdict.text + rest);
   verdict.rest = without_last_space(rest);
@@ -158,7 +177,8 @@ GroupVerdict verdict_of(const Group& group, double relevant) {
 
 std::vector<GroupVerdict> verdict(const PageModel& page) {
   std::vector<GroupVerdict> list;
-  for (const Group& group : page.groups) list.push_back(verdict_of(group, page.smallest_relevant_ratio));
+  for (const Group& group : page.groups)
+    list.push_back(verdict_of(group, page.smallest_relevant_ratio, page.analysis.primary_is_yield));
   return list;
 }
 

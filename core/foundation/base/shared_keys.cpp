@@ -1,6 +1,8 @@
 #include "base/shared_keys.h"
 
 #include <limits>
+#include <map>
+#include <string>
 
 namespace relign {
 namespace {
@@ -18,16 +20,28 @@ void check_field_mtf(const JsonSource& source, const std::string& pointer, std::
   };
   bool any = limits(reader);
   if (const Json* fields = reader.get("fields")) {
-    if (!fields->is_array() || fields->empty())
+    if (!fields->is_array() || fields->empty()) {
       reader.complain("fields", "expected a list of fields, each a name or {\"name\": ..., \"tangential\": ...}");
-    else
+    } else {
+      std::map<std::string, std::string> places;  // pointers by name
       for (std::size_t i = 0; i < fields->size(); ++i) {
-        if ((*fields)[i].is_string()) continue;
-        ObjectReader field(source, reader.pointer_to("fields") + "/" + std::to_string(i), problems);
-        field.required_string("name");
-        any = limits(field) || any;
-        field.reject_unknown();
+        const Json& value = (*fields)[i];
+        const std::string place = reader.pointer_to("fields") + "/" + std::to_string(i);
+        std::string name = value.is_string() ? value.get<std::string>() : "";
+        if (!value.is_string()) {
+          ObjectReader field(source, place, problems);
+          name = field.required_string("name");
+          any = limits(field) || any;
+          field.reject_unknown();
+        }
+        const auto [first, is_new] = places.emplace(name, place);
+        if (is_new || name.empty()) continue;
+        const Problem before = source.problem(first->second, "");
+        problems.push_back(source.problem(place, "duplicate field '" + name + "', already listed at line " +
+                                                     std::to_string(before.line) + ", column " +
+                                                     std::to_string(before.column)));
       }
+    }
   }
   if (!any) reader.complain("", "expected a limit: 'tangential' or 'sagittal', here or in 'fields'");
   reader.reject_unknown();

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/json_members.h"
+#include "base/json_source.h"
 #include "base/text.h"
 
 namespace relign::runner {
@@ -51,9 +53,26 @@ void add(const trials::Judgement& judged, const trials::Criteria& criteria,
   if (criteria.tilt) values[Criterion::tilt].push_back(judged.tilt_arcmin);
 }
 
+// Criteria of every step, and with them yields and costs, are known at the method's own recommendations only.
+static void check_rule(const suites::Suite& suite, const records::Specification& spec) {
+  const std::string rule = text_of(suite.analysis, "rule");
+  if (rule.empty() || rule == "own") return;
+  std::string what;
+  if (spec.limits_criteria() && text_of(suite.analysis, "primary") == "yield")
+    what = "the yield by criteria of every step";
+  if (suite.cost.is_object()) what = "'cost'";
+  if (what.empty()) return;
+  throw Error(ErrorKind::bad_input,
+              JsonSource::from_text(suite.text, suite.file)
+                  .problem("/analysis/rule", "found '" + rule + "', must be 'own': " + what +
+                                                 " is known at the method's own recommendations only")
+                  .to_string());
+}
+
 void check_criteria(const suites::Suite& suite, const std::string& name, plugin_host::Scene& scene,
                     const trials::SceneFacts& facts) {
   const records::Specification spec = records::specification_of(suite.spec, facts.spec);
+  check_rule(suite, spec);
   if (!spec.limits_criteria()) return;
   const auto refuse = [&](const std::string& reason) {
     throw Error(ErrorKind::bad_input, "the 'spec' cannot be judged on the scene '" + name + "': " + reason);

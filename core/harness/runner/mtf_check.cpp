@@ -1,8 +1,9 @@
 #include "runner/mtf_check.h"
 
+#include <utility>
+
 #include "base/error.h"
 #include "base/text.h"
-#include "records/specification.h"
 
 namespace relign::runner {
 
@@ -38,6 +39,18 @@ std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Su
     refuse(error.what());
   }
   return std::nullopt;
+}
+
+std::vector<std::string> mtf_warnings(const records::Specification& spec, const trials::SceneFacts& facts) {
+  std::vector<std::string> warnings;
+  if (!(facts.pitch_um > 0)) return warnings;
+  const double nyquist = 500 / facts.pitch_um;  // lp/mm
+  for (const auto& [key, lp_per_mm] : {std::pair{"mtf", spec.lp_per_mm}, {"field_mtf", spec.field_mtf.lp_per_mm}})
+    if (lp_per_mm > nyquist)
+      warnings.push_back(std::string("the specification's '") + key + "' is at " + shortest(lp_per_mm) +
+                         " lp/mm, above the Nyquist frequency of the sensor, " + significant(nyquist, 4) +
+                         " lp/mm with pixels of " + shortest(facts.pitch_um) + " um: no image shows it");
+  return warnings;
 }
 
 }  // namespace relign::runner

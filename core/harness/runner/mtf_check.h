@@ -3,8 +3,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "plugin_host/objects.h"
+#include "records/specification.h"
 #include "suites/suite.h"
 #include "trials/scene_facts.h"
 
@@ -15,5 +17,8 @@ namespace relign::runner {
 std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,
                                                                 plugin_host::Scene& scene,
                                                                 const trials::SceneFacts& facts);
+
+// One for each MTF of the specification at a frequency that the scene's pixels cannot resolve.
+std::vector<std::string> mtf_warnings(const records::Specification& spec, const trials::SceneFacts& facts);
 
 }  // namespace relign::runner

@@ -46,6 +46,9 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     prepared.scenes.push_back(trials::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
+    const records::Specification spec = records::specification_of(suite.spec, prepared.scenes.back().spec);
+    for (const std::string& warning : mtf_warnings(spec, prepared.scenes.back()))
+      if (on_message) on_message(entry.name + ": " + warning);
     try {
       check_mtf(suite, entry.name, scene, prepared.scenes.back());
       check_criteria(suite, entry.name, scene, prepared.scenes.back());
@@ -59,10 +62,12 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
   check_merits(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))
     if (on_message) on_message(note);
-  check_levels(suite, prepared.scenes, [&](const std::string& name) {
+  const auto level_services = [&](const std::string& name) {
     check_stop(stop);
     return as(name);
-  });
+  };
+  for (const std::string& note : check_levels(suite, prepared.scenes, level_services))
+    if (on_message) on_message(note);
   std::set<std::filesystem::path> loaded;
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
     if (!loaded.insert(entry.choice.plugin->library).second) continue;

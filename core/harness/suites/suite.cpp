@@ -8,6 +8,7 @@
 
 #include "base/limits.h"
 #include "base/text.h"
+#include "plugin_host/nesting.h"
 #include "plugin_host/training.h"
 #include "suites/secret.h"
 
@@ -302,10 +303,23 @@ class SuiteReader {
       complain(problem.pointer.empty() || pointer == also_there ? use_pointer : pointer, problem.message);
     }
     entry.usable = entry.choice.plugin != nullptr;
+    if (entry.usable) refuse_nested(entry, entry.choice, entry.pointer);
     if (!entry.usable || entry.named) return;
     entry.name = entry.choice.id;
     if (const std::string mistake = name_mistake(entry.name); !mistake.empty())
       complain(use_pointer, "invalid name '" + entry.name + "' (" + mistake + "); give the entry a 'name'");
+  }
+
+  // Algorithms that cannot run inside others; `pointer` is that of the outer one.
+  void refuse_nested(const Entry& entry, const plugin_host::Choice& outer, const std::string& pointer) {
+    const bool blind = std::find(entry.protocols.begin(), entry.protocols.end(), "blind") != entry.protocols.end();
+    for (const auto& [parameter, inner] : outer.algorithms) {
+      const std::string at = pointer + "/parameters/" + parameter;
+      if (const std::string mistake = plugin_host::nesting_mistake(*outer.plugin, *inner->plugin, blind);
+          !mistake.empty())
+        complain(at, mistake);
+      refuse_nested(entry, *inner, at);
+    }
   }
 
   // Rows of a table need different names; and one scene under two names would run the same trials twice.

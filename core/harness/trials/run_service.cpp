@@ -6,6 +6,7 @@
 #include "base/json_source.h"
 #include "base/seeds.h"
 #include "base/text.h"
+#include "plugin_host/nesting.h"
 #include "trials/nested.h"
 #include "trials/service_answer.h"
 #include "trials/trial_host.h"
@@ -77,6 +78,11 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
   const TrialSetup& setup = host.setup();
   const unsigned budget = std::min(most_steps, outer.steps_left());
   if (budget == 0 || host.stop_requested()) return stop(*shared_);
+  const bool start_is_hidden = (outer.table().task->observes & RELIGN_OBSERVES_START) == 0;
+  if (const std::string mistake =
+          plugin_host::nesting_mistake(*outer.algorithm().plugin, *inner.plugin, start_is_hidden);
+      !mistake.empty())
+    return shared_->refuse(mistake);
 
   const Rules rules = make_rules(setup.terms.protocol, *inner.plugin, setup.instance, setup.scene);
   const std::uint64_t seed = algorithm_seed(outer.table().task->seed, inner.id, runs_++);

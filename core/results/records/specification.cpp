@@ -76,7 +76,9 @@ Specification specification_of(const Json& of_suite, const Json& of_scene) {
   found.rmse = number(spec, "rmse");
   for (const Criterion criterion : kCriteria)
     if (criterion != Criterion::field_mtf) found.limits[criterion] = number(spec, criterion_name(criterion));
+  const bool diffraction = includes_diffraction(of_scene) || includes_diffraction(of_suite);
   if (const Json& fields = member(spec, "field_mtf"); fields.is_object()) {
+    found.diffraction = diffraction;
     found.limits[Criterion::field_mtf] = 0;
     found.field_mtf.lp_per_mm = number(fields, "lp_per_mm");
     found.field_mtf.every = limits_of(fields, {});
@@ -86,7 +88,7 @@ Specification specification_of(const Json& of_suite, const Json& of_scene) {
   const auto mtf = spec.find("mtf");
   if (mtf == spec.end() || !mtf->is_object()) return found;
   found.lp_per_mm = number(*mtf, "lp_per_mm");
-  found.diffraction = includes_diffraction(of_scene) || includes_diffraction(of_suite);
+  found.diffraction = diffraction;
   found.mtf_centre = number(*mtf, "centre");
   found.mtf_corner = number(*mtf, "corner");
   return found;

@@ -145,6 +145,12 @@ void read_windows_only(Parts& parts, int pixels) {
   refuse(parts.scene.diffraction, "diffraction in images");
   refuse(parts.settings.transport == imaging::Transport::ghost, "transport 'ghost'");
   refuse(parts.errors.has_value(), "imaging errors");
+  const imaging::Sensor& sensor = parts.scene.sensor;
+  if (const int largest = std::min(sensor.width, sensor.height); pixels > largest)
+    throw Error(ErrorKind::bad_input, "scene '" + parts.scene.name + "': windows of " + std::to_string(pixels) +
+                                          " pixels do not fit the sensor of " + std::to_string(sensor.width) + " x " +
+                                          std::to_string(sensor.height) + " pixels; at most " +
+                                          std::to_string(largest) + ", or 0 for whole frames");
   parts.scene.sensor.windows = imaging::windows_around_fields(parts.scene, pixels);
 }
 

@@ -1,6 +1,8 @@
 // field-focus: centre by the marks, sweep the focus, level the plane of best focus, verify. See README.md.
 #include <limits>
 #include <relign/plugin.hpp>
+#include <stdexcept>
+#include <string>
 
 #include "focus_curves.hpp"
 #include "marks.hpp"
@@ -180,22 +182,20 @@ class Study {
 class FieldFocus final : public relign::Agent {
  public:
   explicit FieldFocus(const relign::Parameters& given)
-      : log_(given),
-        frequency_(given.number("cycles_per_pixel")),
+      : frequency_(given.number("cycles_per_pixel")),
         stride_(given.number("stride")),
         sweep_(static_cast<int>(given.integer("sweep"))),
         worst_(given.boolean("worst_field")),
         centre_limit_(given.number("centre_limit")),
         corner_limit_(given.number("corner_limit")),
-        other_limit_(given.number("other_limit")) {}
+        other_limit_(given.number("other_limit")),
+        other_scenes_(given.boolean("other_scenes")) {}
 
   void run(relign::Trial& trial) override {
     trial_ = &trial;
     if (trial.axes() >= kTurn) design_ = study();
     if (!design_ || design_->slopes.empty()) {
-      log_.warn("stays at the start: needs 5 axes or more and 3 dark squares on white; the scene has " +
-                std::to_string(trial.axes()) + " axes, its reference image shows " +
-                std::to_string(design_ ? design_->marks.size() : 0) + " squares");
+      if (!other_scenes_) throw std::runtime_error(what_is_missing());
       const relign::Observation start = trial.first();
       trial.step(start.pose);
       return;
@@ -208,6 +208,13 @@ class FieldFocus final : public relign::Agent {
   }
 
  private:
+  std::string what_is_missing() const {
+    const std::string found = design_ ? "3 dark squares on white near the fields of a chart, found " +
+                                            std::to_string(design_->marks.size()) + " in its reference image"
+                                      : "5 axes or more, found " + std::to_string(trial_->axes());
+    return "the scene needs " + found + "; use one with the target camera_chart, such as camera_2mp";
+  }
+
   std::optional<double> limit_of(const Mark& mark) const {
     const Part part = part_of(mark, design_->half_width, design_->half_height);
     const double limit = part == Part::centre ? centre_limit_ : part == Part::corner ? corner_limit_ : other_limit_;
@@ -357,12 +364,12 @@ class FieldFocus final : public relign::Agent {
 
   static constexpr double kApproach = 0.004;  // share of the travel
 
-  relign::Parameters log_;
   double frequency_;  // cycles per pixel
   double stride_;
   int sweep_;
   bool worst_;
   double centre_limit_, corner_limit_, other_limit_;  // below 0: not specified
+  bool other_scenes_;
   relign::Trial* trial_ = nullptr;
   std::shared_ptr<const Design> design_;
   // At half the frequency for the first sweep, then at the frequency; by mark: upright edges, level edges.

@@ -44,11 +44,21 @@ Value one_of(ObjectReader& reader, const std::string& key, const Table& table, V
   return fallback;
 }
 
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
 // Reads a list of `count` limits (0: any number); zeros if the key is missing.
 std::vector<double> limits(ObjectReader& reader, const std::string& key, std::size_t count, double largest) {
   const Json* list = reader.get(key);
   if (!list) return std::vector<double>(count, 0.0);
-  if (count == 0 && list->is_array()) count = std::min(list->size(), kMaxAxes);
+  if (count == 0 && !list->is_array()) {
+    reader.complain(key, std::string("expected a list of limits, one per axis of the scene, such as ") +
+                             (ends_with(key, "_um") ? "[100, 100, 60] for x, y and z" : "[60, 60] for Rx and Ry") +
+                             ", found " + list->dump());
+    return {};
+  }
+  if (count == 0) count = std::min(list->size(), kMaxAxes);
   const std::vector<double> values = reader.numbers(key, count, {});
   for (const double value : values)
     if (!(value >= 0 && value <= largest))

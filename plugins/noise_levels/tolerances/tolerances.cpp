@@ -106,13 +106,26 @@ class Tolerances final : public relign::NoiseLevel {
                                  std::string(tilts_lens ? "degrees" : "mm") + " has " + std::to_string(of_kind.size()) +
                                  " numbers, none for axis '" + axis.at("name").get<std::string>() +
                                  "' of the scene; must have one per axis, or a number instead of a list");
-      shares.push_back(of_kind[index] / (tilts_lens ? 60 : 1000) / travel_of(axis));
+      const double per_unit = tilts_lens ? 60 : 1000;
+      shares.push_back(of_kind[index] / per_unit / travel_of(axis));
       if (shares.back() > 1)
-        complain(values.key,
-                 "the value for axis '" + axis.at("name").get<std::string>() + "' of the scene exceeds its travel");
+        complain(values.key, "the value for axis '" + axis.at("name").get<std::string>() +
+                                 "' of the scene exceeds its travel: found " + relign::shortest(of_kind[index]) +
+                                 ", allowed: up to " + relign::significant(per_unit * travel_of(axis), 4) +
+                                 (tilts_lens ? " arcmin" : " um"));
       any = any || shares.back() != 0;
     }
+    refuse_longer(values.key, "um", values.one_shift, values.shift_um.size(), shifts);
+    refuse_longer(values.key, "arcmin", values.one_tilt, values.tilt_arcmin.size(), tilts);
     return any ? shares : std::vector<double>();
+  }
+
+  void refuse_longer(const std::string& key, const std::string& unit, bool one, std::size_t found,
+                     std::size_t axes) const {
+    if (!one && found > axes)
+      complain(key, "the list in " + unit + " of this error has " + std::to_string(found) +
+                        " numbers, but the scene has " + std::to_string(axes) +
+                        (unit == "um" ? " axes in mm" : " axes in degrees"));
   }
 
   // Null if the stage has no errors beyond the distortion.

@@ -313,7 +313,15 @@ TEST_F(TolerancesTest, RejectsMalformedBatches) {
 TEST_F(TolerancesTest, RejectsStagesThatDoNotFitTheScene) {
   EXPECT_THAT(refusal(moving(R"({"repeatability_um": [1, 1]})")),
               AllOf(HasSubstr("/movement/repeatability_um"), HasSubstr("has 2 numbers, none for axis 'z'")));
-  EXPECT_THAT(refusal(moving(R"({"backlash_um": 3000})")), HasSubstr("axis 'x' of the scene exceeds its travel"));
+  EXPECT_THAT(refusal(moving(R"({"backlash_um": 3000})")),
+              HasSubstr("axis 'x' of the scene exceeds its travel: found 3000, allowed: up to "));
+  EXPECT_THAT(refusal(moving(R"({"backlash_um": [3, 3, 3, 3, 3]})")),
+              AllOf(HasSubstr("/movement/backlash_um"), HasSubstr("has 5 numbers, but the scene has 3 axes in mm")));
+  EXPECT_THAT(refusal(moving(R"({"backlash_arcmin": [3, 3, 3]})")), HasSubstr("the scene has 2 axes in degrees"));
+  EXPECT_THAT(
+      refusal(R"({"use": "tolerances", "elements": {}, "start": {"shift_um": 100, "tilt_arcmin": 60}})"),
+      AllOf(HasSubstr("/start/shift_um: expected a list of limits, one per axis of the scene, such as [100, 100, 60]"),
+            HasSubstr("found 60"), testing::Not(HasSubstr("list of 0"))));
   const char* const others = R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1},
                                            {"name": "phi", "unit": "deg", "lower": 0, "upper": 1}]})";
   const std::string start = R"("start": {"shift_um": [1], "tilt_arcmin": [1]}, )";

@@ -39,18 +39,23 @@ class AimOff : public testing::Test {
   }
 
   trials::Step last_step(const Instance& instance, const std::string& method, const Json& parameters = {}) {
+    const trials::TrialResult result = run(instance, method, parameters);
+    EXPECT_EQ(result.end, trials::End::finished) << result.message;
+    return result.steps.back();
+  }
+
+  trials::TrialResult run(const Instance& instance, const std::string& method, const Json& parameters,
+                          trials::Protocol protocol = trials::Protocol::paper) {
     plugin_host::MountedAssembly assembly = scene_->mount(instance.perturbations.elements_json);
     trials::ModelScene model(*scene_, scene_choice_, services_);
     const plugin_host::Choice algorithm = catalog_.resolve_or_throw(Kind::optimizer, method, parameters);
-    const trials::TrialResult result = trials::run_trial({.stage = trials::SimulatedLens{assembly, model, *level_},
-                                                          .reference = scene_->reference(),
-                                                          .scene = facts_,
-                                                          .instance = instance,
-                                                          .algorithm = algorithm,
-                                                          .terms = {.budget = 3, .machine_time = facts_.machine_time},
-                                                          .services = services_});
-    EXPECT_EQ(result.end, trials::End::finished) << result.message;
-    return result.steps.back();
+    return trials::run_trial({.stage = trials::SimulatedLens{assembly, model, *level_},
+                              .reference = scene_->reference(),
+                              .scene = facts_,
+                              .instance = instance,
+                              .algorithm = algorithm,
+                              .terms = {.protocol = protocol, .budget = 3, .machine_time = facts_.machine_time},
+                              .services = services_});
   }
 
   plugin_host::Catalog catalog_;
@@ -92,6 +97,12 @@ TEST_F(AimOff, RecommendsThePosteriorMeanOfTheBatch) {
     EXPECT_NEAR(step.recommended_pose[1], 0.5 - expected, 1e-12) << used;
     EXPECT_EQ(step.recommended_pose[3], 0.5) << "nothing shifts there";
   }
+}
+
+TEST_F(AimOff, RefusesAnOracleThatWouldNotGetTheStart) {
+  const trials::TrialResult result = run(instance(0), "aim-off", {{"algorithm", "home"}}, trials::Protocol::blind);
+  EXPECT_EQ(result.end, trials::End::failed);
+  EXPECT_THAT(result.message, testing::HasSubstr("'home' cannot run inside 'aim-off': it is an oracle"));
 }
 
 }  // namespace

@@ -248,6 +248,8 @@ TEST_F(Rules, FollowsTheAnalysisPlan) {
   const std::string page = Report(folder_).html();
   EXPECT_THAT(page, HasSubstr("Analysis plan (" + hash.substr(0, 16) + ")"));
   EXPECT_THAT(page, HasSubstr("undecided: in specification 6 and 6 of 8 instances"));
+  EXPECT_THAT(found["verdict"].dump(), HasSubstr(" has the highest yield: 6 of 8 instances"));
+  EXPECT_THAT(found["verdict"].dump(), testing::Not(HasSubstr("lowest median error"))) << "not the primary measure";
   EXPECT_THAT(page, HasSubstr("undecided, since the 95 % interval contains 90.0 %"));
 }
 

@@ -77,6 +77,29 @@ class SuiteReaderTest : public testing::Test {
   plugin_host::Catalog catalog_;
 };
 
+TEST_F(SuiteReaderTest, RefusesAlgorithmsThatCannotRunInsideOthers) {
+  const std::string inner =
+      R"("parameters": {"inner": {"type": "algorithm", "default": "bo-gp", "description": "Inner."}}})";
+  plugin("told", R"({"id": "told", "kind": "optimizer", "summary": "T.", "observes": ["start"], "oracle": true})");
+  plugin("aim", R"({"id": "aim", "kind": "optimizer", "summary": "A.", "observes": ["start", "history"], )" + inner);
+  plugin("wrap", R"({"id": "wrap", "kind": "optimizer", "summary": "W.", "observes": ["start"], )" + inner);
+  catalog_.scan(folder_ / "plugins");
+  ASSERT_THAT(catalog_.refused(), testing::IsEmpty());
+  const auto of = [](const std::string& outer, const std::string& given, const std::string& protocol) {
+    return with(R"({"use": ")" + outer + R"(", "name": "n", "protocol": ")" + protocol +
+                R"(", "parameters": {"inner": )" + given + "}}");
+  };
+  EXPECT_THAT(mistakes(of("wrap", R"("told")", "blind")),
+              HasSubstr("quick.json:1:136: /algorithms/0/parameters/inner: 'told' cannot run inside 'wrap': it is an "
+                        "oracle, which needs the start pose"));
+  EXPECT_THAT(mistakes(of("aim", R"({"use": "wrap", "parameters": {"inner": "told"}})", "blind")),
+              HasSubstr("/algorithms/0/parameters/inner/parameters/inner: 'told' cannot run inside 'wrap'"));
+  EXPECT_THAT(mistakes(of("aim", R"("aim")", "paper")),
+              HasSubstr("/algorithms/0/parameters/inner: 'aim' cannot run inside 'aim': both correct by the history"));
+  EXPECT_NO_THROW(read(of("wrap", R"("told")", "paper"))) << "both observe the start";
+  EXPECT_NO_THROW(read(of("aim", R"("wrap")", "blind")));
+}
+
 TEST_F(SuiteReaderTest, FillsInDefaults) {
   const std::string text =
       R"({"$schema": "x", "scenes": ["toy"], "noise_levels": ["rho0", "rho0.5"], "algorithms": ["bo-gp"]})";
