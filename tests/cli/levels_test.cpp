@@ -48,9 +48,9 @@ TEST(CliLevels, AcceptsToleranceFilesInSuitesAndOptions) {
 TEST(CliLevels, WarnsOfMethodsThatUseAHistoryWithoutBatches) {
   const Workplace place;
   place.write("suite.json", R"({"scenes": ["gaussian_spot"], "algorithms": ["aim-off"], "instances": 1, "steps": 1,
-                                "noise_levels": ["rho0.25"]})");
+                                "noise_levels": ["rho0"]})");
   const char* const warning =
-      "'aim-off' has no effect of its own at the noise level 'rho0.25', whose modules have no "
+      "'aim-off' has no effect of its own at the noise level 'rho0', whose modules have no "
       "history: it has no 'batch'";
   for (const char* verb : {"validate", "run"}) {
     const Outcome outcome = relign_bench(place, {verb, "suite.json"});

@@ -70,6 +70,29 @@ if __name__ == "__main__": serve(Dies)
   EXPECT_EQ(manifest["algorithms"][0]["plugin_hash"].get<std::string>().size(), 64U);
 }
 
+TEST(CliProcessPlugins, APluginThatKillsItselfGetsNoOtherRun) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write("quits.py", R"("""Kills itself."""
+import os, signal
+from relign_bench.plugin import Optimizer, serve
+class Quits(Optimizer):
+    def run(self, trial):
+        trial.step(trial.box.centre())
+        with open(os.environ["RUNS"], "a") as out: out.write("run\n")
+        os.kill(os.getpid(), signal.SIGKILL)
+if __name__ == "__main__": serve(Quits)
+)");
+  ::setenv("RUNS", place.path("runs").c_str(), 1);
+  place.write("suite.json", R"({"scenes": ["gaussian_spot"], "noise_levels": ["none"], "instances": 1, "steps": 3,
+                                "algorithms": ["./quits.py"]})");
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
+  ::unsetenv("RUNS");
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+  EXPECT_EQ(place.read("runs"), "run\n");
+  EXPECT_THAT(place.read("out/trials/0000.jsonl"), HasSubstr("crashed(SIGKILL)"));
+}
+
 TEST(CliProcessPlugins, PluginProcessEndsWithTheKilledProgram) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;

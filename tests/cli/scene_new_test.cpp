@@ -42,12 +42,12 @@ TEST(CliSceneNew, PolychromaticSceneHasTheFilesWavelengths) {
 TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets) {
   const Workplace place;
   const std::string lens = RELIGN_SOURCE_DIR "/examples/lens/triplet.zmx";
-  const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "line", "--sensor", "320x240@6", "--camera"});
+  const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "line", "--sensor", "480x360@4", "--camera"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const json scene = parsed(place, "line/scene.json"), suite = parsed(place, "line/suite.json");
   EXPECT_EQ(scene.at("emitter").at("target"), "camera_chart:squares=3");
   const json& spec = scene.at("spec").at("field_mtf");
-  EXPECT_DOUBLE_EQ(spec.at("lp_per_mm").get<double>(), 20.83) << "a quarter of 83.3 lp/mm";
+  EXPECT_DOUBLE_EQ(spec.at("lp_per_mm").get<double>(), 31.25) << "a quarter of 125 lp/mm";
   EXPECT_GT(spec.at("tangential").get<double>(), 0.5);
   EXPECT_LT(spec.at("tangential").get<double>(), 0.8);
   EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("field-focus"));
@@ -61,7 +61,7 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   place.write("line/one.json", one.dump());
   const Outcome run = relign_bench(place, {"run", "line/one.json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out, HasSubstr("MTF by field at 20.8 lp/mm"));
+  EXPECT_THAT(run.out, HasSubstr("MTF by field at 31."));
 
   const auto refused = [&](const std::vector<std::string>& more) {
     std::vector<std::string> command = {"scene", "new", lens, "-o", "none", "--camera"};

@@ -143,6 +143,12 @@ TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
               HasSubstr("the suite has 2 'algorithms', the manifest 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["observes"] = json::array({"merit"}); }),
               HasSubstr("observes [\"merit\"] by the manifest"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["oracle"] = true; }),
+              HasSubstr("'oracle' of 'nlopt-bobyqa' (protocol paper) is true in the manifest, but false by its suite"));
+  EXPECT_THAT(refusal([](json& manifest) {
+                manifest["spec"] = {{"rmse", 0.5}};
+              }),
+              HasSubstr("'spec' is null in the suite"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["instance_set"] = std::string(16, '0'); }),
               HasSubstr("'instance_set' is '0000000000000000'"));
   EXPECT_THAT(refusal([](json& manifest) {

@@ -8,12 +8,10 @@ std::string nesting_mistake(const Manifest& outer, const Manifest& inner, bool s
   const auto observes = [](const Manifest& manifest, std::uint32_t what) {
     return (manifest.observed_bits() & what) != 0;
   };
-  const std::string pair = "'" + inner.id + "' cannot run inside '" + outer.id + "': ";
-  if (observes(outer, RELIGN_OBSERVES_HISTORY) && observes(inner, RELIGN_OBSERVES_HISTORY))
-    return pair + "both correct by the history of the batch, so that it would count twice";
   const bool outer_has_start = outer.oracle || (!start_is_hidden && observes(outer, RELIGN_OBSERVES_START));
   if (inner.oracle && !outer_has_start)
-    return pair + "it is an oracle, which needs the start pose, and '" + outer.id + "' does not get it here; list '" +
+    return "'" + inner.id + "' cannot run inside '" + outer.id +
+           "': it is an oracle, which needs the start pose, and '" + outer.id + "' does not get it here; list '" +
            inner.id + "' as a method of its own, or use the protocol 'paper'";
   return "";
 }

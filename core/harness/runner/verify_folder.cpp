@@ -136,13 +136,22 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
       if (const Json& stated = member(*entry->second, "observes"); !stated.is_null() && stated != observes)
         found.insert(name + " observes " + stated.dump() + " by the manifest and " + observes.dump() +
                      " by its plugin");
+      const auto compare = [&](const char* key, const Json& own) {
+        if (const Json& stated = member(*entry->second, key); !stated.is_null() && stated != own)
+          found.insert("'" + std::string(key) + "' of " + name + " is " + stated.dump() + " in the manifest, but " +
+                       own.dump() + " by its suite");
+      };
+      compare("oracle", suites::is_oracle(algorithm));
+      compare("merit", suites::effective_merit(algorithm));
+      compare("steps", algorithm.steps);
     }
     for (const suites::PlannedTrial& trial : prepared.plan.trials)
       if (listed[trial.algorithm]) planned.insert(trial.id);
   }
   // Other ids, but as many, mean changed plugins or data, which replays report.
   const Json& order = list_of(manifest, "order");
-  if (order.size() != planned.size())
+  const bool is_shard = manifest.contains("shard");
+  if (is_shard ? order.size() > planned.size() : order.size() != planned.size())
     found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
   const suites::Suite& first = plans.front().plan.suite;

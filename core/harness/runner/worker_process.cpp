@@ -361,7 +361,6 @@ void ProcessWorker::take_done(const Json& done, Attempt& attempt) {
     worked.record.message = memory_message(attempt);
     attempt.fate = Fate::blamed;
   }
-  if (worked.record.end == "crashed(SIGKILL)") attempt.fate = Fate::lost;  // a plugin's own process
 }
 
 // Keeps the finished steps of a worker that cannot continue, and ends it.

@@ -7,7 +7,8 @@
 //   it never stops asking for steps          overspent
 // Finished steps are kept. A trial must not be blamed for an earlier one: a crash in a worker that ran other trials
 // before counts only when it happens again in a new worker. A worker killed by a SIGKILL that we did not send (by a
-// user, or a system short of memory) is lost, and its trial runs again, at most twice.
+// user, or a system short of memory) is lost, and its trial runs again, at most twice. A plugin's own process killed so
+// is a crash: it could have killed itself, to have another run.
 #pragma once
 
 #include <chrono>

@@ -121,6 +121,9 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
   if (!suites.empty()) {  // others may differ in these
     check_number(found, suites.front(), manifest, "seed");
     check_analysis(found, suites.front(), manifest);
+    if (const Json& written = member(suites.front(), "spec"), &stated = member(manifest, "spec");
+        manifest.contains("spec") && written != stated)
+      found.push_back("'spec' is " + written.dump() + " in the suite and " + stated.dump() + " in the manifest");
   }
   check_secret(found, manifest, commitment);
   check_order(found, manifest);

@@ -215,6 +215,16 @@ TEST_F(VerifyTest, RefusesAManifestThatHidesTrials) {
               testing::AllOf(HasSubstr("the suite plans 12 trials"), HasSubstr("but 'order' has 11")));
 }
 
+TEST_F(VerifyTest, AcceptsAShard) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  edit_manifest([](Json& manifest) {
+    manifest["order"].erase(0);
+    manifest["trials"] = manifest["order"].size();
+    manifest["shard"] = {{"index", 0}, {"of", 2}};
+  });
+  EXPECT_TRUE(check("a").differences.empty());
+}
+
 TEST_F(VerifyTest, CountsPlannedTrialsWithoutRecord) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   std::vector<records::TrialRecord> kept = records::read_trials(folder_ / "a");

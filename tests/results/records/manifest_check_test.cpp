@@ -94,6 +94,9 @@ TEST(ManifestCheck, RefusesOtherNumbersThanTheSuite) {
     EXPECT_THAT(message_on(forged), HasSubstr(message));
   }
   Json forged = made_manifest(open_suite());
+  forged["spec"] = {{"rmse", 0.5}};
+  EXPECT_THAT(message_on(forged), HasSubstr("'spec' is null in the suite and {\"rmse\":0.5} in the manifest"));
+  forged = made_manifest(open_suite());
   forged["noise_levels"].erase(0);
   EXPECT_THAT(message_on(forged), HasSubstr("the suite has 2 'noise_levels', the manifest 1"));
 }
