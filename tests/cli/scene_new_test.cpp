@@ -45,7 +45,7 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "line", "--sensor", "480x360@4", "--camera"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const json scene = parsed(place, "line/scene.json"), suite = parsed(place, "line/suite.json");
-  EXPECT_EQ(scene.at("emitter").at("target"), "camera_chart:squares=3");
+  EXPECT_EQ(scene.at("emitter").at("target"), "camera_chart:squares=5");
   const json& spec = scene.at("spec").at("field_mtf");
   EXPECT_DOUBLE_EQ(spec.at("lp_per_mm").get<double>(), 31.25) << "a quarter of 125 lp/mm";
   EXPECT_GT(spec.at("tangential").get<double>(), 0.5);

@@ -102,6 +102,7 @@ class MadeResults : public testing::Test {
   void add_plan(const Json& plan, Json more = Json::object()) {
     Json suite = Json::parse(Json::parse(read_file(folder_ / "manifest.json"))["suite"].get<std::string>());
     suite["analysis"] = plan;
+    if (more.contains("spec")) suite["spec"] = more["spec"];
     more.update({{"suite", suite.dump()}, {"analysis", plan}, {"analysis_hash", sha256_hex(canonical_json(plan))}});
     add_to_manifest(more);
   }
