@@ -48,9 +48,7 @@ TEST_F(RankingTableOf, ShowsTheYieldWithASpecification) {
   for (std::uint64_t i = 0; i < 4; ++i) trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
   write(trials);
   EXPECT_THAT(Report(folder_).ranking_table(), Not(HasSubstr("in spec")));
-  Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
-  manifest["spec"] = {{"rmse", 0.02}};
-  write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
   EXPECT_THAT(Report(folder_).ranking_table(),
               AllOf(HasSubstr("in spec"), HasSubstr("75 %"), HasSubstr("spec: RMSE 0.0200")));
   EXPECT_THAT(Report(folder_).markdown(), HasSubstr(", 75 % in spec |"));
