@@ -16,8 +16,6 @@ using NameAndProtocol = std::pair<std::string, std::string>;
 
 constexpr std::size_t kMostNamed = 20;
 
-std::string in_quotes(const std::string& text) { return "'" + text + "'"; }
-
 std::string named(const NameAndProtocol& method) {
   return in_quotes(method.first) + " (protocol " + in_quotes(method.second) + ")";
 }

@@ -37,6 +37,8 @@ std::string from_hex(std::string_view digits);
 // "1 trial", "2 trials".
 std::string counted(std::uint64_t count, const std::string& noun);
 
+std::string in_quotes(const std::string& text);
+
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
 }  // namespace relign

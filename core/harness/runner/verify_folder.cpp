@@ -124,7 +124,7 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
     const std::vector<suites::AlgorithmEntry>& algorithms = prepared.plan.suite.algorithms;
     std::vector<bool> listed;
     for (const suites::AlgorithmEntry& algorithm : algorithms) {
-      const std::string name = "'" + algorithm.name + "' (protocol " + algorithm.protocol + ")";
+      const std::string name = in_quotes(algorithm.name) + " (protocol " + algorithm.protocol + ")";
       const auto entry = recorded.find({algorithm.name, algorithm.protocol});
       listed.push_back(entry != recorded.end());
       if (!listed.back()) {
@@ -138,8 +138,8 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
                      " by its plugin");
       const auto compare = [&](const char* key, const Json& own) {
         if (const Json& stated = member(*entry->second, key); !stated.is_null() && stated != own)
-          found.insert("'" + std::string(key) + "' of " + name + " is " + stated.dump() + " in the manifest, but " +
-                       own.dump() + " by its suite");
+          found.insert(in_quotes(key) + " of " + name + " is " + stated.dump() + " in the manifest, but " + own.dump() +
+                       " by its suite");
       };
       compare("oracle", suites::is_oracle(algorithm));
       compare("merit", suites::effective_merit(algorithm));
@@ -159,14 +159,14 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
   for (const auto& [key, value] : {Number("seed", first.seed), Number("instances", first.instances),
                                    Number("first_instance", first.first_instance)})
     if (manifest.contains(key) && count_of(manifest, key) != value)
-      found.insert("'" + std::string(key) + "' is " + std::to_string(count_of(manifest, key)) +
-                   ", but that of the suite is " + std::to_string(value));
+      found.insert(in_quotes(key) + " is " + std::to_string(count_of(manifest, key)) + ", but that of the suite is " +
+                   std::to_string(value));
   const std::string stated = text_of(manifest, "instance_set"), own = plans.front().plan.instance_set;
   const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
     return id.is_string() && planned.count(id.get<std::string>()) > 0;
   });
   if (same_trials && stated != own)
-    found.insert("'instance_set' is '" + stated + "', but that of the suite is '" + own + "'");
+    found.insert("'instance_set' is " + in_quotes(stated) + ", but that of the suite is " + in_quotes(own));
   records::refuse_contradictions({found.begin(), found.end()}, folder);
 }
 

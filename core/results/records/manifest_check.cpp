@@ -15,8 +15,6 @@
 namespace relign::records {
 namespace {
 
-std::string in_quotes(const std::string& text) { return "'" + text + "'"; }
-
 // The suite texts of a folder as JSON; without any, one without members.
 std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifest) {
   std::vector<std::string> texts;
@@ -26,7 +24,7 @@ std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifes
   for (const std::string& text : texts) {
     suites.push_back(text.empty() ? Json::object() : Json::parse(text, nullptr, false));
     if (suites.back().is_object()) continue;
-    found.push_back("the text of the suite is no JSON object");
+    found.push_back("the text of the suite is not a JSON object");
     suites.pop_back();
   }
   return suites;

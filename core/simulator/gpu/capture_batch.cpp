@@ -1,8 +1,5 @@
 #include "gpu/capture_batch.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "base/error.h"
 #include "imaging/pupil_tiles.h"
 #include "imaging/sequences.h"
@@ -150,25 +147,16 @@ std::vector<imaging::MseEstimate> CaptureBatch::mse_here(const imaging::Referenc
   const Batch here = batch(&reference);
   std::vector<imaging::MseSum> sums(tiles_.size());
   for (std::size_t i = 0; i < tiles_.size(); ++i)
-    for (std::int32_t pixel = 0; pixel < tiles_[i].pixels; ++pixel) {
-      const imaging::MseSum one = mse_pixel(here, tiles_[i], pixel);
-      sums[i].product += one.product;
-      sums[i].variance += one.variance;
-    }
+    for (std::int32_t pixel = 0; pixel < tiles_[i].pixels; ++pixel) sums[i] += mse_pixel(here, tiles_[i], pixel);
   return estimates(sums);
 }
 
 std::vector<imaging::MseEstimate> CaptureBatch::estimates(const std::vector<imaging::MseSum>& sums) const {
   std::vector<imaging::MseSum> of_images(images_.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    imaging::MseSum& sum = of_images[static_cast<std::size_t>(tiles_[i].image)];
-    sum.product += sums[i].product;
-    sum.variance += sums[i].variance;
-  }
+  for (std::size_t i = 0; i < sums.size(); ++i) of_images[static_cast<std::size_t>(tiles_[i].image)] += sums[i];
   std::vector<imaging::MseEstimate> all;
   const auto count = static_cast<double>(scene_->sensor.pixels());
-  for (const imaging::MseSum& sum : of_images)
-    all.push_back({sum.product / count, std::sqrt(std::max(0.0, sum.variance)) / count});
+  for (const imaging::MseSum& sum : of_images) all.push_back(imaging::estimate_of(sum, count));
   return all;
 }
 

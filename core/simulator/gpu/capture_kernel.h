@@ -157,10 +157,7 @@ extern "C" __global__ void relign_mse(const Batch batch, imaging::MseSum* sums) 
   __syncthreads();
   if (pixel != 0) return;
   imaging::MseSum sum;
-  for (std::int32_t i = 0; i < tile.pixels; ++i) {
-    sum.product += product[i];
-    sum.variance += variance[i];
-  }
+  for (std::int32_t i = 0; i < tile.pixels; ++i) sum += imaging::MseSum{product[i], variance[i]};
   sums[blockIdx.x] = sum;
 }
 #endif

@@ -112,6 +112,10 @@ int mse_samples(double pixels_read_out) {
                                       : kMseSamples;
 }
 
+MseEstimate estimate_of(const MseSum& sum, double pixels) {
+  return {sum.product / pixels, std::sqrt(std::max(0.0, sum.variance)) / pixels};
+}
+
 // What one thread needs: a block of rays and their owners.
 struct Camera::Workspace {
   RaySource source;
@@ -456,19 +460,13 @@ MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>&
         for (int group = 0; group < groups; ++group)
           values[group] = ghosts_ ? static_cast<double>(with_ghosts_[group][at]) : work.light[group][in_tile];
         ++in_tile;
-        const MseSum pixel = mse_of_pixel(values, o1, o2);
-        sum.product += pixel.product;
-        sum.variance += pixel.variance;
+        sum += mse_of_pixel(values, o1, o2);
       }
     sums_[static_cast<std::size_t>(index)] = sum;
   });
-  double product = 0, variance = 0;
-  for (const MseSum& sum : sums_) {
-    product += sum.product;
-    variance += sum.variance;
-  }
-  const double count = static_cast<double>(scene_->sensor.pixels()) / pixels_per_scored_;
-  return {product / count, std::sqrt(std::max(0.0, variance)) / count};
+  MseSum all;
+  for (const MseSum& sum : sums_) all += sum;
+  return estimate_of(all, static_cast<double>(scene_->sensor.pixels()) / pixels_per_scored_);
 }
 
 }  // namespace relign::imaging

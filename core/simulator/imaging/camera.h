@@ -85,6 +85,8 @@ struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
   double standard_error = 0;
 };
+// Of the sum over so many pixels.
+MseEstimate estimate_of(const MseSum& sum, double pixels);
 
 class Camera {
  public:

@@ -1,8 +1,5 @@
 #include "imaging/diffracted_mse.h"
 
-#include <algorithm>
-#include <cmath>
-
 namespace relign::imaging {
 
 DiffractedMse::DiffractedMse(const Diffraction& diffraction, int width, int height)
@@ -26,17 +23,13 @@ MseEstimate DiffractedMse::estimate(const Reference& reference, Parallel& parall
     diffraction_->blur(twice_[g].data(), twice_[g].data(), parallel, work_);
   }
   parallel.for_each(height_, [&](int row, unsigned) {
-    RowSum sum;
+    MseSum sum;
     for (int column = 0; column < width_; ++column) {
       const auto at = static_cast<std::size_t>(row * width_ + column);
       const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
-      double total = 0, crossed = 0;
-      for (const std::vector<float>& image : blurred_) {
-        const double a = static_cast<double>(image[at]);
-        total += a;
-        crossed += (a - o1) * (a - o2);
-      }
-      sum.product += ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+      double values[kMseGroups];
+      for (std::size_t g = 0; g < blurred_.size(); ++g) values[g] = static_cast<double>(blurred_[g][at]);
+      sum.product += product_of_pixel(values, o1, o2);
       // As without diffraction (mse_pixel.h), for the pixels before the blur, which vary independently: a pixel
       // affects the mean in proportion to the blurred differences from the references around it, and its square in
       // proportion to the autocorrelation of the kernel.
@@ -59,13 +52,9 @@ MseEstimate DiffractedMse::estimate(const Reference& reference, Parallel& parall
     }
     rows_[static_cast<std::size_t>(row)] = sum;
   });
-  double product = 0, variance = 0;
-  for (const RowSum& sum : rows_) {
-    product += sum.product;
-    variance += sum.variance;
-  }
-  const auto count = static_cast<double>(width_) * static_cast<double>(height_);
-  return {product / count, std::sqrt(std::max(0.0, variance)) / count};
+  MseSum all;
+  for (const MseSum& sum : rows_) all += sum;
+  return estimate_of(all, static_cast<double>(width_) * static_cast<double>(height_));
 }
 
 }  // namespace relign::imaging

@@ -27,10 +27,7 @@ class DiffractedMse {
   double overlap_;
   Images groups_, blurred_, twice_;
   Diffraction::Workspace work_;
-  struct RowSum {
-    double product = 0, variance = 0;
-  };
-  std::vector<RowSum> rows_;
+  std::vector<MseSum> rows_;
 };
 
 }  // namespace relign::imaging

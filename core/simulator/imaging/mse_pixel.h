@@ -9,19 +9,29 @@ constexpr int kMseGroups = 4;  // independent renders
 
 struct MseSum {
   double product = 0, variance = 0;
+  RELIGN_DEVICE MseSum& operator+=(const MseSum& other) {
+    product += other.product;
+    variance += other.variance;
+    return *this;
+  }
 };
 
-// values: one of each group. o1, o2: two independent references.
-RELIGN_DEVICE MseSum mse_of_pixel(const double (&values)[kMseGroups], double o1, double o2) {
+// Mean over pairs of different groups of (A_i - O1)(A_j - O2).
+RELIGN_DEVICE double product_of_pixel(const double (&values)[kMseGroups], double o1, double o2) {
   constexpr int groups = kMseGroups;
   double total = 0, crossed = 0;
   for (const double a : values) {
     total += a;
     crossed += (a - o1) * (a - o2);
   }
+  return ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+}
+
+// values: one of each group. o1, o2: two independent references.
+RELIGN_DEVICE MseSum mse_of_pixel(const double (&values)[kMseGroups], double o1, double o2) {
+  constexpr int groups = kMseGroups;
   MseSum sum;
-  // Mean over pairs of different groups of (A_i - O1)(A_j - O2).
-  sum.product = ((total - groups * o1) * (total - groups * o2) - crossed) / (groups * (groups - 1));
+  sum.product = product_of_pixel(values, o1, o2);
   // Its variance is (d1 + d2)^2 s2 / g + 2 s2^2 / (g (g - 1)) for g groups of variance s2 and differences d1, d2 from
   // the two references. Both terms are products of estimates from two disjoint pairs of groups, hence unbiased however
   // the values scatter: with ghosts they are rare and bright, far from normal.

@@ -63,7 +63,7 @@ TEST_F(EvaluationFile, RefusesMistakesWithTheirPlace) {
   EXPECT_THAT(error_with({{"archive_sha256", "ABC"}}), HasSubstr("expected 64 lower-case hexadecimal digits"));
   EXPECT_THAT(error_with({{"date", "24.11.2026"}}), HasSubstr("found '24.11.2026'"));
   EXPECT_THAT(error_with({{"date", "2026-99-99"}}), HasSubstr("found '2026-99-99'"));
-  EXPECT_THAT(error_with({{"date", "2026-02-29"}}), HasSubstr("found '2026-02-29'")) << "2026 is no leap year";
+  EXPECT_THAT(error_with({{"date", "2026-02-29"}}), HasSubstr("found '2026-02-29'")) << "2026 is not a leap year";
   EXPECT_THAT(error_with({{"sealed", nullptr}}), HasSubstr("missing key 'sealed'"));
   EXPECT_THAT(error_with({{"sandbox", "yes"}}), HasSubstr("/sandbox"));
   EXPECT_THAT(error_with({{"methods", Json::array()}}), HasSubstr("at least one method"));

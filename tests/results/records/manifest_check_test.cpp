@@ -64,7 +64,7 @@ TEST(ManifestCheck, RefusesAnOpenSuiteThatClaimsToBeSealed) {
   forged.erase("suite");
   EXPECT_THAT(message_on(forged), HasSubstr("the suite is open")) << "removed";
   forged["suite"] = "{";
-  EXPECT_THAT(message_on(forged), HasSubstr("the text of the suite is no JSON object"));
+  EXPECT_THAT(message_on(forged), HasSubstr("the text of the suite is not a JSON object"));
 }
 
 TEST(ManifestCheck, RefusesAnotherCommitmentOrSecret) {
