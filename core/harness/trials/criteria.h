@@ -62,6 +62,8 @@ class Judge {
   // over the observable axes, from `start`: at a quarter and at half of the frequency, where the MTF still falls
   // steadily with blur, then at the frequency, twice. Rounded to 1e-5 of the travel. Nothing without such a limit.
   std::optional<Optimum> optimum(const std::vector<double>& start);
+  // Measurements of all fields that optimum() makes: 493 to 823 for ten camera modules. For estimates of run time.
+  static constexpr int kTypicalMeasurements = 650;
 
   // own_optimum: empty if unknown. Each pose is measured once.
   Judgement at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
