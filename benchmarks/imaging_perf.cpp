@@ -90,6 +90,21 @@ void capture_2mp(benchmark::State& state) {
 }
 BENCHMARK(capture_2mp)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
 
+// Nine regions of 128 x 128 of these pixels, as field-focus or a station's camera reads them out.
+void capture_2mp_regions(benchmark::State& state) {
+  const imaging::SceneFile camera_2mp = imaging::read_scene_file(RELIGN_CAMERA_2MP_SCENE, {});
+  relign::Parallel parallel(static_cast<unsigned>(state.range(0)));
+  imaging::Camera camera(camera_2mp, {imaging::Transport::fresnel, imaging::Sampler::pupil, 8}, parallel);
+  imaging::MountedLens lens(camera_2mp);
+  relign::PixelRegions regions;
+  for (const unsigned column : {100, 896, 1692})
+    for (const unsigned row : {80, 576, 1072}) regions.push_back({column, row, 128, 128});
+  std::vector<float> image(camera_2mp.sensor.pixels());
+  std::uint64_t seed = 0;
+  for (auto _ : state) camera.capture_regions(lens, pose(), seed++, regions, image.data());
+}
+BENCHMARK(capture_2mp_regions)->Arg(1)->Arg(2)->ArgName("threads")->Unit(benchmark::kMillisecond)->UseRealTime();
+
 // A phone lens of six steep aspheres, 120 x 120 pixels (tests/simulator/imaging/phone), and its rays through all faces.
 void capture_phone(benchmark::State& state) {
   const imaging::SceneFile phone = imaging::read_scene_file(RELIGN_PHONE_SCENE, {});
