@@ -70,3 +70,16 @@ class Trials:
         self, algorithm: str, parameters: str, instance: int, protocol: str, merit: str, limits: str, steps: int,
         keep_frames: bool,
     ) -> tuple[str, bytes | None]: ...
+
+class PooledConvolution:
+    BLOCK: int
+    def __init__(self, threads: int) -> None: ...
+    def forward(
+        self, images: npt.NDArray[np.float32], weights: npt.NDArray[np.float32], bias: npt.NDArray[np.float32],
+        out: npt.NDArray[np.float32], places: npt.NDArray[np.uint8],
+    ) -> None: ...
+    def backward(
+        self, images: npt.NDArray[np.float32], weights: npt.NDArray[np.float32], gradient: npt.NDArray[np.float32],
+        places: npt.NDArray[np.uint8], of_images: npt.NDArray[np.float32] | None, of_weights: npt.NDArray[np.float32],
+        of_bias: npt.NDArray[np.float32],
+    ) -> None: ...

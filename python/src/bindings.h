@@ -51,6 +51,7 @@ plugin_host::Choice choose(plugin_host::Catalog& catalog, plugin_host::Kind kind
 trials::Limits limits_of(const std::string& name);
 
 void bind_batch(py::module_& module);
+void bind_convolution(py::module_& module);
 void bind_trials(py::module_& module);
 
 }  // namespace relign::python

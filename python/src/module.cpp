@@ -80,5 +80,6 @@ PYBIND11_MODULE(_core, module) {
         return catalog.resolve_or_throw(kind_of(kind), id).parameters.dump();
       });
   bind_batch(module);
+  bind_convolution(module);
   bind_trials(module);
 }

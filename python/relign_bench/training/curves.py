@@ -49,13 +49,12 @@ def write_errors(folder: RunFolder, rows: Rows) -> None:
 
 def draw(folder: RunFolder, title: str, rows: Rows) -> None:
     """Writes curve.png: reward, success and error against steps, as in the paper's figure. Needs matplotlib."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot, ticker
+    from matplotlib import ticker
+    from matplotlib.figure import Figure
 
     steps = [row["steps"] for row in rows]
-    figure, panels = pyplot.subplots(1, 3, figsize=(12, 3.4), constrained_layout=True)
+    figure = Figure(figsize=(12, 3.4), layout="constrained")
+    panels = figure.subplots(1, 3)
     for panel, (name, label) in zip(panels, (("reward", "reward per step (training)"),
                                              ("success", "episodes that reach the goal (training)"))):
         panel.plot(steps, [row[name] for row in rows], color="#0072b2")

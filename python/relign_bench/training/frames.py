@@ -17,7 +17,8 @@ class FrameRolloutBuffer(RolloutBuffer):
     """A RolloutBuffer for observations of shape (frames, height, width) that stack the latest frames.
 
     A stack shares all frames but one with the stack before it. This buffer keeps each frame once and stacks them in
-    `_get_samples`: with five frames a fifth of the memory, and batches on a GPU are not copied from the host.
+    `_get_samples`: with five frames a fifth of the memory, and batches on a GPU are not copied from the host. The
+    observations of a batch are valid until the next batch of the same size.
     """
 
     def reset(self) -> None:
@@ -29,6 +30,7 @@ class FrameRolloutBuffer(RolloutBuffer):
         kind = torch.uint8 if self.observation_space.dtype == np.uint8 else torch.float32
         if not hasattr(self, "frames"):
             self.frames = torch.zeros((self.stacked - 1 + self.buffer_size, self.n_envs, *size), dtype=kind, device=self.device)
+            self.stacks = self.frames[:0]
         self.ages = np.zeros((self.buffer_size, self.n_envs), np.int64)  # how many older frames a stack has
 
     def add(self, obs: AnyArray, *arguments: Any, **named: Any) -> None:
@@ -47,8 +49,13 @@ class FrameRolloutBuffer(RolloutBuffer):
     def _get_samples(self, batch_inds: AnyArray, env: Any = None) -> RolloutBufferSamples:
         samples = super()._get_samples(batch_inds, env)
         environments, steps = np.divmod(batch_inds, self.buffer_size)  # the order of swap_and_flatten
-        places = torch.from_numpy(steps[:, None] + np.arange(self.stacked)).to(self.device)
-        stacks = self.frames[places, torch.from_numpy(environments[:, None]).to(self.device)]
+        places = (steps[:, None] + np.arange(self.stacked)) * self.n_envs + environments[:, None]  # in self.frames
+        # The batch before is used up; new memory for a batch of 100 MB would take as long as filling it.
+        if len(self.stacks) != len(batch_inds):
+            self.stacks = self.frames.new_empty((len(batch_inds), *self.observation_space.shape))
+        stacks = self.stacks
+        torch.index_select(self.frames.flatten(0, 1), 0, torch.from_numpy(places.ravel()).to(self.device),
+                           out=stacks.view(-1, *stacks.shape[2:]))
         before = np.arange(self.stacked) < self.stacked - 1 - self.ages[steps, environments][:, None]
         stacks[torch.from_numpy(before).to(self.device)] = 0  # frames of an earlier episode
         return samples._replace(observations=stacks)

@@ -140,7 +140,9 @@ class Reinforcement:
         else:
             self.env = StableBaselinesEnv(recipe.environments, reward=recipe.reward, **arguments)
         self._make_learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
-                           {"features_extractor_class": PackageFeatures, "log_std_init": recipe.first_log_std,
+                           {"features_extractor_class": PackageFeatures,
+                            "features_extractor_kwargs": {"compiled": recipe.algorithm != "trpo"},
+                            "log_std_init": recipe.first_log_std,
                             "net_arch": {"pi": list(recipe.heads), "vf": list(recipe.heads)}})
 
     def _make_tuned(self) -> None:
