@@ -6,12 +6,12 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/json_members.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/frames.h"
 #include "cli/interrupt.h"
 #include "cli/secrets.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "runner/verify.h"
 
@@ -28,13 +28,6 @@ struct VerifyArguments {
   unsigned workers = 0;
   bool add_rules = false, no_sandbox = false;
 };
-
-// Of the folder, or of one that it was merged from.
-bool ran_in_sandbox(const Json& manifest) {
-  const Json& sources = list_of(manifest, "sources");
-  return manifest.contains("sandbox") ||
-         std::any_of(sources.begin(), sources.end(), [](const Json& source) { return source.contains("sandbox"); });
-}
 
 Json to_json(const runner::ReplayDifference& one) {
   Json json = {{"trial", one.trial},
@@ -144,7 +137,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
-  if (!context.sandboxed && !arguments.no_sandbox && ran_in_sandbox(records::read_manifest(arguments.results)))
+  if (!context.sandboxed && !arguments.no_sandbox && records::ran_in_sandbox(records::read_manifest(arguments.results)))
     throw Error(
         ErrorKind::bad_input,
         "the algorithms of '" + arguments.results +
