@@ -73,6 +73,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
             (one.tolerated_more ? " (exceeds the tolerance of 1e-6 for another CPU)" : "") + "\n";
   for (const runner::Change& one : summary.changes)
     text += "changed    " + one.what + ": was " + one.was + ", is " + one.is + "\n";
+  const bool other_builds = std::any_of(summary.changes.begin(), summary.changes.end(),
+                                        [](const runner::Change& one) { return one.what.rfind("plugin ", 0) == 0; });
   const std::size_t exact = summary.equal - summary.with_tolerance;
   text += std::string("replayed   ") + (sampled ? "a sample, " : "") + std::to_string(summary.replayed) + " of " +
           trials_text(summary.recorded) + ": " + std::to_string(exact) + " equal bit for bit";
@@ -96,18 +98,20 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
     text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
             "; 'relign-bench report' shows them\n";
   const bool nothing = summary.replayed == 0 && summary.unknown == 0;
-  text += std::string("verdict    ") +
-          (!summary.damaged.empty()
-               ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
-                 "--drop-damaged, which runs their trials again"
-           : nothing ? "nothing could be replayed"
-           : summary.all_equal() && summary.replayed < summary.recorded
-               ? "the replayed trials are reproduced; the others were not replayed"
-           : summary.all_equal() ? "the results are reproduced"
-           : summary.changes.empty()
-               ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
-               : "not reproduced; see the changes listed above") +
-          "\n";
+  text +=
+      std::string("verdict    ") +
+      (!summary.damaged.empty()
+           ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
+             "--drop-damaged, which runs their trials again"
+       : nothing ? "nothing could be replayed"
+       : summary.all_equal() && summary.replayed < summary.recorded
+           ? "the replayed trials are reproduced; the others were not replayed"
+       : summary.all_equal() ? "the results are reproduced"
+       : summary.changes.empty()
+           ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
+           : "not reproduced; see the changes listed above") +
+      (summary.all_equal() && other_builds ? "; they were recorded with other builds of the plugins named above" : "") +
+      "\n";
   return text;
 }
 

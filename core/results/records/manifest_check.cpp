@@ -64,16 +64,13 @@ void check_secret(std::vector<std::string>& found, const Json& manifest, const s
   }
 }
 
-void compare(std::vector<std::string>& found, const char* key, const Json& written, const Json& stated) {
-  if (written != stated)
-    found.push_back(in_quotes(key) + " is " + written.dump() + " in the suite and " + stated.dump() +
-                    " in the manifest");
-}
-
 // Keys that are in both as the suite has them; `usual` is what a suite without the key has.
 void check_member(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key,
                   const Json& usual) {
-  compare(found, key, suite.contains(key) ? suite[key] : usual, manifest.contains(key) ? manifest[key] : usual);
+  const Json &written = member(suite, key), &stated = member(manifest, key);
+  const Json &expected = written.is_null() ? usual : written, &is = stated.is_null() ? usual : stated;
+  if (expected != is)
+    found.push_back(in_quotes(key) + " is " + expected.dump() + " in the suite and " + is.dump() + " in the manifest");
 }
 
 // Earlier versions wrote less into the manifest, and a folder without its suite has nothing to compare with.
@@ -111,6 +108,16 @@ void check_analysis(std::vector<std::string>& found, const Json& suite, const Js
                       member(plan, key.c_str()).dump() + " in the manifest");
   if (!plan.empty() && text_of(manifest, "analysis_hash") != sha256_hex(canonical_json(plan)))
     found.push_back("'analysis_hash' is not the SHA-256 of the analysis plan");
+}
+
+// Readers take the first or the last of two.
+void check_names(std::vector<std::string>& found, const Json& manifest) {
+  for (const char* key : kLists) {
+    std::set<std::string> names;
+    for (const Json& entry : list_of(manifest, key))
+      if (entry.is_object() && !names.insert(text_of(entry, "name") + "\n" + text_of(entry, "protocol")).second)
+        found.push_back(in_quotes(key) + " has " + in_quotes(text_of(entry, "name")) + " twice");
+  }
 }
 
 void check_order(std::vector<std::string>& found, const Json& manifest) {
@@ -167,6 +174,7 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
     if (is_suite(suites.front())) check_member(found, suites.front(), manifest, "targets", Json::array());
   }
   check_secret(found, manifest, commitment);
+  check_names(found, manifest);
   check_order(found, manifest);
   refuse_contradictions(found, folder);
 }
