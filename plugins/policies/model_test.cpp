@@ -138,13 +138,13 @@ TEST_F(ModelFiles, RejectsMissingOrMalformedSideFile) {
   EXPECT_THAT(refusal(), HasSubstr("format: must be 1, found 2"));
 }
 
-// "devation" would leave the deviation 1, and the network would be shown other values than it was trained with.
+// "diviation" would leave the deviation 1, and the network would be shown other values than it was trained with.
 TEST_F(ModelFiles, RejectsUnknownKeys) {
   const nlohmann::json right = side();
   nlohmann::json wrong = right;
-  wrong["observation"]["devation"] = 255;
+  wrong["observation"]["diviation"] = 255;
   write_side(wrong);
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.json: unknown key 'devation' in 'observation'; allowed: size, frames"),
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.json: unknown key 'diviation' in 'observation'; allowed: size, frames"),
                                HasSubstr("mean, deviation")));
   wrong = right;
   wrong["scale"] = {1, 1};

@@ -39,7 +39,7 @@ double positive(const Json& object, const char* name) {
   return value;
 }
 
-// Keys of the side file, whoever reads them (docs/schemas/network.schema.json): "use" and "trained" are relign-bench's.
+// Keys of the side file, also those that only relign-bench reads (docs/schemas/network.schema.json).
 using Keys = std::vector<std::string>;
 const Keys kKeys = {"use",    "format", "scene",   "scene_sha256", "axes",         "observation",    "output",
                     "scales", "doubt",  "command", "trained",      "reproducible", "weights_sha256", "reference",
