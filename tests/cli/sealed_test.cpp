@@ -166,7 +166,7 @@ TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
               HasSubstr("but 'order' has"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["instances"] = 1; }), HasSubstr("'instances' is 2 in the suite"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["first_instance"] = 1; }),
-              HasSubstr("'first_instance' is 1, but that of the suite is 0"));
+              HasSubstr("'first_instance' is 0 in the suite and 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"].erase(1); }),
               HasSubstr("the suite has 2 'algorithms', the manifest 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["observes"] = json::array({"merit"}); }),
