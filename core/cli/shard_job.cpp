@@ -21,11 +21,15 @@ bool parse_shard(const std::string& text, unsigned& number, unsigned& count) {
 
 }  // namespace
 
-ShardJob::ShardJob(const std::string& plan_file, const std::string& shard) {
+ShardJob::ShardJob(const std::string& plan_file, const std::string& shard, bool sandboxed) {
   unsigned count = 0;
   if (!parse_shard(shard, number_, count))
     throw Error(ErrorKind::bad_input, "--shard: '" + shard + "' is not of the form i/n, such as 3/40");
   plan_ = runner::read_plan(plan_file);
+  if (plan_.sandbox && !sandboxed)
+    throw Error(ErrorKind::bad_input, "--plan: '" + plan_file +
+                                          "' was made with --sandbox, so that its algorithms run in a sandbox only; "
+                                          "add --sandbox, or make a plan without it");
   const std::string shards = std::to_string(plan_.shards);
   if (count != plan_.shards)
     throw Error(ErrorKind::bad_input, "--shard " + shard + ": " + plan_file + " has " + shards + " shards, not " +

@@ -16,8 +16,8 @@ namespace relign::cli {
 class ShardJob {
  public:
   // `shard` is "i/n". Throws Error(bad_input) if n is not the plan's number of shards: the division must not depend on
-  // the size of the job array with which some shards are resubmitted.
-  ShardJob(const std::string& plan_file, const std::string& shard);
+  // the size of the job array with which some shards are resubmitted. So does a plan of a sandbox unless `sandboxed`.
+  ShardJob(const std::string& plan_file, const std::string& shard, bool sandboxed);
 
   suites::Suite read_suite(plugin_host::Catalog& catalog) const;
   const std::string& name() const { return plan_.name; }

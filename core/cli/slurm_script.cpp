@@ -112,6 +112,7 @@ std::string slurm_script_text(const SlurmScript& script) {
   text += "requeues=" + std::to_string(script.requeues) + "  # how often a shard is requeued after its time limit\n";
   text += "command=(\n  " + quoted(script.program) + " run\n  --plan " + quoted(script.plan) + "\n  --out " +
           quoted(script.results) + "\n  --workers " + std::to_string(script.cpus) + "\n";
+  if (script.sandbox) text += "  --sandbox\n";
   for (const std::filesystem::path& plugin : script.plugins) text += "  --plugin " + quoted(plugin) + "\n";
   return text + ")\n" + kBody;
 }

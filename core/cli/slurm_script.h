@@ -14,6 +14,7 @@ struct SlurmScript {
   // Absolute paths: the working folder on a node may differ.
   std::filesystem::path program, plan, results;
   std::vector<std::filesystem::path> plugins;
+  bool sandbox = false;  // of the plan
   unsigned cpus = 1;
   unsigned max_parallel = 0;  // 0: no limit
   std::string time;           // HH:MM:SS or D-HH:MM:SS

@@ -1,12 +1,13 @@
 // relign-bench leaderboard build: a static site from evaluation folders.
-#include <algorithm>
 #include <ctime>
 
+#include "base/characters.h"
 #include "base/error.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "leaderboard/board.h"
+#include "leaderboard/round.h"
 #include "leaderboard/site.h"
 
 namespace relign::cli {
@@ -18,14 +19,8 @@ struct LeaderboardArguments {
   std::vector<std::string> folders;
   std::string out;
   leaderboard::BoardOptions board;
+  CLI::Option* baseline = nullptr;
 };
-
-bool has_ranked(const leaderboard::Round& round) {
-  return std::any_of(round.classes.begin(), round.classes.end(), [](const leaderboard::BoardClass& one) {
-    return std::any_of(one.standings.begin(), one.standings.end(),
-                       [](const leaderboard::Standing& standing) { return standing.rank > 0; });
-  });
-}
 
 // Of tomorrow, since somewhere it may be tomorrow already.
 std::string latest_date() {
@@ -45,17 +40,30 @@ bool warn_of_doubts(const leaderboard::Board& board) {
                     "' is in the future");
   bool all = true;
   for (const leaderboard::Round& round : board.rounds) {
-    if (has_ranked(round)) continue;
-    print_warning("no method of the round '" + round.suite.name + "' is ranked; the site states the reasons");
+    if (!round.about_baseline.empty())
+      print_warning("the baseline of the round '" + round.suite.name + "' is " + round.about_baseline);
+    const std::vector<std::string> reasons = leaderboard::reasons_without_ranking(round);
+    if (reasons.empty()) continue;
+    print_warning("no method of the round '" + round.suite.name + "' is ranked:\n  " + join(reasons, "\n  "));
     all = false;
   }
   return all;
 }
 
+void refuse_unknown_baseline(const leaderboard::Board& board) {
+  for (const leaderboard::Round& round : board.rounds)
+    if (!round.baseline.empty()) return;
+  throw Error(ErrorKind::bad_input, "--baseline: no evaluation has a method '" + board.baseline +
+                                        "'; there are: " + join(leaderboard::methods_of(board), ", "));
+}
+
 int build_site(const Context& context, const LeaderboardArguments& arguments) {
   leaderboard::BoardOptions options = arguments.board;
+  if (const std::string mistake = line_mistake(options.title); !mistake.empty())
+    throw Error(ErrorKind::bad_input, "--title: " + mistake + ", found '" + options.title + "'");
   options.folders.assign(arguments.folders.begin(), arguments.folders.end());
   const leaderboard::Board board = leaderboard::make_board(options);
+  if (arguments.baseline->count() > 0) refuse_unknown_baseline(board);
   for (const leaderboard::LeftOut& one : board.left_out)
     print_warning("left out: '" + one.folder + "': " + join(one.reasons, "\n  "));
   const bool all_ranked = warn_of_doubts(board);
@@ -95,9 +103,10 @@ void add_leaderboard(CLI::App& app, Context& context) {
       ->required()
       ->type_name("FOLDER");
   verb.add_option("--title", arguments->board.title, "title of the site")->type_name("TEXT")->capture_default_str();
-  verb.add_option("--baseline", arguments->board.baseline, "method with which every other is compared")
-      ->type_name("METHOD")
-      ->capture_default_str();
+  arguments->baseline =
+      verb.add_option("--baseline", arguments->board.baseline, "method with which every other is compared")
+          ->type_name("METHOD")
+          ->capture_default_str();
   verb.callback(
       [&context, arguments] { context.action = [&context, arguments] { return build_site(context, *arguments); }; });
 }

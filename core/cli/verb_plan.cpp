@@ -40,7 +40,7 @@ int make_plan(Context& context, const PlanArguments& arguments) {
       std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop(),
       context.sandbox());
   const fs::path folder = fs::absolute(arguments.out).parent_path();
-  const Json content = runner::freeze(prepared, arguments.shards, folder);
+  const Json content = runner::freeze(prepared, arguments.shards, folder, context.sandboxed);
   write_file_atomically(arguments.out, content.dump(1) + "\n");
 
   const std::string last = std::to_string(arguments.shards - 1) + "/" + std::to_string(arguments.shards);

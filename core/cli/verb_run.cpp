@@ -194,7 +194,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
     throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
   std::unique_ptr<ShardJob> job;
   context.start_sandbox(arguments.out.empty() ? fs::path("results") : fs::path(arguments.out));
-  if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard);
+  if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard, context.sandboxed);
   suites::Suite suite =
       job ? job->read_suite(context.catalog()) : suites::read_suite(suite_file(arguments.suite), context.catalog());
   unseal_suite(suite, arguments.secret);

@@ -14,6 +14,7 @@
 #include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/secrets.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "suites/secret.h"
 
@@ -67,8 +68,8 @@ int publish_secret(const Context& context, const fs::path& results, const std::s
     print_result(Json({{"results", results.string()}, {"commitment", commitment}, {"secret", secret}}).dump(2) + "\n");
   else
     print_result("unsealed    " + results.string() + "\ncommitment  " + commitment + "\n");
-  std::fprintf(stderr, "Next: anybody can check the results now: relign-bench verify %s\n",
-               shell_quoted(results.string()).c_str());
+  std::fprintf(stderr, "Next: anybody can check the results now: relign-bench verify %s%s\n",
+               shell_quoted(results.string()).c_str(), records::ran_in_sandbox(manifest) ? " --sandbox" : "");
   return kDone;
 }
 

@@ -73,6 +73,7 @@ int print_script(Context& context, const ScriptArguments& arguments) {
   SlurmScript script;
   script.name = plan.name;
   script.shards = plan.shards;
+  script.sandbox = plan.sandbox;
   script.program = fs::read_symlink("/proc/self/exe");
   script.plan = absolute(arguments.plan);
   script.results = absolute(arguments.out.empty() ? fs::path("results") / plan.name : fs::path(arguments.out));

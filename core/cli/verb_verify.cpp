@@ -6,12 +6,12 @@
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/json_members.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/frames.h"
 #include "cli/interrupt.h"
 #include "cli/secrets.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "runner/verify.h"
 
@@ -28,13 +28,6 @@ struct VerifyArguments {
   unsigned workers = 0;
   bool add_rules = false, no_sandbox = false;
 };
-
-// Of the folder, or of one that it was merged from.
-bool ran_in_sandbox(const Json& manifest) {
-  const Json& sources = list_of(manifest, "sources");
-  return manifest.contains("sandbox") ||
-         std::any_of(sources.begin(), sources.end(), [](const Json& source) { return source.contains("sandbox"); });
-}
 
 Json to_json(const runner::ReplayDifference& one) {
   Json json = {{"trial", one.trial},
@@ -80,6 +73,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
             (one.tolerated_more ? " (exceeds the tolerance of 1e-6 for another CPU)" : "") + "\n";
   for (const runner::Change& one : summary.changes)
     text += "changed    " + one.what + ": was " + one.was + ", is " + one.is + "\n";
+  const bool other_builds = std::any_of(summary.changes.begin(), summary.changes.end(),
+                                        [](const runner::Change& one) { return one.what.rfind("plugin ", 0) == 0; });
   const std::size_t exact = summary.equal - summary.with_tolerance;
   text += std::string("replayed   ") + (sampled ? "a sample, " : "") + std::to_string(summary.replayed) + " of " +
           trials_text(summary.recorded) + ": " + std::to_string(exact) + " equal bit for bit";
@@ -103,18 +98,20 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
     text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
             "; 'relign-bench report' shows them\n";
   const bool nothing = summary.replayed == 0 && summary.unknown == 0;
-  text += std::string("verdict    ") +
-          (!summary.damaged.empty()
-               ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
-                 "--drop-damaged, which runs their trials again"
-           : nothing ? "nothing could be replayed"
-           : summary.all_equal() && summary.replayed < summary.recorded
-               ? "the replayed trials are reproduced; the others were not replayed"
-           : summary.all_equal() ? "the results are reproduced"
-           : summary.changes.empty()
-               ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
-               : "not reproduced; see the changes listed above") +
-          "\n";
+  text +=
+      std::string("verdict    ") +
+      (!summary.damaged.empty()
+           ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
+             "--drop-damaged, which runs their trials again"
+       : nothing ? "nothing could be replayed"
+       : summary.all_equal() && summary.replayed < summary.recorded
+           ? "the replayed trials are reproduced; the others were not replayed"
+       : summary.all_equal() ? "the results are reproduced"
+       : summary.changes.empty()
+           ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
+           : "not reproduced; see the changes listed above") +
+      (summary.all_equal() && other_builds ? "; they were recorded with other builds of the plugins named above" : "") +
+      "\n";
   return text;
 }
 
@@ -144,7 +141,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
-  if (!context.sandboxed && !arguments.no_sandbox && ran_in_sandbox(records::read_manifest(arguments.results)))
+  if (!context.sandboxed && !arguments.no_sandbox && records::ran_in_sandbox(records::read_manifest(arguments.results)))
     throw Error(
         ErrorKind::bad_input,
         "the algorithms of '" + arguments.results +

@@ -138,6 +138,28 @@ TEST_F(ModelFiles, RejectsMissingOrMalformedSideFile) {
   EXPECT_THAT(refusal(), HasSubstr("format: must be 1, found 2"));
 }
 
+// "diviation" would leave the deviation 1, and the network would be shown other values than it was trained with.
+TEST_F(ModelFiles, RejectsUnknownKeys) {
+  const nlohmann::json right = side();
+  nlohmann::json wrong = right;
+  wrong["observation"]["diviation"] = 255;
+  write_side(wrong);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("net.json: unknown key 'diviation' in 'observation'; allowed: size, frames"),
+                               HasSubstr("mean, deviation")));
+  wrong = right;
+  wrong["scale"] = {1, 1};
+  write_side(wrong);
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("unknown key 'scale'; allowed: use, format"), HasSubstr("scales")));
+  wrong = right;
+  wrong["trained"] = {{"hour", 3}};
+  write_side(wrong);
+  EXPECT_THAT(refusal(), HasSubstr("unknown key 'hour' in 'trained'; allowed: recipe, hours"));
+  wrong["trained"] = {{"hours", 3}, {"steps", 1}, {"machine", "one GPU"}};
+  wrong["use"] = "network";
+  write_side(wrong);
+  EXPECT_EQ(refusal(), "");
+}
+
 TEST_F(ModelFiles, RejectsInconsistentSizes) {
   const nlohmann::json right = side();
   nlohmann::json wrong = right;

@@ -1,10 +1,12 @@
 #include "side_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 namespace relign::policies {
 namespace {
@@ -35,6 +37,29 @@ double positive(const Json& object, const char* name) {
   if (!std::isfinite(value) || value <= 0)
     complain(std::string(name) + ": must be a positive number, found " + object.at(name).dump());
   return value;
+}
+
+// Keys of the side file, also those that only relign-bench reads (docs/schemas/network.schema.json).
+using Keys = std::vector<std::string>;
+const Keys kKeys = {"use",    "format", "scene",   "scene_sha256", "axes",         "observation",    "output",
+                    "scales", "doubt",  "command", "trained",      "reproducible", "weights_sha256", "reference",
+                    "parity", "$schema"};
+const std::pair<const char*, Keys> kInnerKeys[] = {
+    {"observation", {"size", "frames", "captured", "white", "byte_whites", "values", "mean", "deviation"}},
+    {"doubt", {"directions", "effects", "floor", "drift"}},
+    {"reference", {"blocks", "means"}},
+    {"parity", {"inputs", "answers"}},
+    {"trained",
+     {"recipe", "hours", "warm_start", "adapted", "threads", "device", "steps", "instances", "torch", "machine"}}};
+
+// A mistyped key would leave its default in force.
+void refuse_unknown(const Json& object, const Keys& known, const std::string& where) {
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+    std::string allowed;
+    for (const std::string& name : known) allowed += (allowed.empty() ? "" : ", ") + name;
+    complain("unknown key '" + key + "'" + where + "; allowed: " + allowed);
+  }
 }
 
 std::vector<float> finite_values(const Json& values, std::size_t count, const char* name) {
@@ -88,6 +113,10 @@ Doubt doubt_of(const Json& json, std::size_t axes) {
 SideFile parse(const Json& json) {
   SideFile side;
   if (json.at("format").get<double>() != 1) complain("format: must be 1, found " + json.at("format").dump());
+  refuse_unknown(json, kKeys, "");
+  for (const auto& [name, known] : kInnerKeys)
+    if (json.contains(name) && json[name].is_object())
+      refuse_unknown(json[name], known, " in '" + std::string(name) + "'");
   side.scene = json.at("scene").get<std::string>();
   side.axes = json.at("axes").get<std::vector<std::string>>();
   if (side.axes.empty() || side.axes.size() > kMaxAxes)

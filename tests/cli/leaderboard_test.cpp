@@ -98,8 +98,42 @@ TEST_F(CliLeaderboard, SaysThatNobodyIsRanked) {
   place_.write("mine/results/manifest.json", manifest.dump());
   const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
   EXPECT_EQ(built.exit_code, 4);
-  EXPECT_THAT(built.err, AllOf(HasSubstr("no method of the round 'tiny' is ranked"),
+  EXPECT_THAT(built.err, AllOf(HasSubstr("no method of the round 'tiny' is ranked:\n  '"),
+                               HasSubstr(" (protocol paper): oracles are not ranked"),
                                HasSubstr("the date '9999-12-31' is in the future")));
+  EXPECT_THAT(place_.read("site/index.html"), AllOf(HasSubstr("No method of this round is ranked:"),
+                                                    HasSubstr(" (protocol paper): oracles are not ranked</li>")));
+}
+
+TEST_F(CliLeaderboard, RefusesUnknownBaselinesAndHiddenCharacters) {
+  evaluate("mine");
+  const auto build = [&](const std::string& option, const std::string& value) {
+    return relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site", option, value});
+  };
+  const Outcome unknown = build("--baseline", "nosuch");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, HasSubstr("--baseline: no evaluation has a method 'nosuch'; there are: "));
+  for (const char* method : {"home", "nlopt-sbplx", "random"}) EXPECT_THAT(unknown.err, HasSubstr(method));
+  for (const std::string hidden : {"\u202e", "\u200f", "\u2066", "\x1b[31m", "\n"}) {
+    const Outcome title = build("--title", "Lens" + hidden + "lab");
+    EXPECT_EQ(title.exit_code, 2);
+    EXPECT_THAT(title.err, HasSubstr("--title: line ends, control characters and marks of the writing direction are"));
+  }
+  EXPECT_FALSE(fs::exists(place_.path("site")));
+  EXPECT_EQ(build("--baseline", "nlopt-sbplx").exit_code, 0);
+  EXPECT_THAT(place_.read("site/index.html"), HasSubstr("better than nlopt-sbplx"));
+}
+
+TEST_F(CliLeaderboard, LeavesOutResultsWithoutTheirSuite) {
+  evaluate("mine");
+  json manifest = json::parse(place_.read("mine/results/manifest.json"));
+  manifest["suite"] = "";
+  place_.write("mine/results/manifest.json", manifest.dump());
+  const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
+  EXPECT_EQ(built.exit_code, 2);
+  EXPECT_THAT(built.err, HasSubstr("lacks the text of its suite"));
+  EXPECT_EQ(relign_bench(place_, {"report", "mine/results"}).exit_code, 0);
+  EXPECT_THAT(place_.read("mine/results/report.html"), HasSubstr("manifest.json lacks the text of its suite"));
 }
 
 TEST_F(CliLeaderboard, ReadsNoLinkedSubmission) {

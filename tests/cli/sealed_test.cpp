@@ -103,6 +103,34 @@ TEST_F(CliSealed, AnybodyCanVerifyOnceTheSecretIsPublished) {
   EXPECT_THAT(place_.read("a/report.html"), HasSubstr(secret()));
 }
 
+// A plan of a sandbox is run in one, and the advice of unseal can be pasted into a shell.
+TEST_F(CliSealed, PlansAndAdviceKeepTheSandbox) {
+  const Outcome planned = call({"plan", "sealed.json", "--sandbox"});
+  if (planned.err.find("not possible on this machine") != std::string::npos) GTEST_SKIP() << planned.err;
+  ASSERT_EQ(planned.exit_code, 0) << planned.err;
+  const std::vector<std::string> run = {"run", "--plan", "plan.json", "--shard", "0/1", "--secret", "secret.txt"};
+  const Outcome open = call(run);
+  EXPECT_EQ(open.exit_code, 2);
+  EXPECT_THAT(open.err,
+              HasSubstr("--plan: 'plan.json' was made with --sandbox, so that its algorithms run in a sandbox "
+                        "only; add --sandbox"));
+  EXPECT_FALSE(fs::exists(place_.path("results")));
+  EXPECT_THAT(call({"slurm", "script", "--plan", "plan.json"}).out, HasSubstr("\n  --sandbox\n"));
+  std::vector<std::string> inside = run;
+  inside.insert(inside.end(), {"--sandbox", "-o", "it's mine"});
+  ASSERT_EQ(call(inside).exit_code, 0);
+  ASSERT_EQ(call({"merge", "it's mine", "-o", "all of it"}).exit_code, 0);
+  const Outcome unsealed = call({"unseal", "all of it", "--secret", "secret.txt"});
+  EXPECT_THAT(unsealed.err, HasSubstr("relign-bench verify 'all of it' --sandbox\n"));
+  EXPECT_THAT(shell(place_, "\"$RELIGN_BENCH\" verify 'all of it' --sandbox").out,
+              HasSubstr("the results are reproduced"));
+
+  ASSERT_EQ(call({"plan", "sealed.json", "-o", "open.json"}).exit_code, 0);
+  EXPECT_THAT(call({"slurm", "script", "--plan", "open.json"}).out, Not(HasSubstr("--sandbox")));
+  ASSERT_EQ(call({"run", "sealed.json", "-o", "open", "--secret", "secret.txt"}).exit_code, 0);
+  EXPECT_THAT(call({"unseal", "open", "--secret", "secret.txt"}).err, HasSubstr("relign-bench verify open\n"));
+}
+
 TEST_F(CliSealed, OpenResultsCannotPassAsSealed) {
   place_.write("open.json", kSmallestSuite);
   ASSERT_EQ(call({"run", "open.json", "-o", "a"}).exit_code, 0);
@@ -138,13 +166,17 @@ TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
               HasSubstr("but 'order' has"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["instances"] = 1; }), HasSubstr("'instances' is 2 in the suite"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["first_instance"] = 1; }),
-              HasSubstr("'first_instance' is 1, but that of the suite is 0"));
+              HasSubstr("'first_instance' is 0 in the suite and 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"].erase(1); }),
               HasSubstr("the suite has 2 'algorithms', the manifest 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["observes"] = json::array({"merit"}); }),
               HasSubstr("observes [\"merit\"] by the manifest"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["oracle"] = true; }),
               HasSubstr("'oracle' of 'nlopt-bobyqa' (protocol paper) is true in the manifest, but false by its suite"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["parameters"]["first_step"] = 0.5; }),
+              HasSubstr("'parameters' of the algorithm 'nlopt-bobyqa' is"));
+  EXPECT_THAT(refusal([](json& manifest) { manifest["limits"] = "hard"; }),
+              HasSubstr("'limits' is \"soft\" in the suite"));
   EXPECT_THAT(refusal([](json& manifest) {
                 manifest["spec"] = {{"rmse", 0.5}};
               }),
@@ -157,6 +189,19 @@ TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
                 manifest["suite"] = suite.dump();
               }),
               HasSubstr("the suite has an analysis plan, the manifest has none"));
+}
+
+TEST_F(CliSealed, VerifyNamesOtherBuildsOfPlugins) {
+  place_.write("open.json", R"({"scenes": ["gaussian_spot"], "noise_levels": ["none"], "instances": 2, "steps": 2,
+                                "algorithms": ["random"]})");
+  ASSERT_EQ(call({"run", "open.json", "-o", "a"}).exit_code, 0);
+  json manifest = json::parse(place_.read("a/manifest.json"));
+  manifest["algorithms"][0]["plugin_hash"] = std::string(64, 'b');
+  place_.write("a/manifest.json", manifest.dump());
+  const Outcome verified = call({"verify", "a"});
+  EXPECT_EQ(verified.exit_code, 0) << verified.err;
+  EXPECT_THAT(verified.out, AllOf(HasSubstr("changed    plugin random: was bbbbbbbbbbbbbbbb, is "),
+                                  HasSubstr("the results are reproduced; they were recorded with other builds")));
 }
 
 TEST_F(CliSealed, ShardsOfASealedPlanMergeToTheSameResults) {

@@ -22,7 +22,7 @@ namespace relign::leaderboard {
 struct BoardOptions {
   std::vector<std::filesystem::path> folders;
   std::string title = "Leaderboard";
-  std::string baseline = "random";  // name of the method with which all are compared
+  std::string baseline = "random";  // name or id of the method with which all are compared
 };
 
 // What a reader must know about the conditions of an evaluation.
@@ -71,6 +71,10 @@ struct Round {
   Evaluation::Suite suite;
   std::string commitment, secret;  // of a sealed suite; the secret once it is published
   unsigned steps = 0;
+  // Name in the results of the method with which all are compared: the one of the wanted name, else the only one that
+  // is the plugin or preset of this name. "" if there is none.
+  std::string baseline;
+  std::string about_baseline;        // what a reader must know about it; "": it is what its name says
   std::vector<std::size_t> entries;  // of Board::entries, merged here
   std::string date;                  // of the latest
   std::vector<report::Stratum> strata;

@@ -5,8 +5,10 @@
 #include <set>
 #include <utility>
 
+#include "base/baselines.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "records/manifest_check.h"
 
 namespace relign::leaderboard {
 namespace {
@@ -24,13 +26,6 @@ std::string words_text(const std::set<std::string>& words) {
   return in_quotes(join({words.begin(), words.end()}, ", "));
 }
 
-// Of the manifest, or of one of the folders that it was merged from.
-template <typename Has>
-bool any_source(const Json& manifest, const Has& has) {
-  const Json& sources = list_of(manifest, "sources");
-  return has(manifest) || std::any_of(sources.begin(), sources.end(), has);
-}
-
 void check_origin(std::vector<std::string>& found, const Evaluation& evaluation, const Submission& submission,
                   const Json& manifest) {
   const auto differs = [&](const char* what, const std::string& here, const std::string& there, const char* file) {
@@ -42,13 +37,17 @@ void check_origin(std::vector<std::string>& found, const Evaluation& evaluation,
   differs("the version", evaluation.version, submission.version, "submission.json");
   differs("the instance set", evaluation.suite.instance_set, text_of(manifest, "instance_set"),
           "the results' manifest");
-  if (!any_source(manifest, [&](const Json& source) {
-        return text_of(object_of(source, "program"), "version") == evaluation.program_version;
-      }))
+  const auto has_version = [&](const Json& source) {
+    return text_of(object_of(source, "program"), "version") == evaluation.program_version;
+  };
+  const Json& sources = list_of(manifest, "sources");
+  if (!has_version(manifest) && std::none_of(sources.begin(), sources.end(), has_version))
     found.push_back("no trial was recorded by relign-bench " + in_quotes(evaluation.program_version));
+  if (!records::has_suites(manifest))
+    found.push_back("the results' manifest lacks the text of its suite, with which it could be compared");
   if (evaluation.sealed && text_of(manifest, "commitment").empty())
     found.push_back("'sealed' is true, but the results have no commitment");
-  if (evaluation.sandbox && !any_source(manifest, [](const Json& source) { return source.contains("sandbox"); }))
+  if (evaluation.sandbox && !records::ran_in_sandbox(manifest))
     found.push_back("'sandbox' is true, but no algorithm of the results ran in a sandbox");
 }
 
@@ -91,6 +90,17 @@ void check_methods(std::vector<std::string>& found, const Evaluation& evaluation
       found.push_back("evaluation.json does not list the method " + named(key) + " of the results");
 }
 
+// "Better than random" is worth what random is.
+void check_baselines(std::vector<std::string>& found, const Json& manifest) {
+  for (const Json& entry : list_of(manifest, "algorithms")) {
+    const std::string name = text_of(entry, "name"), method = text_of(object_of(entry, "of_list"), "method");
+    const std::string baseline = baseline_like(method.empty() ? name : method), plugin = text_of(entry, "plugin");
+    if (!baseline.empty() && plugin != baseline)
+      found.push_back(named({name, text_of(entry, "protocol")}) + " reads as the baseline " + in_quotes(baseline) +
+                      ", but it is the plugin " + in_quotes(plugin));
+  }
+}
+
 // A trial that is left out would count for the method, so every method needs all of them.
 void check_trials(std::vector<std::string>& found, const LoadedResults& results) {
   const std::size_t recorded = results.trials.rows.size();
@@ -126,6 +136,7 @@ std::vector<std::string> contradictions(const Evaluation& evaluation, const Subm
   std::vector<std::string> found;
   check_origin(found, evaluation, submission, results.manifest);
   check_methods(found, evaluation, results.manifest);
+  check_baselines(found, results.manifest);
   check_trials(found, results);
   if (found.size() > kMostNamed) {
     const std::size_t more = found.size() - kMostNamed;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "base/characters.h"
 #include "base/files.h"
 #include "base/json_members.h"
 #include "base/limits.h"
@@ -20,6 +21,21 @@ JsonSource limited_source(const fs::path& file) {
   std::error_code ignored;
   if (fs::is_symlink(file, ignored)) throw Error(ErrorKind::bad_input, "'" + file.string() + "' is a link, not a file");
   return JsonSource::from_text(read_file(file, kMaxEvaluationBytes), file.string());
+}
+
+// All texts below a value are shown on pages.
+void refuse_hidden_characters(const JsonSource& source, const Json& value, const std::string& pointer,
+                              std::vector<Problem>& problems) {
+  if (value.is_string()) {
+    if (const std::string mistake = line_mistake(value.get_ref<const std::string&>()); !mistake.empty())
+      problems.push_back(source.problem(pointer, mistake));
+  } else if (value.is_array()) {
+    for (std::size_t i = 0; i < value.size(); ++i)
+      refuse_hidden_characters(source, value[i], pointer + "/" + std::to_string(i), problems);
+  } else if (value.is_object()) {
+    for (const auto& [key, inner] : value.items())
+      refuse_hidden_characters(source, inner, pointer + "/" + key, problems);
+  }
 }
 
 std::vector<std::string> required_words(ObjectReader& reader, const std::string& key) {
@@ -181,6 +197,7 @@ Evaluation read_evaluation(const fs::path& folder) {
   evaluation.methods = methods_of(source, root, problems);
   evaluation.results = inner_folder(root);
   root.reject_unknown();
+  refuse_hidden_characters(source, source.root(), "", problems);
   throw_if_any(problems);
   return evaluation;
 }
@@ -198,6 +215,8 @@ Submission read_submission(const fs::path& folder) {
   submission.homepage = root.string("homepage", "");
   for (const Json& author : list_of(source.root(), "authors"))
     if (author.is_string()) submission.authors.push_back(author);
+  for (const char* key : {"name", "version", "summary", "authors", "licence", "citation", "homepage"})
+    refuse_hidden_characters(source, member(source.root(), key), "/" + std::string(key), problems);
   throw_if_any(problems);
   return submission;
 }

@@ -59,17 +59,20 @@ Json round_json(const Round& round, const Board& board) {
                        {"methods", methods}});
   }
   const auto text_or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
-  return {{"suite",
-           {{"name", round.suite.name},
-            {"sha256", round.suite.sha256},
-            {"instance_set", round.suite.instance_set},
-            {"commitment", text_or_null(round.commitment)},
-            {"secret", text_or_null(round.secret)}}},
-          {"date", round.date},
-          {"steps", round.steps},
-          {"strata", strata},
-          {"alarms", round.alarms},
-          {"classes", classes}};
+  Json json = {{"suite",
+                {{"name", round.suite.name},
+                 {"sha256", round.suite.sha256},
+                 {"instance_set", round.suite.instance_set},
+                 {"commitment", text_or_null(round.commitment)},
+                 {"secret", text_or_null(round.secret)}}},
+               {"date", round.date},
+               {"steps", round.steps},
+               {"strata", strata},
+               {"alarms", round.alarms},
+               {"classes", classes}};
+  if (!round.about_baseline.empty()) json["baseline"] = round.about_baseline;
+  if (const auto reasons = reasons_without_ranking(round); !reasons.empty()) json["not_ranked"] = reasons;
+  return json;
 }
 
 Json version_json(const Version& version, const Board& board) {

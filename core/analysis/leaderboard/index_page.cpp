@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "leaderboard/page_frame.h"
 #include "leaderboard/pareto.h"
+#include "leaderboard/round.h"
 #include "leaderboard/site.h"
 #include "leaderboard/standings_html.h"
 #include "report/svg_chart.h"
@@ -27,6 +28,7 @@ void round_facts(HtmlWriter& html, const Board& board, const Round& round) {
   html.open("dl");
   fact(html, "suite", round.suite.name + ", " + counted(round.steps, "step") + " per alignment");
   fact(html, "scenes", strata_text(round));
+  fact(html, "baseline", round.about_baseline);
   fact(html, "latest evaluation", round.date);
   if (round.commitment.empty())
     fact(html, "instances", "open: anybody could draw them before the evaluation; set " + round.suite.instance_set);
@@ -52,6 +54,15 @@ void round_alarms(HtmlWriter& html, const Round& round) {
   html.open("div", {{"class", "broken"}, {"role", "note"}});
   html.element("p", "Failed checks; do not rely on these results:").open("ul");
   for (const std::string& alarm : round.alarms) html.element("li", alarm);
+  html.close().close();
+}
+
+void missing_ranking(HtmlWriter& html, const Round& round) {
+  const std::vector<std::string> reasons = reasons_without_ranking(round);
+  if (reasons.empty()) return;
+  html.open("div", {{"class", "broken"}, {"role", "note"}});
+  html.element("p", "No method of this round is ranked:").open("ul");
+  for (const std::string& reason : reasons) html.element("li", reason);
   html.close().close();
 }
 
@@ -118,6 +129,7 @@ void round_section(HtmlWriter& html, const Board& board, std::size_t index) {
       .text(": suite ");
   html.element("bdi", round.suite.name).close();
   round_alarms(html, round);
+  missing_ranking(html, round);
   round_facts(html, board, round);
   std::vector<std::string> protocols;
   for (const BoardClass& of_class : round.classes) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "base/json_members.h"
@@ -150,8 +151,7 @@ Standing standing_of(const report::AggregateMethod& from, std::size_t strata, co
 
 // The standings of one protocol, by class.
 void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAndProtocol, ClassKey>& classes,
-                 const std::map<NameAndProtocol, Trials>& trials, const std::vector<EvaluatedMethod>& listed,
-                 const std::string& baseline) {
+                 const std::map<NameAndProtocol, Trials>& trials, const std::vector<EvaluatedMethod>& listed) {
   const std::size_t before = round.classes.size();
   for (const report::AggregateMethod& method : aggregate.methods) {
     const NameAndProtocol key = {method.method, aggregate.protocol};
@@ -165,7 +165,8 @@ void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAn
     const auto own = trials.find(key);
     Standing standing = standing_of(method, aggregate.strata.size(), own == trials.end() ? Trials() : own->second);
     standing.training = training_of(method.method, aggregate.protocol, listed, round.page);
-    if (method.method != baseline) standing.beats_baseline = improvement(aggregate, method.method, baseline);
+    if (method.method != round.baseline)
+      standing.beats_baseline = improvement(aggregate, method.method, round.baseline);
     if (!place->standings.empty())
       standing.beaten_by_best = improvement(aggregate, place->standings.front().method, method.method);
     if (place->oracles) standing.not_ranked = "oracles are not ranked";
@@ -174,7 +175,49 @@ void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAn
   }
 }
 
+// The methods of the results by the name that standings have.
+std::string listed_name(const Json& entry) {
+  const std::string list = text_of(object_of(entry, "of_list"), "method");
+  return list.empty() ? text_of(entry, "name") : list;
+}
+
+void find_baseline(Round& round, const Json& algorithms, const std::string& wanted) {
+  std::set<std::string> by_id;
+  for (const Json& entry : algorithms) {
+    if (listed_name(entry) == wanted) round.baseline = wanted;
+    if (text_of(entry, "id") == wanted) by_id.insert(listed_name(entry));
+  }
+  if (round.baseline.empty() && by_id.size() == 1) round.baseline = *by_id.begin();
+  if (round.baseline.empty()) {
+    round.about_baseline = "none, because no method of this round is '" + wanted + "'";
+    return;
+  }
+  std::set<std::string> about;
+  for (const Json& entry : algorithms) {
+    if (listed_name(entry) != round.baseline) continue;
+    if (const std::string id = text_of(entry, "id"); id != round.baseline) about.insert("is '" + id + "'");
+    if (const std::uint64_t steps = count_of(entry, "steps"); steps < round.steps)
+      about.insert("has only " + counted(steps, "step") + " per alignment");
+  }
+  if (!about.empty())
+    round.about_baseline = "'" + round.baseline + "', which " + join({about.begin(), about.end()}, " and ");
+}
+
 }  // namespace
+
+std::vector<std::string> reasons_without_ranking(const Round& round) {
+  std::vector<std::string> reasons;
+  for (const BoardClass& of_class : round.classes)
+    for (const Standing& standing : of_class.standings) {
+      if (standing.rank > 0) return {};
+      reasons.push_back("'" + standing.method + "' (protocol " + of_class.protocol + "): " + standing.not_ranked);
+    }
+  if (reasons.empty())
+    reasons.emplace_back(
+        "no trial has a normalised error, which needs noise-free errors at the start, at the end and at the instance's "
+        "own optimum");
+  return reasons;
+}
 
 std::string method_of(const statistics::Series& series) {
   return series.method.empty() ? series.algorithm : series.method;
@@ -183,7 +226,8 @@ std::string method_of(const statistics::Series& series) {
 void read_standings(Round& round, const fs::path& folder, const std::vector<EvaluatedMethod>& listed,
                     const std::string& baseline, bool pictures) {
   const LoadedResults results = report::load_results(folder);
-  const statistics::Study study = statistics::make_study(results.trials, options_of(results, baseline));
+  find_baseline(round, list_of(results.manifest, "algorithms"), baseline);
+  const statistics::Study study = statistics::make_study(results.trials, options_of(results, round.baseline));
   round.page = report::page_model(results, study);
   round.commitment = text_of(results.manifest, "commitment");
   round.secret = text_of(results.manifest, "secret");
@@ -194,7 +238,7 @@ void read_standings(Round& round, const fs::path& folder, const std::vector<Eval
   const auto trials = trials_of(results);
   for (const Aggregate& aggregate : round.page.aggregates) {
     if (round.strata.empty()) round.strata = aggregate.strata;
-    add_classes(round, aggregate, classes, trials, listed, baseline);
+    add_classes(round, aggregate, classes, trials, listed);
   }
   std::stable_sort(round.classes.begin(), round.classes.end(), [](const BoardClass& a, const BoardClass& b) {
     if (a.oracles != b.oracles) return b.oracles;

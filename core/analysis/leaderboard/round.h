@@ -9,10 +9,13 @@
 
 namespace relign::leaderboard {
 
-// Sets everything of `round` except suite, entries and date. `listed`: methods of evaluation.json, for training costs.
-// `pictures`: also reads the gallery. Throws Error as report::load_results.
+// Sets everything of `round` except suite, steps, entries and date; `steps` is read. `listed`: methods of
+// evaluation.json, for training costs. `pictures`: also reads the gallery. Throws Error as report::load_results.
 void read_standings(Round& round, const std::filesystem::path& results, const std::vector<EvaluatedMethod>& listed,
                     const std::string& baseline, bool pictures);
+
+// Why no method is ranked: a sentence each; empty if one is.
+std::vector<std::string> reasons_without_ranking(const Round& round);
 
 // The standing of a method; nullptr without one.
 const Standing* find_standing(const Round& round, const std::string& method, const std::string& protocol,

@@ -111,6 +111,13 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
   return out;
 }
 
+std::string failed_gates(const PageModel& page) {
+  std::string list;
+  for (const QualityGate& gate : page.gates)
+    if (!gate.ok) list += "* **" + markdown_text(gate.name) + "**: " + markdown_text(gate.text) + "\n";
+  return list.empty() ? "" : "**Failed checks; do not rely on these results:**\n\n" + list + "\n";
+}
+
 }  // namespace
 
 std::string markdown_tables(const PageModel& page) {
@@ -121,11 +128,13 @@ std::string markdown_tables(const PageModel& page) {
     if (tables[key].empty()) order.push_back(key);
     tables[key].push_back(&group);
   }
-  if (order.empty()) return "No trial has finished, nothing to rank yet.\n";
-  std::string out = aggregate_markdown(page);
+  std::string out = failed_gates(page);
+  out += order.empty() ? "No trial has finished, nothing to rank yet.\n" : aggregate_markdown(page);
   for (const auto& key : order) out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], page.rule);
   if (const std::string matrix = matrix_markdown(page); !matrix.empty()) out += "\n" + matrix;
   if (!page.rules_note.empty()) out += "\n" + markdown_text(page.rules_note) + "\n";
+  if (!page.caveats.empty()) out += "\n";
+  for (const std::string& caveat : page.caveats) out += "* " + markdown_text(caveat) + "\n";
   return out;
 }
 

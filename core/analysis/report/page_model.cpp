@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/json_members.h"
+#include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "report/aggregate_data.h"
 #include "report/gates.h"
@@ -111,6 +112,7 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.warnings = warnings_of(results.trials, page.methods);
   page.spec = object_of(manifest, "spec");
   page.spec_text = spec_sentence(page.groups);
+  page.without_suite = !records::has_suites(manifest);
   page.gates = quality_gates(page, results);
   page.aggregates = aggregates_of(results, study, page.methods);
   page.scene_facts = scene_facts(results.folder, manifest);

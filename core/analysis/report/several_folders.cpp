@@ -186,6 +186,7 @@ PageModel joined_page(const std::vector<FolderSet>& sets, std::vector<PageModel>
     append(all.failures, page.failures);
     append(all.warnings, page.warnings);
     append(all.gates, page.gates);
+    all.without_suite = all.without_suite || page.without_suite;
     append(all.aggregates, page.aggregates);
     append(all.scene_facts, page.scene_facts);
     add_training(all.training, page.training);

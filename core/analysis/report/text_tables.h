@@ -10,7 +10,7 @@ namespace relign::report {
 // For the terminal: at most 90 columns, a block per scene, noise level and protocol.
 std::string ranking_table(const PageModel& page);
 
-// A table per scene and protocol.
+// A table per scene and protocol, after the failed checks and before the caveats of the page.
 std::string markdown_tables(const PageModel& page);
 
 // CSV: a header, and a row per method, scene, noise level and protocol with the numbers of the page

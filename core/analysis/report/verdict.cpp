@@ -271,6 +271,9 @@ std::vector<std::string> caveats(const PageModel& page) {
       {ran.missing > 0,
        {"Partial results: " + std::to_string(ran.missing) + " of " + counted(ran.planned, "trial") +
         " have not finished, and all numbers below may change."}},
+      {page.without_suite,
+       {"manifest.json lacks the text of its suite, so that instances, methods, specification and analysis plan could "
+        "not be compared with a suite."}},
       {ran.failed > 0,
        {counted(ran.failed, "trial") +
         " failed. Failed trials are excluded from medians and curves, which favours methods that fail on hard "

@@ -9,6 +9,10 @@
 
 namespace relign {
 
+// What a suite has that does not state these keys.
+inline constexpr unsigned kDefaultSeed = 1, kDefaultInstances = 100, kDefaultFirstInstance = 0;
+inline constexpr const char* kDefaultLimits = "soft";
+
 // "machine_time": the simulated clock. Absent keys take the caller's defaults.
 struct MachineTimeKeys {
   std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <utility>
 
+#include "base/characters.h"
 #include "base/error.h"
 
 namespace relign {
@@ -43,46 +44,20 @@ std::string fixed(double value, int decimals) {
   return std::string(buffer, end.ptr);
 }
 
-namespace {
-
-// The first character of `text` and its number of bytes, which is 0 for invalid UTF-8.
-std::pair<std::uint32_t, std::size_t> character_at(std::string_view text) {
-  const auto first = static_cast<unsigned char>(text.front());
-  if (first < 0x80) return {first, 1};
-  const std::size_t size = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  if (first < 0xC2 || first > 0xF4 || text.size() < size) return {first, 0};
-  std::uint32_t code = first & (0x7FU >> size);
-  for (std::size_t i = 1; i < size; ++i) {
-    const auto next = static_cast<unsigned char>(text[i]);
-    if ((next & 0xC0U) != 0x80) return {first, 0};
-    code = code << 6U | (next & 0x3FU);
-  }
-  const bool overlong = (size == 3 && code < 0x800) || (size == 4 && code < 0x10000);
-  if (overlong || code > 0x10FFFF || (code >= 0xD800 && code <= 0xDFFF)) return {first, 0};
-  return {code, size};
-}
-
-bool is_printable(std::uint32_t code) {
-  const bool control = (code < 0x20 && code != '\n' && code != '\t') || (code >= 0x7F && code <= 0x9F);
-  const bool changes_direction = (code >= 0x202A && code <= 0x202E) || (code >= 0x2066 && code <= 0x2069);
-  return !control && !changes_direction;
-}
-
-}  // namespace
-
 std::string printable(std::string_view text) {
   std::string shown;
   shown.reserve(text.size());
   while (!text.empty()) {
-    const auto [code, size] = character_at(text);
-    if (size > 0 && is_printable(code)) {
-      shown += text.substr(0, size);
+    const Character next = character_at(text);
+    const std::uint32_t code = next.code;
+    if (!next.hidden() || code == '\n' || code == '\t') {
+      shown += text.substr(0, next.bytes);
     } else {
       shown += code < 0x100 ? "\\x" : "\\u";
       for (int shift = code < 0x100 ? 4 : 12; shift >= 0; shift -= 4)
         shown += kHexDigits[code >> static_cast<unsigned>(shift) & 15U];
     }
-    text.remove_prefix(std::max<std::size_t>(size, 1));
+    text.remove_prefix(std::max<std::size_t>(next.bytes, 1));
   }
   return shown;
 }

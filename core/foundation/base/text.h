@@ -17,8 +17,8 @@ std::string significant(double value, int digits = 3);
 // `value` with `decimals` digits after the point, without exponent; independent of the locale.
 std::string fixed(double value, int decimals);
 
-// The text made safe for a terminal, a log or a page: control characters other than line ends and tabs, Unicode marks
-// that change the writing direction, and invalid UTF-8 are replaced by escapes such as \x1b and \u202e.
+// The text made safe for a terminal, a log or a page: hidden characters (characters.h) other than line ends and tabs
+// are replaced by escapes such as \x1b and \u202e.
 std::string printable(std::string_view text);
 
 // The name with '_' replaced by '-': users may type either.

@@ -1,11 +1,14 @@
 #include "markup/escape.h"
 
+#include <algorithm>
+
+#include "base/characters.h"
+
 namespace relign {
 namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 
-bool is_control(unsigned char byte) { return byte < 0x20 || byte == 0x7f; }
 bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 0x80; }
 
 }  // namespace
@@ -13,8 +16,9 @@ bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 
 std::string html_escaped(std::string_view text) {
   std::string out;
   out.reserve(text.size() + text.size() / 8);
-  for (const char c : text) {
-    switch (c) {
+  for (std::size_t i = 0; i < text.size();) {
+    const Character next = character_at(text.substr(i));
+    switch (const char c = text[i]) {
       case '&':
         out += "&amp;";
         break;
@@ -37,11 +41,9 @@ std::string html_escaped(std::string_view text) {
       case '\r':
         break;
       default:
-        if (is_control(static_cast<unsigned char>(c)))
-          out += kReplacement;
-        else
-          out += c;
+        out += next.hidden() ? kReplacement : text.substr(i, next.bytes);
     }
+    i += std::max<std::size_t>(next.bytes, 1);
   }
   return out;
 }
@@ -97,15 +99,13 @@ std::string csv_field(std::string_view text) {
 
 std::string terminal_text(std::string_view text) {
   std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(text[i]);
-    const bool c1 = byte == 0xc2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xa0;
-    if (is_control(byte) || c1) {
+  while (!text.empty()) {
+    const Character next = character_at(text);
+    if (next.hidden())
       out += '?';
-      if (c1) ++i;
-    } else {
-      out += text[i];
-    }
+    else
+      out += text.substr(0, next.bytes);
+    text.remove_prefix(std::max<std::size_t>(next.bytes, 1));
   }
   return out;
 }

@@ -9,20 +9,20 @@
 
 namespace relign {
 
-// For HTML text and quoted attributes: & < > " ' are escaped, control characters become U+FFFD.
+// For HTML text and quoted attributes: & < > " ' are escaped, hidden characters (base/characters.h) become U+FFFD.
 std::string html_escaped(std::string_view text);
 
 // JSON for embedding in <script>: < > & are written as \u escapes, so that no content can end the element
 // or open a comment.
 std::string json_for_script(const Json& value);
 
-// For a terminal: control characters (C0, DEL, C1) become '?', so that a name cannot move the cursor.
+// For a terminal: hidden characters become '?', so that a name cannot move the cursor or reorder the line.
 std::string terminal_text(std::string_view text);
 
-// For a cell of a Markdown table: markup is escaped, control characters and line ends become '?'.
+// For a cell of a Markdown table: markup is escaped, hidden characters become '?'.
 std::string markdown_text(std::string_view text);
 
-// For a field of a CSV file (RFC 4180): control characters become '?', and text that a spreadsheet would read as a
+// For a field of a CSV file (RFC 4180): hidden characters become '?', and text that a spreadsheet would read as a
 // formula (it begins with = + - @) is prefixed with an apostrophe.
 std::string csv_field(std::string_view text);
 

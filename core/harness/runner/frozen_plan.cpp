@@ -107,7 +107,7 @@ void compare_lists(const char* key, const std::string& what, const Json& was, co
 
 }  // namespace
 
-Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folder) {
+Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folder, bool sandbox) {
   const suites::Suite& suite = prepared.plan.suite;
   const std::size_t instances = count_instances(prepared.plan);
   if (shards < 1 || shards > instances)
@@ -147,6 +147,7 @@ Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folde
                   {"noise_levels", std::move(levels)},
                   {"algorithms", std::move(algorithms)},
                   {"blocks", blocks_of(prepared)}};
+  if (sandbox) content["sandbox"] = true;  // plans without one keep their hashes
   content["plan"] = hash_of_plan(content);
   return content;
 }
@@ -174,6 +175,8 @@ FrozenPlan read_plan(const fs::path& file) {
   for (const char* key : {"shards", "trials"})
     if (!content.contains(key) || !content[key].is_number_unsigned())
       refuse(std::string("is damaged: missing key '") + key + "'");
+  if (content.contains("sandbox") && !content["sandbox"].is_boolean())
+    refuse("is damaged: 'sandbox' must be true or false");
   if (const std::string mistake = mistake_of_lists(content); !mistake.empty()) refuse("is damaged: " + mistake);
   plan.hash = hash_of_plan(content);
   if (plan.hash != content["plan"]) refuse("is damaged or was edited: its content does not match its hash");
@@ -183,6 +186,7 @@ FrozenPlan read_plan(const fs::path& file) {
   if (shards < 1 || shards > std::max<std::size_t>(plan.trials, 1))
     refuse("is damaged: " + std::to_string(plan.trials) + " trials in " + std::to_string(shards) + " shards");
   plan.shards = static_cast<unsigned>(shards);
+  plan.sandbox = flag_of(content, "sandbox");
   plan.suite_text = content["suite"].get<std::string>();
   plan.suite_file = content["suite_file"].get<std::string>();
   plan.suite_folder =
@@ -191,7 +195,7 @@ FrozenPlan read_plan(const fs::path& file) {
 }
 
 void check_unchanged(const FrozenPlan& frozen, const PreparedPlan& prepared) {
-  const Json now = freeze(prepared, frozen.shards, fs::absolute(frozen.file).parent_path());
+  const Json now = freeze(prepared, frozen.shards, fs::absolute(frozen.file).parent_path(), frozen.sandbox);
   if (now["plan"] == frozen.hash) return;
   std::vector<std::string> changes;
   compare_lists("scenes", "scene", frozen.content, now, changes);

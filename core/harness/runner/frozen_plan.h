@@ -20,6 +20,7 @@ struct FrozenPlan {
   std::string name;     // of the suite
   unsigned shards = 1;  // number of shards
   std::size_t trials = 0;
+  bool sandbox = false;  // made with --sandbox: its algorithms run in a sandbox only
   // The suite, verbatim, and the folder to which its relative paths refer.
   std::string suite_text, suite_file;
   std::filesystem::path suite_folder;
@@ -27,7 +28,7 @@ struct FrozenPlan {
 
 // The content of a plan file in `folder`. Throws Error(bad_input) for more shards than instances (summed over scenes
 // and noise levels), because the trials of one instance stay together.
-Json freeze(const PreparedPlan& prepared, unsigned shards, const std::filesystem::path& folder);
+Json freeze(const PreparedPlan& prepared, unsigned shards, const std::filesystem::path& folder, bool sandbox = false);
 
 // Throws Error(io), and Error(bad_input) for a file that is not a plan, damaged, or of a newer format.
 FrozenPlan read_plan(const std::filesystem::path& file);

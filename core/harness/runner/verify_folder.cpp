@@ -1,6 +1,7 @@
 #include "runner/verify_folder.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -24,6 +25,94 @@ std::vector<Json> sources_of(const Json& manifest) {
 
 std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 
+const std::map<std::string, std::string> kNouns = {
+    {"scenes", "scene"}, {"noise_levels", "noise level"}, {"algorithms", "algorithm"}};
+constexpr std::pair<const char*, const char*> kDefinitions[] = {
+    {"parameters", "parameters"}, {"data", "data files"}, {"training", "cost of training"}};
+
+// The entry of this name, and of a method under this protocol.
+const Json& entry_like(const Json& list, const Json& other) {
+  static const Json kNone;
+  for (const Json& entry : list)
+    if (text_of(entry, "name") == text_of(other, "name") && text_of(entry, "protocol") == text_of(other, "protocol"))
+      return entry;
+  return kNone;
+}
+
+// The manifest that a run of the plan would write now.
+Json manifest_now(const PreparedPlan& prepared) {
+  return make_manifest(prepared, hash_libraries(prepared.plan.suite), "", nullptr);
+}
+
+std::set<std::string> ordered_ids(const Json& manifest) {
+  std::set<std::string> ids;
+  for (const Json& id : list_of(manifest, "order"))
+    if (id.is_string()) ids.insert(id.get<std::string>());
+  return ids;
+}
+
+// Without files, whose names depend on where they are.
+Json numbers_of(const plugin_host::Choice& choice, Json parameters) {
+  for (const plugin_host::Parameter& parameter : choice.plugin->parameters)
+    if (parameter.type == plugin_host::ParameterType::file && parameters.is_object()) parameters.erase(parameter.name);
+  return parameters;
+}
+
+// A trial's id is a hash of its scene, noise level and method, so that the manifest cannot describe those of the
+// folder's trials otherwise than a run would now, whatever build of the plugins made them.
+void require_entries_of_trials(std::set<std::string>& found, const Json& manifest, const PreparedPlan& prepared,
+                               bool merged) {
+  const suites::Suite& suite = prepared.plan.suite;
+  const std::set<std::string> order = ordered_ids(manifest);
+  std::set<std::pair<std::string, std::size_t>> used;
+  for (const suites::PlannedTrial& trial : prepared.plan.trials)
+    if (order.count(trial.id))
+      used.insert({{"scenes", trial.scene}, {"noise_levels", trial.level}, {"algorithms", trial.algorithm}});
+  const Json now = manifest_now(prepared);
+  for (const auto& [list, index] : used) {
+    const plugin_host::Choice& choice = list == "scenes"         ? suite.scenes[index].choice
+                                        : list == "noise_levels" ? suite.levels[index].choice
+                                                                 : suite.algorithms[index].choice;
+    const Json &own = now[list][index], &entry = entry_like(list_of(manifest, list.c_str()), own);
+    if (entry.is_null()) continue;
+    const auto compare = [&, &list = list](const char* key, const Json& stated, const Json& is) {
+      if (stated != is)
+        found.insert("'" + std::string(key) + "' of the " + kNouns.at(list) + " '" + text_of(own, "name") + "' is " +
+                     stated.dump() + " in the manifest, but " + is.dump() + " by its trials");
+    };
+    compare("parameters", numbers_of(choice, member(entry, "parameters")),
+            numbers_of(choice, member(own, "parameters")));
+    for (const char* key : {"plugin", "data", "spec", "owns_stage", "truth"})
+      compare(key, member(entry, key), member(own, key));
+    for (const auto& [key, stated] : object_of(entry, "machine_time").items())  // a later version may have more keys
+      compare(("machine_time/" + key).c_str(), stated, member(member(own, "machine_time"), key.c_str()));
+    if (!merged)
+      compare("of_list", member(entry, "of_list"), member(own, "of_list"));  // else that of one of the suites
+    if (flag_of(entry, "added")) compare("added", true, member(own, "added"));
+  }
+}
+
+// The methods of the suites, and no others, those of the first in its order.
+void require_methods_of_suites(std::set<std::string>& found, const Json& manifest,
+                               const std::vector<PreparedPlan>& plans) {
+  std::set<std::pair<std::string, std::string>> planned;
+  std::map<std::pair<std::string, std::string>, std::size_t> places;
+  for (const PreparedPlan& prepared : plans)
+    for (const suites::AlgorithmEntry& one : prepared.plan.suite.algorithms) planned.insert({one.name, one.protocol});
+  for (const Json& entry : list_of(manifest, "algorithms")) {
+    const std::pair key(text_of(entry, "name"), text_of(entry, "protocol"));
+    places.emplace(key, places.size());
+    if (!planned.count(key) && !flag_of(entry, "added"))
+      found.insert("the manifest has the method '" + key.first + "' (protocol " + key.second + "), the suite does not");
+  }
+  std::vector<std::size_t> order;
+  for (const suites::AlgorithmEntry& one : plans.front().plan.suite.algorithms)
+    if (const auto place = places.find({one.name, one.protocol}); !one.added && place != places.end())
+      order.push_back(place->second);
+  if (!std::is_sorted(order.begin(), order.end()))
+    found.insert("the manifest has the methods in another order than the suite");
+}
+
 }  // namespace
 
 std::vector<StoredSuite> suites_of(const Json& manifest) {
@@ -37,8 +126,8 @@ std::vector<StoredSuite> suites_of(const Json& manifest) {
 }
 
 std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary) {
-  std::set<std::string> planned, stations, seen;
-  for (const Json& id : list_of(manifest, "order")) planned.insert(id.is_string() ? id.get<std::string>() : "");
+  const std::set<std::string> planned = ordered_ids(manifest);
+  std::set<std::string> stations, seen, scored;
   for (const Json& scene : list_of(manifest, "scenes"))
     if (scene.value("owns_stage", false)) stations.insert(text_of(scene, "name"));
   struct Candidate {
@@ -50,15 +139,20 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
   records::for_each_with_steps(  // since records without checksum are damaged where their steps cannot be read
       options.results,
       [&](const records::TrialRecord& closing, const records::StoredTrial& where,
-          const std::vector<records::StepNumbers>&) {
+          const std::vector<records::StepNumbers>& steps) {
         if (!options.trial.empty() && closing.trial != options.trial) return;
         if (options.add_rules && !records::lacks_rules(closing)) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
         ++summary.recorded;
         const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";
-        if (stations.count(closing.scene))
+        if (stations.count(closing.scene)) {
           ++summary.stations;
-        else if (!of_itself)
+          if (closing.has_own_optimum || std::any_of(steps.begin(), steps.end(), [](const records::StepNumbers& step) {
+                return !std::isnan(step.commanded_mse) || !std::isnan(step.recommended_mse);
+              }))
+            scored.insert("the scene '" + closing.scene +
+                          "' owns its stage, but its trials have errors without noise, which a station cannot know");
+        } else if (!of_itself)
           ++summary.ended_by_machine;
         else {
           const std::string rank =
@@ -69,6 +163,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
+  records::refuse_contradictions({scored.begin(), scored.end()}, options.results);
   if (options.trial.empty() && !options.add_rules && planned.size() > summary.recorded)
     summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
@@ -147,7 +242,9 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
     }
     for (const suites::PlannedTrial& trial : prepared.plan.trials)
       if (listed[trial.algorithm]) planned.insert(trial.id);
+    require_entries_of_trials(found, manifest, prepared, plans.size() > 1);
   }
+  require_methods_of_suites(found, manifest, plans);
   // Other ids, but as many, mean changed plugins or data, which replays report.
   const Json& order = list_of(manifest, "order");
   const bool is_shard = manifest.contains("shard");
@@ -171,28 +268,22 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
 }
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {
-  const suites::Suite& suite = prepared.plan.suite;
-  const auto compare = [&](const char* key, const std::string& what, const std::string& name,
-                           const plugin_host::Choice& choice, const std::string& protocol) {
-    const Json parameters = plugin_host::recorded_parameters(choice);
-    for (const Json& entry : list_of(manifest, key)) {
-      if (text_of(entry, "name") != name || (!protocol.empty() && text_of(entry, "protocol") != protocol)) continue;
-      if (member(entry, "parameters") != parameters)
-        changes.insert({what + " " + name + " parameters", member(entry, "parameters").dump(), parameters.dump()});
+  const Json now = manifest_now(prepared);
+  for (const auto& [list, noun] : kNouns)
+    for (const Json& is : now[list]) {
+      const Json& was = entry_like(list_of(manifest, list.c_str()), is);
+      if (was.is_null()) continue;
+      const std::string name = text_of(is, "name"), own = text_of(is, "plugin_hash");
+      for (const auto& [key, what] : kDefinitions)
+        if (const Json& before = member(was, key), &after = member(is, key); before != after)
+          changes.insert({noun + " " + name + " " + what, before.dump(), after.dump()});
+      std::set<std::string> hashes = {text_of(was, "plugin_hash")};
+      for (const Json& source : list_of(manifest, "sources"))
+        hashes.insert(text_of(member(member(source, "plugins"), list.c_str()), name.c_str()));
+      for (const std::string& hash : hashes)
+        if (!hash.empty() && hash != own)
+          changes.insert({"plugin " + text_of(is, "plugin"), shortened(hash), shortened(own)});
     }
-  };
-  for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
-    const std::string& name = suite.scenes[index].name;
-    compare("scenes", "scene", name, suite.scenes[index].choice, "");
-    for (const Json& entry : list_of(manifest, "scenes"))
-      if (const std::string was = member(entry, "data").dump();
-          text_of(entry, "name") == name && was != prepared.scene_identity[index])
-        changes.insert({"scene " + name + " data files", was, prepared.scene_identity[index]});
-  }
-  for (const suites::LevelEntry& level : suite.levels)
-    compare("noise_levels", "noise level", level.name, level.choice, "");
-  for (const suites::AlgorithmEntry& algorithm : suite.algorithms)
-    compare("algorithms", "algorithm", algorithm.name, algorithm.choice, algorithm.protocol);
 }
 
 }  // namespace relign::runner

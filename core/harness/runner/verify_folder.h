@@ -35,11 +35,12 @@ bool made_on_another_processor(const Json& manifest);
 void compare_machines(const Json& manifest, std::set<Change>& changes);
 
 // `plans` are those that the folder's suites and their plugins, as they are now, give. Throws Error(bad_input) where
-// the manifest lacks methods or trials of them, or states other observations, or another instance set for equal trials.
+// the manifest has other methods or trials than they do, or states other observations; and where it describes the
+// scenes, noise levels, methods or instance set of equal trials otherwise: plugins, parameters, data, specifications.
 void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
                              const std::filesystem::path& folder);
 
-// Compares the scenes' data and the plugins' parameters, by display names.
+// Compares builds of the plugins, the scenes' data, parameters and stated training, by display names.
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);
 
 }  // namespace relign::runner

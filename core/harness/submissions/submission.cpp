@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/characters.h"
 #include "base/files.h"
 #include "base/limits.h"
 #include "base/text.h"
@@ -35,9 +36,7 @@ std::string text_mistake(const std::string& text) {
   if (text.empty()) return "expected a text, found an empty string";
   if (text.size() > kMaxText)
     return "found " + std::to_string(text.size()) + " bytes; at most " + std::to_string(kMaxText) + " are allowed";
-  if (text.find_first_of("\n\r\t") != std::string::npos || printable(text) != text)
-    return "line ends, control characters and marks of the writing direction are not allowed";
-  return "";
+  return line_mistake(text);
 }
 
 class ManifestReader {

@@ -6,6 +6,8 @@
 #include <tuple>
 #include <utility>
 
+#include "base/baselines.h"
+#include "base/characters.h"
 #include "base/limits.h"
 #include "base/text.h"
 #include "plugin_host/nesting.h"
@@ -42,10 +44,8 @@ std::string name_mistake(const std::string& name) {
   if (name.empty()) return "a name must not be empty";
   if (name.size() > 80) return "a name must have at most 80 characters";
   if (name.front() == '.') return "a name must not start with a dot";
-  for (const char letter : name)
-    if (letter == '/' || letter == '\\' || static_cast<unsigned char>(letter) < 0x20 || letter == 0x7f)
-      return "a name must not contain slashes or control characters";
-  return "";
+  if (name.find_first_of("/\\") != std::string::npos) return "a name must not contain slashes";
+  return line_mistake(name);
 }
 
 // One entry of scenes, noise_levels or algorithms, before checks against other entries.
@@ -92,16 +92,17 @@ class SuiteReader {
     suite.name = top_.string("name", std::filesystem::path(source_.file()).stem().string());
     if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
       top_.complain("name", mistake);
-    suite.seed = static_cast<std::uint64_t>(top_.integer("seed", 1, 0, std::numeric_limits<std::int64_t>::max()));
+    suite.seed =
+        static_cast<std::uint64_t>(top_.integer("seed", kDefaultSeed, 0, std::numeric_limits<std::int64_t>::max()));
     suite.commitment = top_.string("commitment", "");
     if (top_.has("commitment") && !is_commitment(suite.commitment))
       top_.complain("commitment", "expected \"sha256:\" and 64 hexadecimal digits, as relign-bench seal prints it");
-    suite.instances = static_cast<unsigned>(top_.integer("instances", 100, 1, kMaxInstances));
-    suite.first_instance =
-        static_cast<unsigned>(top_.integer("first_instance", 0, 0, std::numeric_limits<std::int32_t>::max()));
+    suite.instances = static_cast<unsigned>(top_.integer("instances", kDefaultInstances, 1, kMaxInstances));
+    suite.first_instance = static_cast<unsigned>(
+        top_.integer("first_instance", kDefaultFirstInstance, 0, std::numeric_limits<std::int32_t>::max()));
     defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMaxSteps));
     defaults_.protocols = read_protocols(top_, defaults_.protocols);
-    suite.limits = one_of(top_, "limits", kLimits, "soft");
+    suite.limits = one_of(top_, "limits", kLimits, kDefaultLimits);
     for (Entry& entry : entries("scenes", plugin_host::Kind::scene))
       suite.scenes.push_back({std::move(entry.name), std::move(entry.choice)});
     for (Entry& entry : entries("noise_levels", plugin_host::Kind::noise_level))
@@ -303,11 +304,23 @@ class SuiteReader {
       complain(problem.pointer.empty() || pointer == also_there ? use_pointer : pointer, problem.message);
     }
     entry.usable = entry.choice.plugin != nullptr;
-    if (entry.usable) refuse_nested(entry, entry.choice, entry.pointer);
-    if (!entry.usable || entry.named) return;
-    entry.name = entry.choice.id;
-    if (const std::string mistake = name_mistake(entry.name); !mistake.empty())
-      complain(use_pointer, "invalid name '" + entry.name + "' (" + mistake + "); give the entry a 'name'");
+    if (!entry.usable) return;
+    refuse_nested(entry, entry.choice, entry.pointer);
+    if (!entry.named) {
+      entry.name = entry.choice.id;
+      if (const std::string mistake = name_mistake(entry.name); !mistake.empty())
+        complain(use_pointer, "invalid name '" + entry.name + "' (" + mistake + "); give the entry a 'name'");
+    }
+    if (plugin_host::is_algorithm(kind)) refuse_name_of_baseline(entry, entry.named ? entry.pointer : use_pointer);
+  }
+
+  // Readers compare every method with what they take for the baseline.
+  void refuse_name_of_baseline(const Entry& entry, const std::string& pointer) {
+    const std::string& name = entry.method.empty() ? entry.name : entry.method;
+    const std::string baseline = baseline_like(name), &plugin = entry.choice.plugin->id;
+    if (!baseline.empty() && plugin != baseline)
+      complain(pointer, "'" + name + "' reads as the baseline '" + baseline + "', but the entry is the plugin '" +
+                            plugin + "'; give it another 'name'");
   }
 
   // Algorithms that cannot run inside others; `pointer` is that of the outer one.
@@ -424,7 +437,7 @@ class SuiteReader {
   }
 
   void check_method_name(const Suite& suite, const std::string& name, const std::string& pointer) {
-    std::vector<std::string> names = {"home", "random"};
+    std::vector<std::string> names(kBaselines.begin(), kBaselines.end());
     for (const AlgorithmEntry& entry : suite.algorithms) names.push_back(entry.name);
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
     const std::string nearest = nearest_name(name, names);
@@ -464,7 +477,7 @@ class SuiteReader {
         protocols.push_back(entry.protocol);
     const std::vector<std::string> known = catalog_.ids(plugin_host::Kind::optimizer);
     for (const std::string& protocol : protocols) {
-      for (const std::string id : {"home", "random"}) {
+      for (const std::string id : kBaselines) {
         const auto same = [&](const AlgorithmEntry& entry) {
           return entry.protocol == protocol && (entry.choice.plugin->id == id || entry.name == id);
         };

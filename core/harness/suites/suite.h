@@ -51,12 +51,12 @@ struct Suite {
   std::string name;  // "name" in the file, else its stem
   std::string file;  // as given
   std::string text;  // verbatim, for the results
-  std::uint64_t seed = 1;
+  std::uint64_t seed = kDefaultSeed;
   std::string commitment;      // of a sealed suite (secret.h), else empty
   std::optional<Seeds> seeds;  // of a sealed suite whose secret is known
-  unsigned instances = 100;
-  unsigned first_instance = 0;
-  std::string limits = "soft";  // or "hard"
+  unsigned instances = kDefaultInstances;
+  unsigned first_instance = kDefaultFirstInstance;
+  std::string limits = kDefaultLimits;  // "soft" or "hard"
   std::vector<SceneEntry> scenes;
   std::vector<LevelEntry> levels;
   std::vector<AlgorithmEntry> algorithms;

@@ -1,6 +1,7 @@
 #include "records/manifest_check.h"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <string>
 #include <string_view>
@@ -10,18 +11,30 @@
 #include "base/error.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/shared_keys.h"
 #include "base/text.h"
 
 namespace relign::records {
 namespace {
 
-// The suite texts of a folder as JSON; without any, one without members.
-std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifest) {
+constexpr const char* kLists[] = {"scenes", "noise_levels", "algorithms"};  // that a suite must have
+
+std::vector<std::string> texts_of(const Json& manifest) {
   std::vector<std::string> texts;
   for (const Json& suite : list_of(manifest, "suites")) texts.push_back(text_of(suite, "text"));
   if (texts.empty()) texts.push_back(text_of(manifest, "suite"));
+  return texts;
+}
+
+bool is_suite(const Json& suite) {
+  return std::none_of(std::begin(kLists), std::end(kLists),
+                      [&](const char* key) { return list_of(suite, key).empty(); });
+}
+
+// The suite texts of a folder as JSON; without any, one without members.
+std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifest) {
   std::vector<Json> suites;
-  for (const std::string& text : texts) {
+  for (const std::string& text : texts_of(manifest)) {
     suites.push_back(text.empty() ? Json::object() : Json::parse(text, nullptr, false));
     if (suites.back().is_object()) continue;
     found.push_back("the text of the suite is not a JSON object");
@@ -49,14 +62,24 @@ void check_secret(std::vector<std::string>& found, const Json& manifest, const s
   }
 }
 
-void check_number(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key) {
-  if (suite.contains(key) && manifest.contains(key) && count_of(suite, key) != count_of(manifest, key))
-    found.push_back(in_quotes(key) + " is " + std::to_string(count_of(suite, key)) + " in the suite and " +
-                    std::to_string(count_of(manifest, key)) + " in the manifest");
+// Keys that are in both as the suite has them; `usual` is what a suite without the key has.
+void check_member(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key,
+                  const Json& usual) {
+  const Json &written = member(suite, key), &stated = member(manifest, key);
+  const Json &expected = written.is_null() ? usual : written, &is = stated.is_null() ? usual : stated;
+  if (expected != is)
+    found.push_back(in_quotes(key) + " is " + expected.dump() + " in the suite and " + is.dump() + " in the manifest");
+}
+
+// Earlier versions wrote less into the manifest, and a folder without its suite has nothing to compare with.
+void check_number(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key,
+                  unsigned usual) {
+  if (manifest.contains(key) && (suite.contains(key) || is_suite(suite)))
+    check_member(found, suite, manifest, key, usual);
 }
 
 void check_lists(std::vector<std::string>& found, const Json& suite, const Json& manifest) {
-  for (const char* key : {"scenes", "noise_levels", "algorithms"}) {
+  for (const char* key : kLists) {
     const Json& here = list_of(manifest, key);
     const auto listed = static_cast<std::size_t>(
         std::count_if(here.begin(), here.end(), [](const Json& entry) { return !flag_of(entry, "added"); }));
@@ -85,6 +108,16 @@ void check_analysis(std::vector<std::string>& found, const Json& suite, const Js
     found.push_back("'analysis_hash' is not the SHA-256 of the analysis plan");
 }
 
+// Readers take the first or the last of two.
+void check_names(std::vector<std::string>& found, const Json& manifest) {
+  for (const char* key : kLists) {
+    std::set<std::string> names;
+    for (const Json& entry : list_of(manifest, key))
+      if (entry.is_object() && !names.insert(text_of(entry, "name") + "\n" + text_of(entry, "protocol")).second)
+        found.push_back(in_quotes(key) + " has " + in_quotes(text_of(entry, "name")) + " twice");
+  }
+}
+
 void check_order(std::vector<std::string>& found, const Json& manifest) {
   if (!manifest.contains("order") || !manifest.contains("trials")) return;
   const Json& order = list_of(manifest, "order");
@@ -106,24 +139,40 @@ void refuse_contradictions(const std::vector<std::string>& found, const std::fil
                                         join(found, "\n  "));
 }
 
+bool ran_in_sandbox(const Json& manifest) {
+  const Json& sources = list_of(manifest, "sources");
+  return manifest.contains("sandbox") ||
+         std::any_of(sources.begin(), sources.end(), [](const Json& source) { return source.contains("sandbox"); });
+}
+
+bool has_suites(const Json& manifest) {
+  const std::vector<std::string> texts = texts_of(manifest);
+  return std::all_of(texts.begin(), texts.end(),
+                     [](const std::string& text) { return is_suite(Json::parse(text, nullptr, false)); });
+}
+
 void require_consistent(const Json& manifest, const std::filesystem::path& folder) {
   std::vector<std::string> found;
   const std::string commitment = text_of(manifest, "commitment");
   const std::vector<Json> suites = suites_of(found, manifest);
   for (const Json& suite : suites) {
     check_commitment(found, suite, commitment);
-    check_number(found, suite, manifest, "instances");
-    check_number(found, suite, manifest, "first_instance");
+    check_number(found, suite, manifest, "instances", kDefaultInstances);
+    check_number(found, suite, manifest, "first_instance", kDefaultFirstInstance);
     check_lists(found, suite, manifest);
+    if (!is_suite(suite)) continue;
+    check_member(found, suite, manifest, "limits", kDefaultLimits);
+    check_member(found, suite, manifest, "machine_time", Json::object());
+    for (const char* key : {"cycle", "cost"}) check_member(found, suite, manifest, key, nullptr);
   }
   if (!suites.empty()) {  // others may differ in these
-    check_number(found, suites.front(), manifest, "seed");
+    check_number(found, suites.front(), manifest, "seed", kDefaultSeed);
     check_analysis(found, suites.front(), manifest);
-    if (const Json& written = member(suites.front(), "spec"), &stated = member(manifest, "spec");
-        manifest.contains("spec") && written != stated)
-      found.push_back("'spec' is " + written.dump() + " in the suite and " + stated.dump() + " in the manifest");
+    if (manifest.contains("spec")) check_member(found, suites.front(), manifest, "spec", nullptr);
+    if (is_suite(suites.front())) check_member(found, suites.front(), manifest, "targets", Json::array());
   }
   check_secret(found, manifest, commitment);
+  check_names(found, manifest);
   check_order(found, manifest);
   refuse_contradictions(found, folder);
 }

@@ -10,10 +10,17 @@
 namespace relign::records {
 
 // Throws Error(bad_input) with every contradiction: a commitment that the suite does not have, or that is to another
-// secret; another seed or analysis plan; other numbers of instances, scenes, noise levels or methods than the suite
-// states; a number of trials that is not that of the list. Numbers that one of both lacks are not compared. `folder` is
-// for the message.
+// secret; another seed, specification, analysis plan, targets, limits, machine times or prices; other numbers of
+// instances, scenes, noise levels or methods than the suite states; a number of trials that is not that of the list.
+// Without the suite's text (has_suites) almost nothing is compared. `folder` is for the message.
 void require_consistent(const Json& manifest, const std::filesystem::path& folder);
+
+// Whether the manifest has the text of every suite of the folder, so that it could be compared with it. A text without
+// scenes, noise levels and methods is not a suite.
+bool has_suites(const Json& manifest);
+
+// Whether algorithms of the folder, or of one that it was merged from, ran in a sandbox.
+bool ran_in_sandbox(const Json& manifest);
 
 // Throws Error(bad_input) with the contradictions `found`, if any.
 void refuse_contradictions(const std::vector<std::string>& found, const std::filesystem::path& folder);

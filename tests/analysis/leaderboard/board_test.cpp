@@ -8,6 +8,7 @@
 #include "leaderboard/feed.h"
 #include "leaderboard/made_evaluations.h"
 #include "leaderboard/round.h"
+#include "leaderboard/site.h"
 #include "records/checksum.h"
 
 namespace relign::leaderboard {
@@ -187,18 +188,17 @@ TEST_F(LeaderboardBoard, RanksTheLatestVersionAndKeepsTheHistory) {
 }
 
 TEST_F(LeaderboardBoard, FlagsOpenInstancesAndMissingSandboxes) {
-  const auto tags = [&](const Json& change, const Json& manifest) {
-    const Board board = board_of({evaluation("e", {{"mine", {"merit"}, 0.05, true}}, change, manifest)});
+  const auto tags = [&](const Json& change, const Json& manifest, const Json& suite) {
+    const Board board = board_of({evaluation("e", {{"mine", {"merit"}, 0.05, true}}, change, manifest, suite)});
     std::vector<std::string> found;
     for (const Caution& caution : board.entries[0].cautions) found.emplace_back(caution.tag);
     return found;
   };
-  EXPECT_THAT(tags(Json::object(), Json::object()), ElementsAre("not sealed", "no sandbox"));
+  EXPECT_THAT(tags(Json::object(), Json::object(), Json::object()), ElementsAre("not sealed", "no sandbox"));
   fs::remove_all(folder_ / "e");
   const std::string commitment = "sha256:" + std::string(64, '1');
-  EXPECT_THAT(tags({{"sealed", true}, {"sandbox", true}}, {{"suite", Json({{"commitment", commitment}}).dump()},
-                                                           {"commitment", commitment},
-                                                           {"sandbox", {{"memory_bytes", 1}}}}),
+  EXPECT_THAT(tags({{"sealed", true}, {"sandbox", true}},
+                   {{"commitment", commitment}, {"sandbox", {{"memory_bytes", 1}}}}, {{"commitment", commitment}}),
               IsEmpty());
 }
 
@@ -267,6 +267,62 @@ TEST_F(LeaderboardBoard, ShowsRecordsThatDifferBetweenFolders) {
   ASSERT_FALSE(board.rounds[0].alarms.empty());
   EXPECT_THAT(board.rounds[0].alarms[0],
               AllOf(HasSubstr("records differ: random on relign_od rho0"), HasSubstr("/a/")));
+}
+
+// A fake baseline would make every method look good.
+TEST_F(LeaderboardBoard, LeavesOutOtherMethodsUnderTheNameOfABaseline) {
+  for (const char* name : {"random", "Random", "home"}) {
+    MadeMethod fake = random();
+    fake.name = name;
+    fake.plugin = "stays-at-the-start";
+    EXPECT_THAT(refused({{"mine", {"merit", "box"}, 0.1, true}, fake}, Json::object()),
+                HasSubstr("'" + std::string(name) + "' (protocol 'blind') reads as the baseline '"));
+    fs::remove_all(folder_ / "e");
+  }
+}
+
+TEST_F(LeaderboardBoard, FindsTheBaselineByWhatItIs) {
+  MadeMethod chance = random();
+  chance.name = "chance";
+  chance.plugin = "random";
+  const fs::path folder = evaluation("e", {{"mine", {"merit", "box"}, 0.02, true}, chance});
+  const Round round = board_of({folder}).rounds[0];
+  EXPECT_EQ(round.baseline, "chance");
+  EXPECT_EQ(round.about_baseline, "'chance', which is 'random'");
+  EXPECT_DOUBLE_EQ(round.classes[0].standings[0].beats_baseline.estimate, 1);
+  EXPECT_THAT(index_html(board_of({folder})), HasSubstr("&#39;chance&#39;, which is &#39;random&#39;"));
+  EXPECT_EQ(board_of({folder}, "nosuch").rounds[0].about_baseline, "none, because no method of this round is 'nosuch'");
+  MadeMethod short_random = random();
+  short_random.steps = 1;
+  EXPECT_EQ(board_of({evaluation("s", {{"mine", {"merit"}, 0.02, true}, short_random})}).rounds[0].about_baseline,
+            "'random', which has only 1 step per alignment");
+  EXPECT_EQ(board_of({evaluation("r", {{"mine", {"merit"}, 0.02, true}, random()})}).rounds[0].about_baseline, "");
+}
+
+TEST_F(LeaderboardBoard, LeavesOutResultsWithoutTheirSuite) {
+  const std::vector<MadeMethod> mine = {{"mine", {"merit"}, 0.05, true}};
+  for (const Json& removed : {Json{{"suite", ""}}, Json{{"suite", "{}"}}, Json{{"suite", nullptr}},
+                              Json{{"suites", {{{"name", "made"}, {"file", "made.json"}}}}}}) {
+    const fs::path folder = evaluation("e", mine);
+    Json manifest = Json::parse(read_file(folder / "results/manifest.json"));
+    manifest.merge_patch(removed);
+    write_file_atomically(folder / "results/manifest.json", manifest.dump());
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { board_of({folder}); }),
+                HasSubstr("the results' manifest lacks the text of its suite"))
+        << removed;
+    fs::remove_all(folder_ / "e");
+  }
+}
+
+TEST_F(LeaderboardBoard, ShowsWhyNoMethodIsRanked) {
+  const Board board = board_of({evaluation("e", {{"home", {"start"}, 0.05, true}})});
+  EXPECT_THAT(reasons_without_ranking(board.rounds[0]), ElementsAre("'home' (protocol blind): oracles are not ranked"));
+  EXPECT_THAT(index_html(board), AllOf(HasSubstr("No method of this round is ranked:"),
+                                       HasSubstr("<li>&#39;home&#39; (protocol blind): oracles are not ranked</li>")));
+  EXPECT_EQ(feed(board)["rounds"][0]["not_ranked"].size(), 1U);
+  const Board ranked = board_of({evaluation("r", {{"mine", {"merit"}, 0.05, true}, {"home", {"start"}, 0.05}})});
+  EXPECT_THAT(reasons_without_ranking(ranked.rounds[0]), IsEmpty());
+  EXPECT_FALSE(feed(ranked)["rounds"][0].contains("not_ranked"));
 }
 
 TEST_F(LeaderboardBoard, FeedHasEverything) {

@@ -58,6 +58,26 @@ TEST_F(EvaluationFile, ReadsCostsOfTraining) {
               HasSubstr("/methods/0/training/hours"));
 }
 
+// A mark of the writing direction shows 'evil' as another name, and a line end fakes a line of the terminal.
+TEST_F(EvaluationFile, RefusesHiddenCharactersInEveryTextOfThePages) {
+  const std::string sentence = ": line ends, control characters and marks of the writing direction are not allowed";
+  for (const std::string hidden : {"\u202e", "\u2066", "\u200f", "\u0085", "\x1b", "\n"}) {
+    EXPECT_THAT(error_with({{"suite", {{"name", "made" + hidden}}}}), HasSubstr("/suite/name" + sentence));
+    EXPECT_THAT(error_with({{"program_version", hidden}}), HasSubstr("/program_version" + sentence));
+    EXPECT_THAT(error_with({{"class", {"merit", hidden}}}), HasSubstr("/class/1" + sentence));
+    EXPECT_THAT(error_with({{"date", "2026-11-24T" + hidden}}), HasSubstr("/date" + sentence));
+  }
+  const fs::path folder = evaluation("e", {{"mine", {"merit"}, 0.1, true}});
+  const Json honest = Json::parse(read_file(folder / "submission.json"));
+  for (const char* key : {"name", "version", "summary", "authors", "licence", "citation", "homepage"}) {
+    Json file = honest;
+    file[key] = std::string(key) == "authors" ? Json({"A. Tester", "B\u202e"}) : Json("x\u200f");
+    write_file_atomically(folder / "submission.json", file.dump());
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_submission(folder); }),
+                HasSubstr("/" + std::string(key) + (std::string(key) == "authors" ? "/1" : "") + sentence));
+  }
+}
+
 TEST_F(EvaluationFile, RefusesMistakesWithTheirPlace) {
   EXPECT_THAT(error_with({{"format", "relign-bench/evaluation/2"}}), HasSubstr("a newer version of relign-bench"));
   EXPECT_THAT(error_with({{"archive_sha256", "ABC"}}), HasSubstr("expected 64 lower-case hexadecimal digits"));

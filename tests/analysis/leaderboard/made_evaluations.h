@@ -18,17 +18,21 @@ struct MadeMethod {
   std::vector<std::uint64_t> fails = {};  // instances
   std::string protocol = "blind";
   Json parameters = Json::object();
+  std::string plugin = {};  // empty: as the name
+  unsigned steps = 2;       // of the manifest
 };
 
 class MadeEvaluations : public report::MadeResults {
  protected:
   static constexpr std::uint64_t kInstances = 8;
 
-  // Writes FOLDER/name with one submitted method and others. `change` is merged into evaluation.json.
+  // Writes FOLDER/name with one submitted method and others. `change` is merged into evaluation.json, the others into
+  // the results' manifest and the suite in it.
   std::filesystem::path evaluation(const std::string& folder, const std::vector<MadeMethod>& methods,
-                                   const Json& change = Json::object(), const Json& in_manifest = Json::object()) {
+                                   const Json& change = Json::object(), const Json& in_manifest = Json::object(),
+                                   const Json& in_suite = Json::object()) {
     const std::filesystem::path place = folder_ / folder;
-    write_results(place / "results", methods, in_manifest);
+    write_results(place / "results", methods, in_manifest, in_suite);
     const MadeMethod* own = &methods.front();
     Json listed = Json::array();
     for (const MadeMethod& method : methods) {
@@ -65,21 +69,21 @@ class MadeEvaluations : public report::MadeResults {
   }
 
   static void write_results(const std::filesystem::path& results, const std::vector<MadeMethod>& methods,
-                            const Json& in_manifest) {
+                            const Json& in_manifest, const Json& in_suite) {
     std::filesystem::create_directories(results);
     records::ResultsWriter writer(results);
     Json order = Json::array(), algorithms = Json::array();
     for (const MadeMethod& method : methods) {
       algorithms.push_back({{"name", method.name},
-                            {"id", method.name},
-                            {"plugin", method.name},
+                            {"id", method.plugin.empty() ? method.name : method.plugin},
+                            {"plugin", method.plugin.empty() ? method.name : method.plugin},
                             {"plugin_hash", std::string(64, 'c')},
                             {"observes", method.observes},
                             {"protocol", method.protocol},
                             {"merit", "rmse"},
                             {"oracle", method.name == "home"},
                             {"added", false},
-                            {"steps", 2},
+                            {"steps", method.steps},
                             {"parameters", method.parameters}});
       for (std::uint64_t instance = 0; instance < kInstances; ++instance) {
         const double last = method.error * (1 + 0.01 * static_cast<double>(instance));
@@ -102,7 +106,6 @@ class MadeEvaluations : public report::MadeResults {
     }
     Json manifest = {{"format", 1},
                      {"suite_name", "made"},
-                     {"suite", "{}"},
                      {"instances", kInstances},
                      {"instance_set", "set-1"},
                      {"scenes", {{{"name", "relign_od"}, {"truth", true}}}},
@@ -113,12 +116,19 @@ class MadeEvaluations : public report::MadeResults {
                      {"seed", 1},
                      {"program", {{"version", "0.1.0"}}}};
     manifest.merge_patch(in_manifest);
+    Json suite = {{"instances", manifest["instances"]}};
+    for (const char* key : {"scenes", "noise_levels"})
+      for (const Json& entry : manifest[key]) suite[key].push_back(entry["name"]);
+    suite["algorithms"] = {methods.front().name};
+    suite.merge_patch(in_suite);
+    manifest["suite"] = suite.dump();
     writer.write_manifest(manifest);
   }
 
-  static Board board_of(const std::vector<std::filesystem::path>& folders) {
+  static Board board_of(const std::vector<std::filesystem::path>& folders, const std::string& baseline = "random") {
     BoardOptions options;
     options.folders = folders;
+    options.baseline = baseline;
     return make_board(options);
   }
 

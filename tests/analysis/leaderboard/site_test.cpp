@@ -14,11 +14,13 @@ namespace relign::leaderboard {
 namespace {
 
 namespace fs = std::filesystem;
-using report::kHostile;
 using test::error_text;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
+
+// Without the terminal sequence, which is refused.
+const std::string kHostile = report::kHostile.substr(0, report::kHostile.find('\x1b'));
 
 class LeaderboardSite : public MadeEvaluations {
  protected:
@@ -27,7 +29,7 @@ class LeaderboardSite : public MadeEvaluations {
     const fs::path folder = evaluation(
         "h", {{name, {"merit", "box"}, 0.05, true, {1}}, random(), {"sees", {"images"}, 0.02}},
         {{"name", name}, {"version", kHostile}, {"program_version", kHostile}, {"suite", {{"name", kHostile}}}},
-        {{"program", {{"version", kHostile}}}, {"suite_name", kHostile}});
+        {{"program", {{"version", kHostile}}}, {"suite_name", report::kHostile}});
     Json submission = Json::parse(read_file(folder / "submission.json"));
     for (const char* key : {"summary", "licence", "citation", "homepage"}) submission[key] = kHostile;
     submission["authors"] = {kHostile};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <string>
@@ -67,7 +68,7 @@ class MadeResults : public testing::Test {
     for (std::size_t i = 0; i < extra; ++i) order.push_back("never-run-" + std::to_string(i));
     writer.write_manifest({{"format", 1},
                            {"suite_name", suite_name},
-                           {"suite", "{\"scenes\": [\"relign_od\"]}"},
+                           {"suite", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["a"]})"},
                            {"trials", order.size()},
                            {"order", order},
                            {"program", {{"version", "0.1.0"}}}});
@@ -86,25 +87,29 @@ class MadeResults : public testing::Test {
     return record;
   }
 
-  // Adds members of a run's manifest: scenes, algorithms, ...
+  // Adds members of a run's manifest: scenes, algorithms, ...; and to the suite, if the run has them from there.
   void add_to_manifest(const Json& more) {
     Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
     manifest.update(more);
-    if (more.contains("spec") && !more.contains("suite")) {  // a specification is the suite's
-      Json suite = Json::parse(manifest["suite"].get<std::string>());
-      suite["spec"] = more["spec"];
-      manifest["suite"] = suite.dump();
-    }
+    if (more.contains("suite")) return write_file_atomically(folder_ / "manifest.json", manifest.dump());
+    Json suite = Json::parse(manifest["suite"].get<std::string>());
+    for (const char* key : {"scenes", "noise_levels", "algorithms", "instances", "seed", "first_instance", "spec",
+                            "limits", "machine_time", "cycle", "cost", "targets"})
+      if (more.contains(key)) suite[key] = more[key];
+    Json& methods = suite["algorithms"];
+    methods.erase(std::remove_if(methods.begin(), methods.end(),
+                                 [](const Json& one) { return one.is_object() && one.value("added", false); }),
+                  methods.end());
+    manifest["suite"] = suite.dump();
     write_file_atomically(folder_ / "manifest.json", manifest.dump());
   }
 
   // Adds an analysis plan to suite and manifest, and further members.
-  void add_plan(const Json& plan, Json more = Json::object()) {
+  void add_plan(const Json& plan, const Json& more = Json::object()) {
+    add_to_manifest(more);
     Json suite = Json::parse(Json::parse(read_file(folder_ / "manifest.json"))["suite"].get<std::string>());
     suite["analysis"] = plan;
-    if (more.contains("spec")) suite["spec"] = more["spec"];
-    more.update({{"suite", suite.dump()}, {"analysis", plan}, {"analysis_hash", sha256_hex(canonical_json(plan))}});
-    add_to_manifest(more);
+    add_to_manifest({{"suite", suite.dump()}, {"analysis", plan}, {"analysis_hash", sha256_hex(canonical_json(plan))}});
   }
 
   static std::string short_id(const std::string& text) {

@@ -68,9 +68,39 @@ TEST(MarkdownReport, MatchesTheApprovedOne) {
 
 using MarkdownReportOf = MadeResults;
 
-TEST_F(MarkdownReportOf, AnEmptyFolderIsOneLine) {
+TEST_F(MarkdownReportOf, AnEmptyFolderHasNoTable) {
   write({}, "made", 3);
-  EXPECT_EQ(Report(folder_).markdown(), "No trial has finished, nothing to rank yet.\n");
+  EXPECT_EQ(Report(folder_).markdown(),
+            "**Failed checks; do not rely on these results:**\n\n* **ran**: Only 0/3 trials have ended.\n\n"
+            "No trial has finished, nothing to rank yet.\n\n"
+            "* Partial results: 3 of 3 trials have not finished, and all numbers below may change.\n");
+}
+
+TEST_F(MarkdownReportOf, HasTheWarningsOfThePage) {
+  write({trial("a", 0, {0.1, 0.04}), trial("a", 1, {0.1, 0.02})}, "made", 2);
+  const Report report(folder_);
+  const std::string text = report.markdown(), page = report.html();
+  EXPECT_THAT(text, HasSubstr("* **ran**: Only 2/4 trials have ended.\n"));
+  EXPECT_FALSE(report.model().caveats.empty());
+  for (const std::string& caveat : report.model().caveats) {
+    EXPECT_THAT(text, HasSubstr("\n* " + markdown_text(caveat) + "\n"));
+    EXPECT_THAT(page, HasSubstr("<li>" + html_escaped(caveat) + "</li>"));
+  }
+}
+
+TEST_F(MarkdownReportOf, StatesThatTheSuiteIsMissing) {
+  const auto text = [this] { return Report(folder_).markdown(); };
+  const auto missing = HasSubstr("* manifest.json lacks the text of its suite, so that instances, methods");
+  write({trial("a", 0, {0.1, 0.04})});
+  EXPECT_THAT(text(), Not(missing));
+  for (const char* suite : {"", "{}", R"({"scenes": ["relign_od"]})"}) {
+    add_to_manifest({{"suite", suite}});
+    EXPECT_THAT(text(), missing) << suite;
+  }
+  add_to_manifest({{"suite", R"({"scenes": ["a"], "noise_levels": ["b"], "algorithms": ["c"]})"}});
+  EXPECT_THAT(text(), Not(missing));
+  add_to_manifest({{"suite", ""}, {"suites", {{{"name", "made"}}}}});
+  EXPECT_THAT(text(), missing) << "of a merged folder";
 }
 
 TEST_F(MarkdownReportOf, HasAColumnPerLevelAndTheBestFirst) {

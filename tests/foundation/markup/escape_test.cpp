@@ -36,6 +36,14 @@ TEST(Escape, TerminalTextHasNoControlCharacters) {
   EXPECT_EQ(terminal_text("\xC2\xB5m"), "\xC2\xB5m") << "the micro sign is not a control character";
 }
 
+TEST(Escape, MarksOfTheWritingDirectionAreReplaced) {
+  EXPECT_EQ(html_escaped("a\u202eb\u200f<\u00b5"), "a\ufffdb\ufffd&lt;\u00b5");
+  EXPECT_EQ(html_escaped("a\u2066\u2028\x85"), "a\ufffd\ufffd\ufffd");
+  EXPECT_EQ(terminal_text("a\u202eb"), "a?b");
+  EXPECT_EQ(markdown_text("a\u200eb"), "a?b");
+  EXPECT_EQ(csv_field("a\u2067b"), "a?b");
+}
+
 TEST(Escape, ColumnsCountCodePoints) {
   EXPECT_EQ(columns("\xC2\xB5m"), 2u);
   EXPECT_EQ(clipped("abcdefgh", 8), "abcdefgh");

@@ -53,6 +53,22 @@ TEST_F(ShardTest, ShardsPartitionThePlan) {
   }
 }
 
+TEST_F(ShardTest, PlansKeepThatTheyWereMadeInASandbox) {
+  const PreparedPlan plan = prepared(suite_text(R"("toy-walker")"));
+  const Json open = freeze(plan, 2, folder_), sandboxed = freeze(plan, 2, folder_, true);
+  EXPECT_FALSE(open.contains("sandbox")) << "as in earlier plans";
+  EXPECT_NE(sandboxed["plan"], open["plan"]) << "removing it is noticed";
+  write_file_atomically(folder_ / "plan.json", sandboxed.dump());
+  const FrozenPlan frozen = read_plan(folder_ / "plan.json");
+  EXPECT_TRUE(frozen.sandbox);
+  check_unchanged(frozen, plan);
+  EXPECT_FALSE(freeze_as("open.json", plan, 2).sandbox);
+  Json removed = sandboxed;
+  removed.erase("sandbox");
+  write_file_atomically(folder_ / "plan.json", removed.dump());
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_plan(folder_ / "plan.json"); }), HasSubstr("was edited"));
+}
+
 TEST_F(ShardTest, ReadsShardIdsFromThePlanFileAlone) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   for (const unsigned shards : {1U, 5U, 7U, 12U}) {

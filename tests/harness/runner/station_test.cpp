@@ -4,6 +4,7 @@
 
 #include "plugin_host/catalog.h"
 #include "runner/trial_runner.h"
+#include "runner/verify.h"
 #include "toy_suites.h"
 
 namespace relign::runner {
@@ -71,6 +72,17 @@ TEST_F(StationTest, KeepsFirstAndLastCaptureOfEachTrial) {
     EXPECT_EQ(trial["frames"][1]["step"], 3);
   }
   EXPECT_EQ(index["references"].size(), 1U);
+}
+
+TEST_F(StationTest, TrialsAreCountedAndNotReplayed) {
+  run(station_plan(suite()), options("a"));
+  VerifyOptions verified;
+  verified.results = folder_ / "a";
+  plugin_host::Catalog none;  // not even its plugins are needed
+  const VerifySummary summary = verify(verified, none);
+  EXPECT_EQ(summary.stations, 8U);
+  EXPECT_EQ(summary.replayed, 0U);
+  EXPECT_TRUE(summary.all_equal());
 }
 
 TEST_F(StationTest, RecordsFailureWithoutRetry) {

@@ -181,11 +181,14 @@ TEST_F(VerifyTest, CountsStationsAndCrashesWithoutReplay) {
   VerifySummary summary = check("a");
   EXPECT_EQ(summary.ended_by_machine, 1U);
   EXPECT_EQ(summary.equal, 11U);
+}
+
+// Otherwise nothing would be replayed.
+TEST_F(VerifyTest, RefusesStationsThatKnowTheirErrors) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) { manifest["scenes"][0]["owns_stage"] = true; });
-  summary = check("a");
-  EXPECT_EQ(summary.stations, 12U);
-  EXPECT_EQ(summary.replayed, 0U);
-  EXPECT_TRUE(summary.all_equal());
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
+              HasSubstr("the scene 'toy-scene' owns its stage, but its trials have errors without noise"));
 }
 
 TEST_F(VerifyTest, ReplaysOneTrialWithItsFrames) {
@@ -250,6 +253,61 @@ TEST_F(VerifyTest, RefusesOtherObservationsAndInstanceSet) {
   });
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
               HasSubstr("'instance_set' is '0000000000000000', but that of the suite is"));
+}
+
+// Trial ids are hashes of all this.
+TEST_F(VerifyTest, RefusesOtherDescriptionsOfTheSameTrials) {
+  run(prepared(suite_text(R"("toy-walker", "toy-stumbler")")), options("a"));
+  const Json honest = records::read_manifest(folder_ / "a");
+  const auto refusal = [&](const std::function<void(Json&)>& edit) {
+    edit_manifest([&](Json& manifest) {
+      manifest = honest;
+      edit(manifest);
+    });
+    return error_text(ErrorKind::bad_input, [&] { check("a"); });
+  };
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["algorithms"][0]["parameters"]["stride"] = 2; }),
+              HasSubstr("'parameters' of the algorithm 'toy-walker' is {\"stride\":2} in the manifest, but {} by its"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["scenes"][0]["parameters"]["tells_mtf"] = true; }),
+              HasSubstr("'parameters' of the scene 'toy-scene' is"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["noise_levels"][1]["plugin"] = "none"; }),
+              HasSubstr("'plugin' of the noise level 'toy-wild' is \"none\" in the manifest, but \"toy-level\""));
+  EXPECT_THAT(refusal([](Json& manifest) {
+                manifest["scenes"][0]["spec"] = {{"rmse", 0.5}};
+              }),
+              HasSubstr("'spec' of the scene 'toy-scene' is {\"rmse\":0.5}"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["scenes"][0]["truth"] = false; }),
+              HasSubstr("'truth' of the scene 'toy-scene' is false"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["scenes"][0]["machine_time"]["settle_ms"] = 1; }),
+              HasSubstr("'machine_time/settle_ms' of the scene 'toy-scene' is 1"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["algorithms"][0]["added"] = true; }),
+              HasSubstr("the suite has 2 'algorithms', the manifest 1"));
+  EXPECT_THAT(refusal([](Json& manifest) {
+                manifest["algorithms"][0]["of_list"] = {{"method", "best"}, {"training", "one"}};
+              }),
+              HasSubstr("'of_list' of the algorithm 'toy-walker'"));
+  EXPECT_THAT(refusal([](Json& manifest) { std::swap(manifest["algorithms"][0], manifest["algorithms"][1]); }),
+              HasSubstr("the manifest has the methods in another order than the suite"));
+  EXPECT_THAT(refusal([](Json& manifest) {
+                manifest["algorithms"].push_back(manifest["algorithms"][0]);
+                manifest["algorithms"][2]["name"] = "invented";
+              }),
+              HasSubstr("the manifest has the method 'invented' (protocol paper), the suite does not"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["limits"] = "hard"; }),
+              HasSubstr("'limits' is \"soft\" in the suite and \"hard\" in the manifest"));
+  EXPECT_THAT(refusal([](Json& manifest) { manifest["targets"] = {0.5}; }), HasSubstr("'targets' is [] in the suite"));
+}
+
+TEST_F(VerifyTest, NamesOtherBuildsOfPluginsInTheManifest) {
+  run(prepared(suite_text(R"("toy-walker")")), options("a"));
+  const std::string own = records::read_manifest(folder_ / "a")["algorithms"][0]["plugin_hash"];
+  edit_manifest([](Json& manifest) { manifest["algorithms"][0]["plugin_hash"] = std::string(64, 'b'); });
+  const VerifySummary summary = check("a");
+  EXPECT_TRUE(summary.all_equal()) << "replays decide";
+  ASSERT_EQ(summary.changes.size(), 1U);
+  EXPECT_EQ(summary.changes[0].what, "plugin toy-walker");
+  EXPECT_EQ(summary.changes[0].was, std::string(16, 'b'));
+  EXPECT_EQ(summary.changes[0].is, own.substr(0, 16));
 }
 
 TEST_F(VerifyTest, ReportsUnknownTrialsOfAChangedSuite) {

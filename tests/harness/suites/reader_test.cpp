@@ -160,6 +160,24 @@ TEST_F(SuiteReaderTest, AddsBaselinesUnderEveryProtocolInUse) {
   }
 }
 
+TEST_F(SuiteReaderTest, RefusesOtherMethodsUnderTheNameOfABaseline) {
+  for (const char* name : {"random", "Random", " home", "h-o-m-e"})
+    EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": ")" + std::string(name) + "\"}")),
+                AllOf(HasSubstr("/algorithms/0: '" + std::string(name) + "' reads as the baseline '"),
+                      HasSubstr("the entry is the plugin 'bo-gp'; give it another 'name'")));
+  EXPECT_THAT(mistakes(with(R"({"use": "random", "name": "home"})")), HasSubstr("the entry is the plugin 'random'"));
+  EXPECT_EQ(
+      read(with(R"({"use": "bo-gp", "name": "random-start"}, {"use": "random", "name": "Random"})")).algorithms[1].name,
+      "Random");
+}
+
+TEST_F(SuiteReaderTest, RefusesHiddenCharactersInNames) {
+  for (const char* name : {"bo\\u202e", "bo\\u200f", "b\\u200bo", "bo\\u0085", "b\\no"})
+    EXPECT_THAT(
+        mistakes(with(R"({"use": "bo-gp", "name": ")" + std::string(name) + "\"}")),
+        HasSubstr("/algorithms/0/name: line ends, control characters and marks of the writing direction are not"));
+}
+
 TEST_F(SuiteReaderTest, RunsEntriesUnderEachProtocolOfTheList) {
   const Suite suite = read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "protocols": ["paper", "blind"],
     "algorithms": ["bo_gp", {"use": "home", "protocol": "blind"}, {"use": "random", "protocols": ["blind", "paper"]}]})");

@@ -101,6 +101,72 @@ TEST(ManifestCheck, RefusesOtherNumbersThanTheSuite) {
   EXPECT_THAT(message_on(forged), HasSubstr("the suite has 2 'noise_levels', the manifest 1"));
 }
 
+TEST(ManifestCheck, RefusesOtherTermsThanTheSuite) {
+  Json suite = open_suite();
+  suite["algorithms"] = {"a"};
+  Json honest = made_manifest(suite);
+  honest.update({{"limits", "soft"}, {"targets", Json::array()}, {"machine_time", Json::object()}});
+  EXPECT_EQ(message_on(honest), "");
+  for (const auto& [key, value, message] :
+       {std::tuple("limits", Json("hard"), "'limits' is \"soft\" in the suite and \"hard\" in the manifest"),
+        std::tuple("targets", Json({0.1}), "'targets' is [] in the suite and [0.1] in the manifest"),
+        std::tuple("cost", Json({{"image", 1}}), "'cost' is null in the suite and {\"image\":1}"),
+        std::tuple("cycle", Json({{"load_s", 1}}), "'cycle' is null in the suite and"),
+        std::tuple("machine_time", Json({{"settle_ms", 1}}), "'machine_time' is {} in the suite and")}) {
+    Json forged = honest;
+    forged[key] = value;
+    EXPECT_THAT(message_on(forged), HasSubstr(message));
+    suite[key] = value;
+    forged["suite"] = suite.dump();
+    EXPECT_EQ(message_on(forged), "") << key;
+    suite.erase(key);
+  }
+}
+
+// A suite that does not state a number has the usual one.
+TEST(ManifestCheck, ComparesWithTheDefaultsOfTheSuite) {
+  for (const auto& [key, usual] :
+       {std::pair("seed", 1U), std::pair("instances", 100U), std::pair("first_instance", 0U)}) {
+    Json suite = open_suite();
+    suite["algorithms"] = {"a"};
+    suite.erase(key);
+    Json manifest = made_manifest(suite);
+    manifest[key] = usual;
+    EXPECT_EQ(message_on(manifest), "");
+    manifest[key] = 5U;
+    EXPECT_THAT(message_on(manifest), HasSubstr("'" + std::string(key) + "' is " + std::to_string(usual) +
+                                                " in the suite and 5 in the manifest"));
+  }
+}
+
+TEST(ManifestCheck, RefusesNamesThatOccurTwice) {
+  Json forged = made_manifest(open_suite());
+  forged["algorithms"] = {{{"name", "a"}, {"protocol", "paper"}}, {{"name", "a"}, {"protocol", "blind"}}};
+  EXPECT_EQ(message_on(forged), "");
+  forged["algorithms"].push_back({{"name", "a"}, {"protocol", "blind"}});
+  EXPECT_THAT(message_on(forged), HasSubstr("'algorithms' has 'a' twice"));
+}
+
+TEST(ManifestCheck, KnowsWhetherTheSuiteIsThere) {
+  Json suite = open_suite();
+  EXPECT_FALSE(has_suites(made_manifest(suite))) << "no methods";
+  suite["algorithms"] = {"a"};
+  EXPECT_TRUE(has_suites(made_manifest(suite)));
+  Json merged = made_manifest(suite);
+  merged["suites"] = {{{"text", suite.dump()}}, {{"name", "other"}}};
+  EXPECT_FALSE(has_suites(merged));
+  for (const char* text : {"", "{", "[]", "{}"}) EXPECT_FALSE(has_suites({{"suite", text}})) << text;
+  EXPECT_FALSE(has_suites(Json::object()));
+}
+
+TEST(ManifestCheck, KnowsSandboxesOfMergedFolders) {
+  EXPECT_FALSE(ran_in_sandbox(Json::object()));
+  EXPECT_TRUE(ran_in_sandbox({{"sandbox", {{"memory_bytes", 1}}}}));
+  Json merged;
+  merged["sources"] = Json::array({{{"folder", "a"}}, {{"folder", "b"}, {"sandbox", Json::object()}}});
+  EXPECT_TRUE(ran_in_sandbox(merged));
+}
+
 TEST(ManifestCheck, RefusesFewerMethodsThanTheSuite) {
   Json suite = open_suite();
   suite["algorithms"] = {"a", "b"};
