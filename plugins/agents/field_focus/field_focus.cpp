@@ -1,5 +1,5 @@
 // field-focus: centre by the marks, sweep the focus, level the plane of best focus, verify. See README.md.
-#include <limits>
+#include <cmath>
 #include <relign/plugin.hpp>
 #include <stdexcept>
 #include <string>
@@ -26,7 +26,9 @@ constexpr double kTiltStride = 0.1;            // share of the travel, for the d
 constexpr double kLateralStride = 0.02;
 constexpr double kNear = 0.5;      // of the spacing of marks: how far a mark may be from its place in the reference
 constexpr double kCentred = 0.12;  // of a mark's side: shift up to which its edges are inside the window
+constexpr double kPlay = 0.05;     // of log MTF, where z came down: a few micrometres of play
 constexpr std::size_t kMaxDesigns = 4;
+constexpr double kPi = 3.14159265358979323846;
 
 using Shift = Eigen::Vector3d;  // of the image: columns, rows, rotation in radians
 
@@ -168,7 +170,7 @@ class Study {
       for (const auto& sample : channel.samples) highest = std::max(highest, sample.mtf);
       for (auto& sample : channel.samples) sample.mtf /= highest;
     }
-    fit(channels, std::nullopt, stride_);
+    fit(channels, stride_);
     for (const Channel& channel : channels) foci.push_back(channel.curve ? channel.curve->centre : 0);
     return foci;
   }
@@ -202,7 +204,7 @@ class FieldFocus final : public relign::Agent {
     }
     for (auto& channels : channels_)
       for (std::size_t i = 0; i < design_->slopes.size(); ++i)
-        channels.insert(channels.end(), 2, Channel{design_->slopes[i], {}, {}, limit_of(design_->marks[i])});
+        channels.insert(channels.end(), 2, Channel{design_->slopes[i], {}, limit_of(design_->marks[i])});
     take(trial.first());
     if (coarse() && fine()) approach();
   }
@@ -242,34 +244,27 @@ class FieldFocus final : public relign::Agent {
       const Mark* mark = nearest(marks, place.x_px, place.y_px, kCentred * place.side_px);
       for (std::size_t direction = 0; mark && direction < 2; ++direction)
         for (std::size_t k = 0; k < 2; ++k) {
-          const double mtf = edge_mtf(*mark, direction == 0, frequency_ / (k == 0 ? 2 : 1), image);
-          if (std::isfinite(mtf)) channels_[k][2 * i + direction].samples.push_back({focus, mtf});
+          const double mtf = mtf_at(*mark, place, direction == 0, frequency_ / (k == 0 ? 2 : 1), image);
+          if (std::isfinite(mtf))
+            channels_[k][2 * i + direction].samples.push_back({focus, mtf, descended_ ? kPlay : 0});
         }
     }
   }
 
-  // Of the two opposite edges of a mark, left and right or top and bottom, that nearer to the centre, which the field's
-  // criterion measures; the mean of both where the mark is at the centre. NaN without any.
-  double edge_mtf(const Mark& mark, bool upright, double frequency, const relign::ImageView& image) const {
-    const double along = 0.7 * mark.side_px, across = 0.55 * mark.side_px;
+  // At the middle of a mark, without the pixels' part, as criteria by field measure it. NaN unless all its edges that
+  // are inside the image are measurable.
+  double mtf_at(const Mark& mark, const Mark& place, bool upright, double frequency,
+                const relign::ImageView& image) const {
+    const auto edges = edges_of(mark, place, upright, kCentred * place.side_px, static_cast<double>(image.width()),
+                                static_cast<double>(image.height()));
     double sum = 0;
-    int edges = 0;
-    const double inwards = upright ? design_->half_width - mark.x_px : design_->half_height - mark.y_px;
-    for (const double side : {-0.5, 0.5}) {
-      if (std::fabs(inwards) > 0.5 * mark.side_px && side * inwards < 0) continue;
-      const double width = upright ? across : along, height = upright ? along : across;
-      const double x = mark.x_px + (upright ? side * mark.side_px : 0) - 0.5 * width;
-      const double y = mark.y_px + (upright ? 0 : side * mark.side_px) - 0.5 * height;
-      if (!(x >= 0) || !(y >= 0) || x + width > static_cast<double>(image.width()) ||
-          y + height > static_cast<double>(image.height()))
-        continue;
-      const auto whole = [](double value) { return std::to_string(static_cast<int>(value)); };
-      const double mtf = trial_->measures().measure(
-          "mtf", "{\"cycles_per_pixel\": " + std::to_string(frequency) + ", \"x\": " + whole(x) +
-                     ", \"y\": " + whole(y) + ", \"width\": " + whole(width) + ", \"height\": " + whole(height) + "}");
-      if (std::isfinite(mtf)) sum += mtf, ++edges;
-    }
-    return edges > 0 ? sum / edges : std::numeric_limits<double>::quiet_NaN();
+    for (const field_focus::Region& edge : edges)
+      sum += trial_->measures().measure(
+          "mtf", "{\"cycles_per_pixel\": " + std::to_string(frequency) + ", \"x\": " + std::to_string(edge.x) +
+                     ", \"y\": " + std::to_string(edge.y) + ", \"width\": " + std::to_string(edge.width) +
+                     ", \"height\": " + std::to_string(edge.height) + "}");
+    const double half_turn = kPi * frequency;
+    return sum / static_cast<double>(edges.size()) * half_turn / std::sin(half_turn);
   }
 
   // The pose with this focus and tilts at which the image is centred and upright.
@@ -292,18 +287,16 @@ class FieldFocus final : public relign::Agent {
   }
 
   bool go(const Pose& pose) {
+    descended_ = pose[kFocusAxis] < pose_[kFocusAxis];
     const auto observation = trial_->step(pose);
     if (observation) take(*observation);
     return observation.has_value();
   }
 
-  // The best pose by the samples so far; nothing before there are curves.
-  std::optional<Focus> solve(const std::optional<Focus>& near) {
-    std::vector<Channel>& channels = channels_[near ? 1 : 0];
-    const double reach = near ? 0.5 * stride_ : stride_;
-    if (fit(channels, near, reach) < 3) return std::nullopt;
-    const Focus plane = plane_of_best_focus(channels);
-    return worst_ && near ? best_of_worst(channels, plane, reach) : plane;
+  // The plane through the best foci by these samples; nothing before there are curves.
+  std::optional<Focus> plane(std::vector<Channel>& channels, double reach) const {
+    if (fit(channels, reach) < 3) return std::nullopt;
+    return plane_of_best_focus(channels);
   }
 
   // Sweeps upwards; extends the sweep while more than a third of the channels are sharpest at its end.
@@ -317,7 +310,7 @@ class FieldFocus final : public relign::Agent {
       const int k = upwards ? ++high : --low;
       if (!go(centred(start + Focus(k * stride_, 0, 0)))) return false;
     }
-    const auto solution = solve(std::nullopt);
+    const auto solution = plane(channels_[0], stride_);
     if (!solution) return false;
     solution_ = *solution;
     trial_->recommend(centred(solution_));
@@ -337,24 +330,34 @@ class FieldFocus final : public relign::Agent {
     return 3 * there > all;
   }
 
-  // At the solution's tilts: captures on both sides of the focus, upwards.
+  // Captures on both sides of the solution, upwards: near it, because errors of curves grow with the distance. The
+  // tilts come from below with the second.
   bool fine() {
+    update();
     const Focus middle = solution_;
-    for (const double k : {-0.5, -0.3, 0.0, 0.3, 0.5}) {
-      if (!go(centred(Focus(middle[0] + k * stride_, solution_[1], solution_[2])))) return false;
+    for (const double k : {-0.25, -0.083, 0.083, 0.25}) {
+      const double below = k == -0.25 ? kApproach : 0;
+      if (!go(centred(middle + Focus(k * stride_, -below, -below)))) return false;
       update();
     }
     return true;
   }
 
+  // The best pose by the samples so far, if they suffice.
   void update() {
-    if (const auto solution = solve(solution_)) solution_ = *solution;
+    const double reach = 0.5 * stride_;
+    std::vector<Channel>& channels = channels_[1];
+    if (!worst_) {
+      if (const auto best = plane(channels, reach)) solution_ = *best;
+    } else if (fit_near(channels, solution_, reach) >= 3) {
+      solution_ = best_of_worst(channels, solution_, reach);
+    }
     trial_->recommend(centred(solution_));
   }
 
   // Every axis approaches its goal from below in small moves, so that the play of the stage is taken up.
   void approach() {
-    for (double below = 4;; below = std::max(1.0, below / 2)) {
+    for (double below = 3;; below = std::max(1.0, below - 1)) {
       Pose pose = centred(solution_);
       for (double& axis : pose) axis -= kApproach * below;
       if (!go(pose)) return;
@@ -375,6 +378,7 @@ class FieldFocus final : public relign::Agent {
   // At half the frequency for the first sweep, then at the frequency; by mark: upright edges, level edges.
   std::vector<Channel> channels_[2];
   Pose pose_, shift_pose_;
+  bool descended_ = false;  // the last move lowered z
   Shift shift_ = Shift::Zero();
   Focus solution_ = Focus::Zero();
 };

@@ -12,6 +12,11 @@ constexpr double kWidthPrior = 0.1;  // weight of the median width; a capture in
 constexpr double kSharpness = 80;    // of the soft minimum: channels within 1 / 80 of the lowest count
 constexpr double kFloor = 0.05;      // root of the weight that samples far from the focus keep
 
+// Of near curves. Errors of log MTF: noise of captures and of the mean of two edges, and what polynomials miss.
+constexpr double kDimmest = 0.2;  // MTF
+constexpr double kNoise = 0.0125, kRest = 0.01;
+constexpr double kFar = 0.02;  // times the cube of the distance in reaches
+
 // Normal equations of log m = p0 + p1 s + p2 s^2, s = (zeta - middle) / reach.
 struct Parabola {
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
@@ -20,7 +25,7 @@ struct Parabola {
   int samples = 0;
 };
 
-Parabola sum_up(const Channel& channel, const std::optional<Focus>& centre, double reach) {
+Parabola sum_up(const Channel& channel, double reach) {
   Parabola sums;
   const Sample* highest = nullptr;
   for (const Sample& sample : channel.samples)
@@ -30,8 +35,7 @@ Parabola sum_up(const Channel& channel, const std::optional<Focus>& centre, doub
   for (const Sample& sample : channel.samples) {
     if (!(sample.mtf > std::max(kLowest, kOfPeak * highest->mtf))) continue;
     const double s = (channel.defocus(sample.pose) - sums.middle) / reach;
-    const double away = centre ? (channel.defocus(sample.pose) - channel.defocus(*centre)) / reach : s;
-    const double weight = sample.mtf * sample.mtf * std::exp(-0.5 * away * away) + kFloor * kFloor;
+    const double weight = sample.mtf * sample.mtf * std::exp(-0.5 * s * s) + kFloor * kFloor;
     const Eigen::Vector3d row(1, s, s * s);
     sums.squares += weight * row * row.transpose();
     sums.right += weight * std::log(sample.mtf) * row;
@@ -49,11 +53,11 @@ std::optional<Curve> solve(const Parabola& sums, double reach) {
 
 }  // namespace
 
-int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, double reach) {
+int fit(std::vector<Channel>& channels, double reach) {
   std::vector<Parabola> sums;
   std::vector<double> widths;
   for (const Channel& channel : channels) {
-    sums.push_back(sum_up(channel, centre, reach));
+    sums.push_back(sum_up(channel, reach));
     if (sums.back().samples < 3) continue;
     if (const auto curve = solve(sums.back(), reach)) widths.push_back(curve->width);
   }
@@ -72,6 +76,37 @@ int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, doub
     sums[i].right[2] += prior * (-0.5 / (width * width));
     channels[i].curve = solve(sums[i], reach);
     if (channels[i].curve) ++fitted;
+  }
+  return fitted;
+}
+
+int fit_near(std::vector<Channel>& channels, const Focus& pose, double reach) {
+  using Powers = NearCurve::Powers;
+  // Means and standard deviations of the coefficients, from rays through camera_2mp with tolerances; a reach is 30 um.
+  const Powers mean = (Powers() << -0.5, 0, -0.33, 0, 0).finished();
+  const Powers spread = (Powers() << 0.6, 1.5, 0.15, 0.08, 0.035).finished();
+  int fitted = 0;
+  for (Channel& channel : channels) {
+    channel.near.reset();
+    NearCurve curve{channel.defocus(pose), reach, {}};
+    Eigen::Matrix<double, 5, 5> squares = spread.cwiseInverse().cwiseAbs2().asDiagonal();
+    Powers right = squares * mean;
+    int samples = 0;
+    for (const Sample& sample : channel.samples) {
+      const double zeta = channel.defocus(sample.pose), away = std::fabs(zeta - curve.middle) / reach;
+      if (!(sample.mtf > kDimmest)) continue;
+      const double far = kFar * away * away * away;
+      const double variance =
+          std::pow(kNoise / sample.mtf, 2) + kRest * kRest + far * far + sample.doubt * sample.doubt;
+      const Powers row = curve.powers(zeta);
+      squares += row * row.transpose() / variance;
+      right += std::log(sample.mtf) / variance * row;
+      ++samples;
+    }
+    if (samples < 2) continue;
+    curve.coefficients = squares.ldlt().solve(right);
+    channel.near = curve;
+    ++fitted;
   }
   return fitted;
 }
@@ -95,8 +130,8 @@ Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, do
   const auto value = [&](const Focus& pose) {
     double sum = 0;
     for (const Channel& channel : channels) {
-      if (!channel.curve) continue;
-      if (channel.limit) sum += std::exp(-kSharpness * (channel.curve->at(channel.defocus(pose)) - *channel.limit));
+      if (!channel.near) continue;
+      if (channel.limit) sum += std::exp(-kSharpness * (channel.near->at(channel.defocus(pose)) - *channel.limit));
       if (std::fabs(channel.defocus(pose) - channel.defocus(start)) > reach) return -1.0;
     }
     return -std::log(sum) / kSharpness;

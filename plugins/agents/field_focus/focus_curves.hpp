@@ -15,6 +15,7 @@ using Focus = Eigen::Vector3d;  // z and two tilts, shares of the travel
 struct Sample {
   Focus pose;
   double mtf;
+  double doubt = 0;  // additional standard deviation of log MTF, for near curves
 };
 
 // log MTF = peak - (zeta - centre)^2 / (2 width^2).
@@ -23,26 +24,46 @@ struct Curve {
   double at(double zeta) const { return std::exp(peak - 0.5 * std::pow((zeta - centre) / width, 2)); }
 };
 
+// log MTF near a defocus: a polynomial in s = (zeta - middle) / reach.
+struct NearCurve {
+  using Powers = Eigen::Matrix<double, 5, 1>;
+  double middle, reach;
+  Powers coefficients;
+
+  Powers powers(double zeta) const {
+    const double s = (zeta - middle) / reach;
+    return (Powers() << 1, s, s * s, s * s * s, s * s * s * s).finished();
+  }
+  double at(double zeta) const { return std::exp(coefficients.dot(powers(zeta))); }
+};
+
 // One direction of one field.
 struct Channel {
   Eigen::Vector2d slope;  // of the field's best z over the tilts
   std::vector<Sample> samples;
-  std::optional<Curve> curve;
   std::optional<double> limit = 0.0;  // of the specification; none: the field is not specified
+  std::optional<Curve> curve = {};
+  std::optional<NearCurve> near = {};
 
   double defocus(const Focus& pose) const { return pose[0] - slope.dot(pose.tail<2>()); }
 };
 
-// Fits all curves, each by weighted least squares of a parabola to log MTF. `reach`: samples farther from `centre`
-// (a pose) or from the channel's highest MTF count less, because curves are Gaussian only near the peak. Curves with
-// too few samples take the median width of the others. Returns the number of fitted curves.
-int fit(std::vector<Channel>& channels, const std::optional<Focus>& centre, double reach);
+// Fits all curves, each by weighted least squares of a parabola to log MTF. `reach`: samples farther from the channel's
+// highest MTF count less, because curves are Gaussian only near the peak. Curves with too few samples take the median
+// width of the others. Returns the number of fitted curves.
+int fit(std::vector<Channel>& channels, double reach);
+
+// Fits all near curves about a pose: the most probable polynomials by samples with noise and by what curves of lenses
+// look like. Lenses with tolerances have no common shape of a whole curve, but any is a polynomial near a defocus.
+// Channels with fewer than two samples get none. Returns the number of fitted curves.
+int fit_near(std::vector<Channel>& channels, const Focus& pose, double reach);
 
 // The plane through the best foci of all curves by least squares.
 Focus plane_of_best_focus(const std::vector<Channel>& channels);
 
-// The pose at which the worst channel is farthest above its limit, within `reach` of `start` in every field; a soft
-// minimum, so that errors of single curves average out. `start` if no channel with a limit has a curve.
+// The pose at which the worst channel by the near curves is farthest above its limit, within `reach` of `start` in
+// every field; a soft minimum, so that errors of single curves average out. `start` if no channel with a limit has such
+// a curve.
 Focus best_of_worst(const std::vector<Channel>& channels, const Focus& start, double reach);
 
 }  // namespace field_focus

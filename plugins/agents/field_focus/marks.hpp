@@ -66,6 +66,30 @@ inline Part part_of(const Mark& mark, double half_width, double half_height) {
   return x > kOuter * half_width && y > kOuter * half_height ? Part::corner : Part::other;
 }
 
+struct Region {
+  int x, y, width, height;  // pixels
+};
+
+// The two opposite edges of a mark, left and right or above and below, without the mark's corners. MTF changes over a
+// mark: the mean of both edges is that at its middle. Of a mark near the border, only the edge that is inside the image
+// wherever the mark is, up to `spare` pixels from its place.
+inline std::vector<Region> edges_of(const Mark& mark, const Mark& place, bool upright, double spare, double image_width,
+                                    double image_height) {
+  constexpr double kAlong = 0.8, kAcross = 0.55;  // of the side
+  const double width = (upright ? kAcross : kAlong) * mark.side_px,
+               height = (upright ? kAlong : kAcross) * mark.side_px;
+  std::vector<Region> edges;
+  for (const double side : {-0.5, 0.5}) {
+    const auto left = [&](const Mark& of) { return of.x_px + (upright ? side * of.side_px : 0) - 0.5 * width; };
+    const auto top = [&](const Mark& of) { return of.y_px + (upright ? 0 : side * of.side_px) - 0.5 * height; };
+    if (left(place) >= spare && top(place) >= spare && left(place) + width + spare <= image_width &&
+        top(place) + height + spare <= image_height)
+      edges.push_back({static_cast<int>(left(mark)), static_cast<int>(top(mark)), static_cast<int>(width),
+                       static_cast<int>(height)});
+  }
+  return edges;
+}
+
 // The mark nearest to a place, if within `most` pixels; null otherwise.
 inline const Mark* nearest(const std::vector<Mark>& marks, double x, double y, double most) {
   const Mark* found = nullptr;
