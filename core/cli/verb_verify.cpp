@@ -62,7 +62,9 @@ Json to_json(const runner::VerifySummary& summary) {
           {"damaged", std::move(damaged)},
           {"differences", std::move(differences)},
           {"changes", std::move(changes)},
-          {"verdict", summary.all_equal() ? "equal" : "different"}};
+          {"verdict", summary.nothing()     ? "nothing"
+                      : summary.all_equal() ? "equal"
+                                            : "different"}};
 }
 
 std::string verdict(const runner::VerifySummary& summary, bool sampled) {
@@ -189,7 +191,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
         verdict(summary, arguments.sample > 0) +
         (arguments.frames.empty() ? "" : "frames     " + std::to_string(frames) + " in " + arguments.frames + "\n"));
   }
-  return summary.all_equal() ? kDone : kGateTripped;
+  return summary.all_equal() && !summary.nothing() ? kDone : kGateTripped;
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ void add_alarms(Gates& gates, const LoadedResults& results) {
     return series.algorithm + " on " + series.scene + " " + series.noise_level + " " + series.protocol + " #" +
            std::to_string(row.instance);
   };
-  std::vector<std::string> below, merit, starts;
+  std::vector<std::string> below, merit, starts, optima;
   std::map<std::tuple<std::string, std::string, std::string, std::uint64_t>, const statistics::TrialRow*> first;
   const auto differ = [](double a, double b) { return std::abs(a - b) > kOtherCpu * std::abs(a); };  // false for NaN
   for (const statistics::TrialRow& row : table.rows) {
@@ -125,12 +125,17 @@ void add_alarms(Gates& gates, const LoadedResults& results) {
     if (!is_new && (differ(known->second->start_measured, row.start_measured) ||
                     differ(known->second->start_commanded, row.start_commanded)))
       starts.push_back(label(row) + " against " + table.series_of(*known->second).algorithm);
+    if (!is_new && differ(known->second->own_optimum_mse, own))
+      optima.push_back(label(row) + " against " + table.series_of(*known->second).algorithm);
   }
   if (!below.empty())
     gates.push_back({"optimum", false,
                      "Errors are clearly below the instance's own optimum, so that the error or the optimum is "
                      "wrong: " +
                          quoted_list(below) + "."});
+  if (!optima.empty())
+    gates.push_back(
+        {"optimum", false, "The own optimum of one instance differs between methods: " + quoted_list(optima) + "."});
   if (!starts.empty())
     gates.push_back({"start", false,
                      "Step 0 differs between methods on the same instance, although they start at the same pose "

@@ -12,13 +12,14 @@ struct Character {
   std::uint32_t code = 0;  // code point; of invalid UTF-8 the first byte
   std::size_t bytes = 0;   // 0: invalid UTF-8
 
-  // Control characters, separators of lines, marks that change the writing direction, characters without width that
-  // make two names look equal, and invalid UTF-8. Joiners of letters are none of these.
+  // Control characters, separators of lines, marks that change the writing direction, characters that are not seen and
+  // make two names look equal, and invalid UTF-8. Joiners of letters and variants of characters are none of these.
   bool hidden() const {
     const auto between = [this](std::uint32_t first, std::uint32_t last) { return code >= first && code <= last; };
     if (bytes == 1 || code < 0xA0) return bytes == 0 || code < 0x20 || between(0x7F, 0x9F);
-    return code == 0x61C || code == 0x200B || between(0x200E, 0x200F) || between(0x2028, 0x202E) ||
-           between(0x2060, 0x2069) || code == 0xFEFF || bytes == 0;
+    return code == 0xAD || code == 0x34F || code == 0x61C || code == 0x180E || code == 0x200B || code == 0x2800 ||
+           code == 0x3164 || between(0xFFF9, 0xFFFB) || between(0xE0000, 0xE0FFF) || between(0x200E, 0x200F) ||
+           between(0x2028, 0x202E) || between(0x2060, 0x2069) || code == 0xFEFF || bytes == 0;
   }
 };
 

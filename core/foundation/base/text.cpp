@@ -53,8 +53,8 @@ std::string printable(std::string_view text) {
     if (!next.hidden() || code == '\n' || code == '\t') {
       shown += text.substr(0, next.bytes);
     } else {
-      shown += code < 0x100 ? "\\x" : "\\u";
-      for (int shift = code < 0x100 ? 4 : 12; shift >= 0; shift -= 4)
+      shown += code < 0x100 ? "\\x" : code < 0x10000 ? "\\u" : "\\U";
+      for (int shift = code < 0x100 ? 4 : code < 0x10000 ? 12 : 28; shift >= 0; shift -= 4)
         shown += kHexDigits[code >> static_cast<unsigned>(shift) & 15U];
     }
     text.remove_prefix(std::max<std::size_t>(next.bytes, 1));

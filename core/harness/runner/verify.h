@@ -69,6 +69,8 @@ struct VerifySummary {
   bool stopped = false;
 
   bool all_equal() const { return differences.empty() && unknown == 0 && damaged.empty(); }
+  // Nothing speaks for the results, and nothing against them.
+  bool nothing() const { return replayed == 0 && completed == 0 && stations == 0 && all_equal(); }
 };
 
 // Throws Error: bad_input for a folder that is not a results folder or newer, a suite that can no longer be

@@ -73,6 +73,21 @@ TEST_F(Gates, OptimumToleratesEstimationNoise) {
   EXPECT_TRUE(gate("optimum").is_null());
 }
 
+TEST_F(Gates, OptimumFailsIfItDiffersBetweenMethods) {
+  std::vector<records::TrialRecord> trials = methods(1);
+  for (records::TrialRecord& one : trials) {
+    one.has_own_optimum = true;
+    one.own_optimum_mse = 1e-6;
+  }
+  write(trials);
+  EXPECT_TRUE(gate("optimum").is_null());
+  trials[5].own_optimum_mse = 0.97e-6;
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_THAT(gate("optimum")["text"].get<std::string>(),
+              HasSubstr("differs between methods: b on relign_od rho0 paper #2 against a"));
+}
+
 TEST_F(Gates, StartFailsIfStepZeroDiffers) {
   std::vector<records::TrialRecord> trials = methods(1);
   write(trials);

@@ -40,6 +40,7 @@ TEST(Text, PrintableEscapesControlsAndInvalidUtf8) {
   EXPECT_EQ(printable("\xe2\x80\xae"), "\\u202e") << "changes the writing direction";
   EXPECT_EQ(printable("\u200f\u061c\u2066"), "\\u200f\\u061c\\u2066") << "so do these";
   EXPECT_EQ(printable("ran\u200bdom"), "ran\\u200bdom") << "looks like another name";
+  EXPECT_EQ(printable("ran\u00addom\U000e0041"), "ran\\xaddom\\U000e0041") << "so do these";
   EXPECT_EQ(printable("\u0645\u06cc\u200c\u062e"), "\u0645\u06cc\u200c\u062e") << "Persian needs its joiners";
   EXPECT_EQ(printable("\xff"), "\\xff");
   EXPECT_EQ(printable("\xe2\x82"), "\\xe2\\x82") << "truncated";
@@ -49,7 +50,7 @@ TEST(Text, PrintableEscapesControlsAndInvalidUtf8) {
 
 TEST(Text, ALineHasNoHiddenCharacters) {
   EXPECT_EQ(line_mistake("Lens lab, \u00c5ngstr\u00f6m \u05d0\u05d1"), "");
-  for (const char* text : {"a\nb", "a\tb", "a\x1b[2J", "a\u202eb", "\u200f", "\u2069", "a\u2029", "\xff"})
+  for (const char* text : {"a\nb", "a\tb", "a\x1b[2J", "a\u202eb", "\u200f", "\u2069", "a\u2029", "\u00ad", "\xff"})
     EXPECT_EQ(line_mistake(text), "line ends, control characters and marks of the writing direction are not allowed")
         << printable(text);
 }

@@ -41,6 +41,17 @@ class VerifyTest : public ToyTest {
   }
 };
 
+TEST(VerifySummary, OfNoReplayVouchesForNothing) {
+  VerifySummary summary;
+  summary.recorded = 2;
+  EXPECT_TRUE(summary.all_equal() && summary.nothing());
+  summary.stations = 2;  // nothing else is to be expected of a station
+  EXPECT_FALSE(summary.nothing());
+  summary.stations = 0;
+  summary.replayed = 1;
+  EXPECT_FALSE(summary.nothing());
+}
+
 TEST_F(VerifyTest, ReplayEqualsRecordsIncludingFailures) {
   run(prepared(suite_text(kWalkers)), options("a", 2));
   const VerifySummary summary = check("a");
