@@ -13,7 +13,7 @@ using Address = unsigned long long;  // CUdeviceptr
 using Handle = void*;                // CUcontext, CUmodule, CUfunction, CUevent
 
 struct Driver {
-  // Throws Error(bad_input) if there is no driver or if it lacks one of these functions.
+  // Throws Error(bad_input) without a driver that has all these functions.
   Driver();
 
   SharedLibrary library;
