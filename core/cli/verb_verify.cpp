@@ -99,13 +99,13 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
   if (summary.completed > 0)
     text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
             "; 'relign-bench report' shows them\n";
-  const bool nothing = summary.replayed == 0 && summary.unknown == 0;
+  const bool no_replay = summary.replayed == 0 && summary.unknown == 0;
   text +=
       std::string("verdict    ") +
       (!summary.damaged.empty()
            ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
              "--drop-damaged, which runs their trials again"
-       : nothing ? "nothing could be replayed"
+       : no_replay ? "nothing could be replayed"
        : summary.all_equal() && summary.replayed < summary.recorded
            ? "the replayed trials are reproduced; the others were not replayed"
        : summary.all_equal() ? "the results are reproduced"

@@ -183,6 +183,8 @@ void scatter(const Shape& shape, const float* patches, std::size_t row, std::siz
     }
 }
 
+std::size_t first_of(int part, const Shape& shape) { return static_cast<std::size_t>(part) * shape.images / kParts; }
+
 struct Gradients {
   std::vector<float> weights, bias;
 };
@@ -197,9 +199,7 @@ void PooledConvolution::forward(const Shape& shape, const float* images, const f
   const std::size_t image_size = shape.channels * shape.height * shape.width;
   parallel_.for_each(kParts, [&](int part, unsigned) {
     Padded image(shape);
-    const auto first = static_cast<std::size_t>(part) * shape.images / kParts;
-    const auto end = static_cast<std::size_t>(part + 1) * shape.images / kParts;
-    for (std::size_t i = first; i < end; ++i) {
+    for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i) {
       image.load(images + i * image_size);
       for (std::size_t block = 0; block < shape.out_channels; block += kBlock)
         for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -236,9 +236,7 @@ void PooledConvolution::backward(const Shape& shape, const float* images, const 
     std::vector<float> patches(2 * 2 * columns * wide, 0.0F), of_patches(patches.size());
     Terms of_filter(columns);
     std::vector<Terms> of_patch(of_images ? 2 * 2 * columns : 0, Terms(shape.out_channels));
-    const auto first = static_cast<std::size_t>(part) * shape.images / kParts;
-    const auto end = static_cast<std::size_t>(part + 1) * shape.images / kParts;
-    for (std::size_t i = first; i < end; ++i) {
+    for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i) {
       image.load(images + i * image_size);
       if (of_images) std::fill(of_image.values.begin(), of_image.values.end(), 0.0F);
       for (std::size_t row = 0; row < shape.out_height(); ++row) {
