@@ -12,7 +12,7 @@ from . import rewards as _rewards
 from ._errors import check_name
 from ._info import Later
 from .batch import Batch
-from .conventions import LARGEST_MOVE, to_bytes
+from .conventions import LARGEST_MOVE, binned, to_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -149,8 +149,7 @@ class AlignmentTask:
         for slot in slots:
             frame = self.frames[slot]
             if self._binning > 1:
-                height, width = self.stacks.shape[2:]
-                frame = frame.reshape(height, self._binning, width, self._binning).mean(axis=(1, 3))
+                frame = binned(frame, self._binning)
             if self.observation == "uint8":
                 self.stacks[slot, -1] = to_bytes(frame, self.white)
             else:

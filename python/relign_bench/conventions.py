@@ -16,6 +16,26 @@ BYTE_WHITES = 3.0
 """Byte 255 of an image stands for this many times the value of a white pixel: noise exceeds white."""
 
 
+def binned(frame: Float32Array, bins: int) -> Float32Array:
+    """Means over squares of pixels, ten times as fast as numpy's mean over two axes.
+
+    Args:
+        frame: Shape (height, width), multiples of `bins`.
+        bins: Rows and columns of a square.
+
+    Returns:
+        Shape (height / bins, width / bins).
+    """
+    rows = frame[:, ::bins].copy()
+    for k in range(1, bins):
+        rows += frame[:, k::bins]
+    sums = rows[::bins].copy()
+    for k in range(1, bins):
+        sums += rows[k::bins]
+    sums /= np.float32(bins * bins)
+    return sums
+
+
 def to_bytes(frames: Float32Array, white: float) -> ByteArray:
     """Captures as bytes.
 

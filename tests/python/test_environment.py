@@ -192,6 +192,16 @@ class Episodes(unittest.TestCase):
 
 
 class Sizes(unittest.TestCase):
+    def test_binned_is_the_mean_over_squares(self):
+        from relign_bench.conventions import binned
+
+        frame = np.random.default_rng(1).random((40, 60), np.float32)
+        for bins in (1, 2, 5, 10):
+            found = binned(frame, bins)
+            self.assertEqual(found.dtype, np.float32)
+            expected = frame.astype(np.float64).reshape(40 // bins, bins, 60 // bins, bins).mean((1, 3))
+            np.testing.assert_allclose(found, expected, rtol=1e-6)
+
     def test_binned_parameters_give_the_light_and_the_noise_of_binned_pixels(self):
         from relign_bench._native import binned_parameters
 

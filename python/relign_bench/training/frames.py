@@ -56,6 +56,6 @@ class FrameRolloutBuffer(RolloutBuffer):
         stacks = self.stacks
         torch.index_select(self.frames.flatten(0, 1), 0, torch.from_numpy(places.ravel()).to(self.device),
                            out=stacks.view(-1, *stacks.shape[2:]))
-        before = np.arange(self.stacked) < self.stacked - 1 - self.ages[steps, environments][:, None]
-        stacks[torch.from_numpy(before).to(self.device)] = 0  # frames of an earlier episode
+        earlier = np.arange(self.stacked) < self.stacked - 1 - self.ages[steps, environments][:, None]  # of another episode
+        stacks.flatten(0, 1).index_fill_(0, torch.from_numpy(np.flatnonzero(earlier)).to(self.device), 0)
         return samples._replace(observations=stacks)
