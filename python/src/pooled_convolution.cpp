@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 namespace relign::python {
 namespace {
@@ -23,6 +24,7 @@ const Lanes& lanes(const float* at) { return *reinterpret_cast<const Lanes*>(at)
 Lanes& lanes(float* at) { return *reinterpret_cast<Lanes*>(at); }
 
 constexpr std::size_t kTaps = 9;
+constexpr std::uint8_t kNone = PooledConvolution::kNone;
 constexpr std::size_t kParts = 16;  // of the images; sums are made part by part
 
 std::size_t whole_chunks(std::size_t count) { return (count + kChunk - 1) / kChunk * kChunk; }
@@ -185,8 +187,69 @@ void scatter(const Shape& shape, const float* patches, std::size_t row, std::siz
 
 std::size_t first_of(int part, const Shape& shape) { return static_cast<std::size_t>(part) * shape.images / kParts; }
 
-struct Gradients {
-  std::vector<float> weights, bias;
+// The gradients of one part of the images, summed in their order.
+class PartGradients {
+ public:
+  // `filters`: the weights, (out_channels, whole_chunks(taps)), which must outlive this.
+  PartGradients(const Shape& shape, const std::vector<float>& filters, bool wants_images)
+      : weights(filters.size(), 0.0F),
+        bias(shape.out_channels, 0.0F),
+        shape_(shape),
+        wide_(whole_chunks(shape.channels * kTaps)),
+        patch_count_(2 * 2 * shape.out_width()),
+        filters_(&filters),
+        image_(shape),
+        of_image_(shape),
+        patches_(patch_count_ * wide_, 0.0F),
+        of_patches_(patches_.size()),
+        of_filter_(shape.out_width()),
+        of_patch_(wants_images ? patch_count_ : 0, Terms(shape.out_channels)) {}
+
+  // One image, with the gradients and places of its outputs. Writes the image's own gradient unless of_image is null.
+  void add(const float* image, const float* gradient, const std::uint8_t* places, float* of_image) {
+    image_.load(image);
+    std::fill(of_image_.values.begin(), of_image_.values.end(), 0.0F);
+    for (std::size_t row = 0; row < shape_.out_height(); ++row) {
+      gather(shape_, image_, row, wide_, patches_.data());
+      add_row(gradient + row * shape_.out_width(), places + row * shape_.out_width());
+      if (of_image) add_row_to_image(row);
+    }
+    if (of_image) of_image_.store(of_image);
+  }
+
+  std::vector<float> weights, bias;  // weights as filters
+
+ private:
+  void add_row(const float* gradient, const std::uint8_t* places) {
+    const std::size_t columns = shape_.out_width(), pixels = shape_.out_height() * columns;
+    for (Terms& terms : of_patch_) terms.count = 0;
+    for (std::size_t out = 0; out < shape_.out_channels; ++out, gradient += pixels, places += pixels) {
+      of_filter_.count = 0;
+      for (std::size_t column = 0; column < columns; ++column)
+        of_filter_.add(patch_of(places[column], column, columns) * wide_, gradient[column], places[column] != kNone);
+      for (std::size_t term = 0; term < of_filter_.count; ++term) bias[out] += of_filter_.factors[term];
+      add_terms(&weights[out * wide_], patches_, of_filter_, wide_);
+      if (of_patch_.empty()) continue;
+      for (std::size_t column = 0; column < columns; ++column)
+        of_patch_[patch_of(places[column], column, columns)].add(out * wide_, gradient[column],
+                                                                 places[column] != kNone);
+    }
+  }
+
+  void add_row_to_image(std::size_t row) {
+    std::fill(of_patches_.begin(), of_patches_.end(), 0.0F);
+    for (std::size_t patch = 0; patch < of_patch_.size(); ++patch)
+      add_terms(&of_patches_[patch * wide_], *filters_, of_patch_[patch], wide_);
+    scatter(shape_, of_patches_.data(), row, wide_, of_image_);
+  }
+
+  Shape shape_;
+  std::size_t wide_, patch_count_;
+  const std::vector<float>* filters_;
+  Padded image_, of_image_;
+  std::vector<float> patches_, of_patches_;
+  Terms of_filter_;
+  std::vector<Terms> of_patch_;
 };
 
 }  // namespace
@@ -222,53 +285,24 @@ void PooledConvolution::backward(const Shape& shape, const float* images, const 
                                  const std::uint8_t* places, float* of_images, float* of_weights, float* of_bias) {
   const std::lock_guard lock(one_at_a_time_);
   const std::size_t taps = shape.channels * kTaps, wide = whole_chunks(taps);
-  const std::size_t columns = shape.out_width(), pixels = shape.out_height() * columns;
+  const std::size_t outputs = shape.out_channels * shape.out_height() * shape.out_width();
   const std::size_t image_size = shape.channels * shape.height * shape.width;
   std::vector<float> filters(shape.out_channels * wide, 0.0F);
   for (std::size_t out = 0; out < shape.out_channels; ++out)
     std::copy_n(weights + out * taps, taps, &filters[out * wide]);
-  std::vector<Gradients> sums(kParts);
+  std::vector<std::optional<PartGradients>> parts(kParts);
   parallel_.for_each(kParts, [&](int part, unsigned) {
-    Gradients& sum = sums[static_cast<std::size_t>(part)];
-    sum.weights.assign(shape.out_channels * wide, 0.0F);
-    sum.bias.assign(shape.out_channels, 0.0F);
-    Padded image(shape), of_image(shape);
-    std::vector<float> patches(2 * 2 * columns * wide, 0.0F), of_patches(patches.size());
-    Terms of_filter(columns);
-    std::vector<Terms> of_patch(of_images ? 2 * 2 * columns : 0, Terms(shape.out_channels));
-    for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i) {
-      image.load(images + i * image_size);
-      if (of_images) std::fill(of_image.values.begin(), of_image.values.end(), 0.0F);
-      for (std::size_t row = 0; row < shape.out_height(); ++row) {
-        gather(shape, image, row, wide, patches.data());
-        for (Terms& terms : of_patch) terms.count = 0;
-        for (std::size_t out = 0; out < shape.out_channels; ++out) {
-          const std::size_t at = (i * shape.out_channels + out) * pixels + row * columns;
-          of_filter.count = 0;
-          for (std::size_t column = 0; column < columns; ++column)
-            of_filter.add(patch_of(places[at + column], column, columns) * wide, gradient[at + column],
-                          places[at + column] != kNone);
-          for (std::size_t term = 0; term < of_filter.count; ++term) sum.bias[out] += of_filter.factors[term];
-          add_terms(&sum.weights[out * wide], patches, of_filter, wide);
-          for (std::size_t column = 0; of_images && column < columns; ++column)
-            of_patch[patch_of(places[at + column], column, columns)].add(out * wide, gradient[at + column],
-                                                                         places[at + column] != kNone);
-        }
-        if (!of_images) continue;
-        std::fill(of_patches.begin(), of_patches.end(), 0.0F);
-        for (std::size_t patch = 0; patch < of_patch.size(); ++patch)
-          add_terms(&of_patches[patch * wide], filters, of_patch[patch], wide);
-        scatter(shape, of_patches.data(), row, wide, of_image);
-      }
-      if (of_images) of_image.store(of_images + i * image_size);
-    }
+    PartGradients& sums = parts[static_cast<std::size_t>(part)].emplace(shape, filters, of_images != nullptr);
+    for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i)
+      sums.add(images + i * image_size, gradient + i * outputs, places + i * outputs,
+               of_images ? of_images + i * image_size : nullptr);
   });
   std::fill_n(of_weights, shape.out_channels * taps, 0.0F);
   std::fill_n(of_bias, shape.out_channels, 0.0F);
-  for (const Gradients& sum : sums)
+  for (const std::optional<PartGradients>& sums : parts)
     for (std::size_t out = 0; out < shape.out_channels; ++out) {
-      of_bias[out] += sum.bias[out];
-      for (std::size_t tap = 0; tap < taps; ++tap) of_weights[out * taps + tap] += sum.weights[out * wide + tap];
+      of_bias[out] += sums->bias[out];
+      for (std::size_t tap = 0; tap < taps; ++tap) of_weights[out * taps + tap] += sums->weights[out * wide + tap];
     }
 }
 
