@@ -44,13 +44,6 @@ Json manifest_now(const PreparedPlan& prepared) {
   return make_manifest(prepared, hash_libraries(prepared.plan.suite), "", nullptr);
 }
 
-std::set<std::string> ordered_ids(const Json& manifest) {
-  std::set<std::string> ids;
-  for (const Json& id : list_of(manifest, "order"))
-    if (id.is_string()) ids.insert(id.get<std::string>());
-  return ids;
-}
-
 // Without files, whose names depend on where they are.
 Json numbers_of(const plugin_host::Choice& choice, Json parameters) {
   for (const plugin_host::Parameter& parameter : choice.plugin->parameters)
@@ -63,7 +56,7 @@ Json numbers_of(const plugin_host::Choice& choice, Json parameters) {
 void require_entries_of_trials(std::set<std::string>& found, const Json& manifest, const PreparedPlan& prepared,
                                bool merged) {
   const suites::Suite& suite = prepared.plan.suite;
-  const std::set<std::string> order = ordered_ids(manifest);
+  const std::set<std::string> order = records::ordered_ids(manifest);
   std::set<std::pair<std::string, std::size_t>> used;
   for (const suites::PlannedTrial& trial : prepared.plan.trials)
     if (order.count(trial.id))
@@ -126,7 +119,7 @@ std::vector<StoredSuite> suites_of(const Json& manifest) {
 }
 
 std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary) {
-  const std::set<std::string> planned = ordered_ids(manifest);
+  const std::set<std::string> planned = records::ordered_ids(manifest);
   std::set<std::string> stations, seen, scored;
   for (const Json& scene : list_of(manifest, "scenes"))
     if (scene.value("owns_stage", false)) stations.insert(text_of(scene, "name"));

@@ -121,9 +121,7 @@ void check_names(std::vector<std::string>& found, const Json& manifest) {
 void check_order(std::vector<std::string>& found, const Json& manifest) {
   if (!manifest.contains("order") || !manifest.contains("trials")) return;
   const Json& order = list_of(manifest, "order");
-  std::set<std::string> ids;
-  for (const Json& id : order)
-    if (id.is_string()) ids.insert(id.get<std::string>());
+  const std::set<std::string> ids = ordered_ids(manifest);
   if (ids.size() != order.size()) found.push_back("'order' repeats " + counted(order.size() - ids.size(), "trial"));
   if (order.size() != count_of(manifest, "trials"))
     found.push_back("'trials' is " + std::to_string(count_of(manifest, "trials")) + ", but 'order' has " +
@@ -137,6 +135,13 @@ void refuse_contradictions(const std::vector<std::string>& found, const std::fil
   throw Error(ErrorKind::bad_input, "'" + (folder / "manifest.json").string() +
                                         "' contradicts its suite, so that these results cannot be trusted:\n  " +
                                         join(found, "\n  "));
+}
+
+std::set<std::string> ordered_ids(const Json& manifest) {
+  std::set<std::string> ids;
+  for (const Json& id : list_of(manifest, "order"))
+    if (id.is_string()) ids.insert(id.get<std::string>());
+  return ids;
 }
 
 bool ran_in_sandbox(const Json& manifest) {

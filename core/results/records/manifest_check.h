@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
 // Whether the manifest has the text of every suite of the folder, so that it could be compared with it. A text without
 // scenes, noise levels and methods is not a suite.
 bool has_suites(const Json& manifest);
+
+// The ids of the trials in the manifest's list.
+std::set<std::string> ordered_ids(const Json& manifest);
 
 // Whether algorithms of the folder, or of one that it was merged from, ran in a sandbox.
 bool ran_in_sandbox(const Json& manifest);
