@@ -27,7 +27,8 @@ Driver::Driver() : library("RELIGN_LIBCUDA", {"libcuda.so.1"}) {
     library.find(cuDeviceTotalMem, "cuDeviceTotalMem_v2");
     library.find(cuDevicePrimaryCtxRetain, "cuDevicePrimaryCtxRetain");
     library.find(cuDevicePrimaryCtxRelease, "cuDevicePrimaryCtxRelease_v2");
-    library.find(cuCtxSetCurrent, "cuCtxSetCurrent");
+    library.find(cuCtxPushCurrent, "cuCtxPushCurrent_v2");
+    library.find(cuCtxPopCurrent, "cuCtxPopCurrent_v2");
     library.find(cuCtxSynchronize, "cuCtxSynchronize");
     library.find(cuModuleLoadData, "cuModuleLoadData");
     library.find(cuModuleUnload, "cuModuleUnload");

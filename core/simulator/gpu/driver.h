@@ -27,7 +27,8 @@ struct Driver {
   int (*cuDeviceTotalMem)(std::size_t*, int) = nullptr;
   int (*cuDevicePrimaryCtxRetain)(Handle*, int) = nullptr;
   int (*cuDevicePrimaryCtxRelease)(int) = nullptr;
-  int (*cuCtxSetCurrent)(Handle) = nullptr;
+  int (*cuCtxPushCurrent)(Handle) = nullptr;
+  int (*cuCtxPopCurrent)(Handle*) = nullptr;
   int (*cuCtxSynchronize)() = nullptr;
   int (*cuModuleLoadData)(Handle*, const void*) = nullptr;
   int (*cuModuleUnload)(Handle) = nullptr;

@@ -65,12 +65,32 @@ Availability look_for_gpu() {
   }
 }
 
+// Makes the context this thread's for its lifetime, and leaves that of other libraries as it was. If it cannot, the
+// calls that follow fail and are reported.
+class Gpu::Current {
+ public:
+  explicit Current(const Gpu& gpu) : driver_(gpu.driver_), pushed_(driver_.cuCtxPushCurrent(gpu.context_) == 0) {}
+  ~Current() {
+    Handle popped = nullptr;
+    if (pushed_) driver_.cuCtxPopCurrent(&popped);
+  }
+  Current(const Current&) = delete;
+  Current& operator=(const Current&) = delete;
+
+ private:
+  const Driver& driver_;
+  bool pushed_;
+};
+
 Buffer::~Buffer() {
-  if (address_ != 0) gpu_->driver().cuMemFree(address_);
+  if (address_ == 0) return;
+  const Gpu::Current current(*gpu_);
+  gpu_->driver().cuMemFree(address_);
 }
 
 void Buffer::reserve(std::size_t bytes) {
   if (bytes <= bytes_) return;
+  const Gpu::Current current(*gpu_);
   const Driver& driver = gpu_->driver();
   if (address_ != 0) driver.check(driver.cuMemFree(address_), "cuMemFree");
   address_ = 0;
@@ -82,16 +102,20 @@ void Buffer::reserve(std::size_t bytes) {
 void Buffer::upload(const void* from, std::size_t bytes) {
   if (bytes == 0) return;
   reserve(bytes);
+  const Gpu::Current current(*gpu_);
   gpu_->driver().check(gpu_->driver().cuMemcpyHtoD(address_, from, bytes), "cuMemcpyHtoD");
 }
 
-void Buffer::download(void* to, std::size_t bytes) const {
-  if (bytes > 0) gpu_->driver().check(gpu_->driver().cuMemcpyDtoH(to, address_, bytes), "cuMemcpyDtoH");
+void Buffer::download(void* to, std::size_t bytes, std::size_t first) const {
+  if (bytes == 0) return;
+  const Gpu::Current current(*gpu_);
+  gpu_->driver().check(gpu_->driver().cuMemcpyDtoH(to, address_ + first, bytes), "cuMemcpyDtoH");
 }
 
 void Buffer::clear(std::size_t bytes) {
   if (bytes == 0) return;
   reserve(bytes);
+  const Gpu::Current current(*gpu_);
   gpu_->driver().check(gpu_->driver().cuMemsetD8Async(address_, 0, bytes, nullptr), "cuMemsetD8Async");
 }
 
@@ -102,7 +126,7 @@ Gpu::Gpu() {
   const std::string kernels = cached_kernels(found.architecture, cache_folder());
   try {
     driver_.check(driver_.cuDevicePrimaryCtxRetain(&context_, device_), "cuDevicePrimaryCtxRetain");
-    driver_.check(driver_.cuCtxSetCurrent(context_), "cuCtxSetCurrent");
+    const Current current(*this);
     driver_.check(driver_.cuModuleLoadData(&module_, kernels.data()), "cuModuleLoadData");
     const char* const names[] = {"relign_capture", "relign_mse"};
     for (std::size_t i = 0; i < 2; ++i) {
@@ -118,22 +142,36 @@ Gpu::Gpu() {
 Gpu::~Gpu() { close(); }
 
 void Gpu::close() {
-  for (Handle event : events_)
-    if (event) driver_.cuEventDestroy(event);
-  if (module_) driver_.cuModuleUnload(module_);
-  if (context_) driver_.cuDevicePrimaryCtxRelease(device_);
+  if (!context_) return;
+  {
+    const Current current(*this);
+    for (Handle event : events_)
+      if (event) driver_.cuEventDestroy(event);
+    if (module_) driver_.cuModuleUnload(module_);
+  }
+  driver_.cuDevicePrimaryCtxRelease(device_);
 }
 
 void Gpu::launch(Kernel kernel, std::size_t tiles, void** arguments) {
   if (tiles == 0) return;
+  const Current current(*this);
   driver_.check(driver_.cuLaunchKernel(kernels_[static_cast<std::size_t>(kernel)], static_cast<unsigned>(tiles), 1, 1,
                                        kTileThreads, 1, 1, 0, nullptr, arguments, nullptr),
                 "cuLaunchKernel");
 }
 
-void Gpu::start_clock() { driver_.check(driver_.cuEventRecord(events_[0], nullptr), "cuEventRecord"); }
+void Gpu::wait() const {
+  const Current current(*this);
+  driver_.check(driver_.cuCtxSynchronize(), "cuCtxSynchronize");
+}
+
+void Gpu::start_clock() {
+  const Current current(*this);
+  driver_.check(driver_.cuEventRecord(events_[0], nullptr), "cuEventRecord");
+}
 
 double Gpu::stop_clock() {
+  const Current current(*this);
   driver_.check(driver_.cuEventRecord(events_[1], nullptr), "cuEventRecord");
   driver_.check(driver_.cuEventSynchronize(events_[1]), "cuEventSynchronize");
   float milliseconds = 0;

@@ -35,8 +35,8 @@ class Buffer {
   // Makes it at least this large; what it held may be lost.
   void reserve(std::size_t bytes);
   void upload(const void* from, std::size_t bytes);
-  void download(void* to, std::size_t bytes) const;
-  void clear(std::size_t bytes);  // to 0
+  void download(void* to, std::size_t bytes, std::size_t first = 0) const;  // first: byte
+  void clear(std::size_t bytes);                                            // to 0
 
  private:
   const Gpu* gpu_;
@@ -44,7 +44,8 @@ class Buffer {
   std::size_t bytes_ = 0;
 };
 
-// The first GPU, for the thread that opens it. Throws Error(bad_input) with look_for_gpu()'s sentence.
+// The first GPU, in its primary context, which libraries such as PyTorch share. From any thread; one at a time. Throws
+// Error(bad_input) with look_for_gpu()'s sentence.
 class Gpu {
  public:
   Gpu();
@@ -57,11 +58,15 @@ class Gpu {
   enum class Kernel { capture, mse };
   // One block of threads for each tile. Does not wait.
   void launch(Kernel kernel, std::size_t tiles, void** arguments);
+  // Until all work in the context is done, that of other libraries too.
+  void wait() const;
   // Milliseconds of GPU time between the two calls.
   void start_clock();
   double stop_clock();
 
  private:
+  friend class Buffer;
+  class Current;
   void close();
 
   Driver driver_;

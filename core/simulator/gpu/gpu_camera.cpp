@@ -67,8 +67,7 @@ void GpuCamera::run() {
 
 void GpuCamera::download(std::size_t image, float* pixels) const {
   const std::size_t bytes = jobs_.scene().sensor.pixels() * sizeof(float);
-  const Driver& driver = gpu_->driver();
-  driver.check(driver.cuMemcpyDtoH(pixels, images_.address() + image * bytes, bytes), "cuMemcpyDtoH");
+  images_.download(pixels, bytes, image * bytes);
 }
 
 void GpuCamera::capture(const std::vector<imaging::BatchItem>& items) {

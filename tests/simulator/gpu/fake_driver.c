@@ -50,7 +50,8 @@ EXPORT int cuDeviceTotalMem_v2(size_t* bytes, int device) {
   EXPORT int name(void) { return 999; }
 FAILS(cuDevicePrimaryCtxRetain)
 FAILS(cuDevicePrimaryCtxRelease_v2)
-FAILS(cuCtxSetCurrent)
+FAILS(cuCtxPushCurrent_v2)
+FAILS(cuCtxPopCurrent_v2)
 FAILS(cuCtxSynchronize)
 FAILS(cuModuleLoadData)
 FAILS(cuModuleUnload)
