@@ -37,7 +37,6 @@ Driver::Driver() : library("RELIGN_LIBCUDA", {"libcuda.so.1"}) {
     library.find(cuMemFree, "cuMemFree_v2");
     library.find(cuMemcpyHtoD, "cuMemcpyHtoD_v2");
     library.find(cuMemcpyDtoH, "cuMemcpyDtoH_v2");
-    library.find(cuMemsetD8Async, "cuMemsetD8Async");
     library.find(cuLaunchKernel, "cuLaunchKernel");
     library.find(cuEventCreate, "cuEventCreate");
     library.find(cuEventRecord, "cuEventRecord");

@@ -37,7 +37,6 @@ struct Driver {
   int (*cuMemFree)(Address) = nullptr;
   int (*cuMemcpyHtoD)(Address, const void*, std::size_t) = nullptr;
   int (*cuMemcpyDtoH)(void*, Address, std::size_t) = nullptr;
-  int (*cuMemsetD8Async)(Address, unsigned char, std::size_t, Handle) = nullptr;
   int (*cuLaunchKernel)(Handle, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, Handle, void**,
                         void**) = nullptr;
   int (*cuEventCreate)(Handle*, unsigned) = nullptr;

@@ -112,13 +112,6 @@ void Buffer::download(void* to, std::size_t bytes, std::size_t first) const {
   gpu_->driver().check(gpu_->driver().cuMemcpyDtoH(to, address_ + first, bytes), "cuMemcpyDtoH");
 }
 
-void Buffer::clear(std::size_t bytes) {
-  if (bytes == 0) return;
-  reserve(bytes);
-  const Gpu::Current current(*gpu_);
-  gpu_->driver().check(gpu_->driver().cuMemsetD8Async(address_, 0, bytes, nullptr), "cuMemsetD8Async");
-}
-
 Gpu::Gpu() {
   const Found found = find_gpu(driver_);
   name_ = found.name;
@@ -128,11 +121,10 @@ Gpu::Gpu() {
     driver_.check(driver_.cuDevicePrimaryCtxRetain(&context_, device_), "cuDevicePrimaryCtxRetain");
     const Current current(*this);
     driver_.check(driver_.cuModuleLoadData(&module_, kernels.data()), "cuModuleLoadData");
-    const char* const names[] = {"relign_capture", "relign_mse"};
-    for (std::size_t i = 0; i < 2; ++i) {
+    const char* const names[kKernels] = {"relign_clear", "relign_capture", "relign_squares", "relign_mse"};
+    for (std::size_t i = 0; i < kKernels; ++i)
       driver_.check(driver_.cuModuleGetFunction(&kernels_[i], module_, names[i]), "cuModuleGetFunction");
-      driver_.check(driver_.cuEventCreate(&events_[i], 0), "cuEventCreate");
-    }
+    for (Handle& event : events_) driver_.check(driver_.cuEventCreate(&event, 0), "cuEventCreate");
   } catch (...) {
     close();
     throw;
@@ -152,10 +144,10 @@ void Gpu::close() {
   driver_.cuDevicePrimaryCtxRelease(device_);
 }
 
-void Gpu::launch(Kernel kernel, std::size_t tiles, void** arguments) {
-  if (tiles == 0) return;
+void Gpu::launch(Kernel kernel, std::size_t blocks, void** arguments) {
+  if (blocks == 0) return;
   const Current current(*this);
-  driver_.check(driver_.cuLaunchKernel(kernels_[static_cast<std::size_t>(kernel)], static_cast<unsigned>(tiles), 1, 1,
+  driver_.check(driver_.cuLaunchKernel(kernels_[static_cast<std::size_t>(kernel)], static_cast<unsigned>(blocks), 1, 1,
                                        kTileThreads, 1, 1, 0, nullptr, arguments, nullptr),
                 "cuLaunchKernel");
 }

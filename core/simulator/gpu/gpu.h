@@ -36,7 +36,6 @@ class Buffer {
   void reserve(std::size_t bytes);
   void upload(const void* from, std::size_t bytes);
   void download(void* to, std::size_t bytes, std::size_t first = 0) const;  // first: byte
-  void clear(std::size_t bytes);                                            // to 0
 
  private:
   const Gpu* gpu_;
@@ -55,9 +54,10 @@ class Gpu {
 
   const std::string& name() const { return name_; }
   const Driver& driver() const { return driver_; }
-  enum class Kernel { capture, mse };
-  // One block of threads for each tile. Does not wait.
-  void launch(Kernel kernel, std::size_t tiles, void** arguments);
+  enum class Kernel { clear, capture, squares, mse };  // of capture_kernel.h
+  static constexpr std::size_t kKernels = 4;
+  // So many blocks of kTileThreads threads. Does not wait.
+  void launch(Kernel kernel, std::size_t blocks, void** arguments);
   // Until all work in the context is done, that of other libraries too.
   void wait() const;
   // Milliseconds of GPU time between the two calls.
@@ -72,7 +72,7 @@ class Gpu {
   Driver driver_;
   std::string name_;
   int device_ = 0;
-  Handle context_ = nullptr, module_ = nullptr, kernels_[2] = {nullptr, nullptr}, events_[2] = {nullptr, nullptr};
+  Handle context_ = nullptr, module_ = nullptr, kernels_[kKernels] = {}, events_[2] = {};
 };
 
 }  // namespace relign::gpu

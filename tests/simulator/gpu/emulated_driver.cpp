@@ -37,7 +37,7 @@ struct Allocation {
 
 std::recursive_mutex mutex;
 std::map<Address, Allocation> allocations;
-std::vector<int> kernels = {0, 1};
+std::vector<int> kernels = {0, 1, 2, 3};
 int context = 0, users = 0, launches = 0;
 thread_local int current = 0;  // depth of the thread's stack of contexts
 
@@ -77,6 +77,18 @@ bool inside(Address address, std::size_t bytes) {
 
 void capture(const gpu::Batch& batch, const gpu::TileJob& tile, float* images) {
   for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) gpu::capture_pixel(batch, tile, pixel, images);
+}
+
+void clear(const gpu::Batch& batch, const gpu::ImageJob& image, float* images) {
+  std::fill_n(gpu::image_at(batch, image, images), batch.image_pixels, 0.0F);
+}
+
+double squares(const gpu::Batch& batch, const gpu::ImageJob& image, float* images) {
+  const float* const pixels = gpu::image_at(batch, image, images);
+  double sums[gpu::kSquareSums] = {};
+  for (std::int32_t i = 0; i < batch.image_pixels; ++i)
+    sums[i % gpu::kSquareSums] += gpu::squared_difference(pixels[i], batch.reference_mean[i]);
+  return gpu::sum_of_squares(sums);
 }
 
 void mse(const gpu::Batch& batch, const gpu::TileJob& tile, imaging::MseSum* sum) {
@@ -150,7 +162,7 @@ EXPORT int cuModuleLoadData(Handle* module, const void* image) {
 }
 EXPORT int cuModuleUnload(Handle module) { return module == &kernels ? 0 : kInvalidValue; }
 EXPORT int cuModuleGetFunction(Handle* function, Handle, const char* name) {
-  const char* const names[] = {"relign_capture", "relign_mse"};
+  const char* const names[] = {"relign_clear", "relign_capture", "relign_squares", "relign_mse"};
   for (std::size_t i = 0; i < kernels.size(); ++i)
     if (std::strcmp(name, names[i]) == 0) *function = &kernels[i];
   return *function != nullptr ? 0 : kInvalidValue;
@@ -202,14 +214,6 @@ EXPORT int cuMemcpyDtoH_v2(void* to, Address from, std::size_t bytes) {
   std::memcpy(to, reinterpret_cast<const void*>(from), bytes);
   return 0;
 }
-EXPORT int cuMemsetD8Async(Address address, unsigned char value, std::size_t bytes, Handle) {
-  if (const int result = problem("cuMemsetD8Async")) return result;
-  const Access access;
-  if (!inside(address, bytes)) return kInvalidValue;
-  std::memset(reinterpret_cast<void*>(address), value, bytes);
-  return 0;
-}
-
 EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned z, unsigned threads, unsigned,
                           unsigned, unsigned, Handle, void** arguments, void**) {
   if (const int result = problem("cuLaunchKernel")) return result;
@@ -220,7 +224,12 @@ EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned
   ++launches;
   for (unsigned block = 0; block < blocks; ++block)
     if (function == &kernels[0])
+      clear(batch, batch.images[block], static_cast<float*>(out));
+    else if (function == &kernels[1])
       capture(batch, batch.tiles[block], static_cast<float*>(out));
+    else if (function == &kernels[2])
+      static_cast<double*>(*static_cast<void**>(arguments[2]))[block] =
+          squares(batch, batch.images[block], static_cast<float*>(out));
     else
       mse(batch, batch.tiles[block], static_cast<imaging::MseSum*>(out) + block);
   return 0;
