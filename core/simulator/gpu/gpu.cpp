@@ -13,6 +13,7 @@ constexpr int kOldestDriver = 12000;  // the CUDA version it supports: 1000 majo
 struct Found {
   int device = 0;
   std::string name, architecture;
+  int cuda = 0;  // major version that the driver supports
   std::size_t memory_bytes = 0;
 };
 
@@ -34,6 +35,7 @@ Found find_gpu(const Driver& driver) {
     throw Error(ErrorKind::bad_input, "the NVIDIA driver finds no GPU");
   if (started != 0) throw Error(ErrorKind::bad_input, "the NVIDIA driver does not start: " + driver.text_of(started));
   Found found;
+  found.cuda = version / 1000;
   driver.check(driver.cuDeviceGet(&found.device, 0), "cuDeviceGet");
   char name[256] = "";
   driver.check(driver.cuDeviceGetName(name, sizeof name, found.device), "cuDeviceGetName");
@@ -55,7 +57,7 @@ Availability look_for_gpu() {
     const std::string gpu =
         found.name + ", " + significant(static_cast<double>(found.memory_bytes) / 1e9) + " GB, " + found.architecture;
     try {
-      cached_kernels(found.architecture, cache_folder());
+      cached_kernels(found.architecture, cache_folder(), found.cuda);
     } catch (const Error& error) {
       return {false, gpu + ", but " + error.what()};
     }
@@ -116,7 +118,7 @@ Gpu::Gpu() {
   const Found found = find_gpu(driver_);
   name_ = found.name;
   device_ = found.device;
-  const std::string kernels = cached_kernels(found.architecture, cache_folder());
+  const std::string kernels = cached_kernels(found.architecture, cache_folder(), found.cuda);
   try {
     driver_.check(driver_.cuDevicePrimaryCtxRetain(&context_, device_), "cuDevicePrimaryCtxRetain");
     const Current current(*this);

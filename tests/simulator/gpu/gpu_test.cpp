@@ -53,6 +53,18 @@ TEST(LookForGpu, NamesTheGpuWhoseCompilerIsMissing) {
   EXPECT_THAT(found.sentence, HasSubstr("Made-up GPU, 80.0 GB, sm_90, but NVIDIA's compiler NVRTC was not found"));
 }
 
+TEST(LookForGpu, NamesACompilerThatIsNewerThanTheDriver) {
+  const With older{{"RELIGN_LIBCUDA", RELIGN_FAKE_DRIVER},
+                   {"RELIGN_LIBNVRTC", RELIGN_EMULATED_DRIVER},
+                   {"FAKE_CUDA_VERSION", "12040"},
+                   {"EMULATED_NVRTC_MAJOR", "13"},
+                   {"XDG_CACHE_HOME", "/proc/none"}};
+  EXPECT_EQ(look_for_gpu().sentence,
+            "Made-up GPU, 80.0 GB, sm_90, but NVIDIA's compiler '" RELIGN_EMULATED_DRIVER
+            "' is of CUDA 13.0, and the driver cannot run its code; update the driver, or set RELIGN_LIBNVRTC to the "
+            "libnvrtc.so of CUDA 12");
+}
+
 TEST(Gpu, ReportsTheCallThatFailed) {
   const With fake{{"RELIGN_LIBCUDA", RELIGN_FAKE_DRIVER}};
   if (const Availability found = look_for_gpu(); !found.usable) GTEST_SKIP() << found.sentence;
