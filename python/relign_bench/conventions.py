@@ -16,6 +16,11 @@ BYTE_WHITES = 3.0
 """Byte 255 of an image stands for this many times the value of a white pixel: noise exceeds white."""
 
 
+def byte_scale(white: float) -> np.float32:
+    """The factor from values of captures, with this value of a white pixel, to bytes."""
+    return np.float32(255 / (BYTE_WHITES * white))
+
+
 def to_bytes(frames: Float32Array, white: float) -> ByteArray:
     """Captures as bytes.
 
@@ -26,6 +31,6 @@ def to_bytes(frames: Float32Array, white: float) -> ByteArray:
     Returns:
         Rounded values, 255 at BYTE_WHITES times white and above, 0 below 0; the same shape.
     """
-    scaled = frames * np.float32(255 / (BYTE_WHITES * white))
+    scaled = frames * byte_scale(white)
     scaled += np.float32(0.5)
     return np.clip(scaled, 0, 255, out=scaled).astype(np.uint8)
