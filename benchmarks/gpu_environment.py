@@ -54,7 +54,7 @@ def compare():
         one, _, _, _, infos = here.step(actions)
         other, _, _, _, other_infos = there.step(actions)
     for what, count in zip(("observations", "scores", "noise-free RMSE"), equal):
-        print(f"| environment: {what} with the CPU's bits | {count} of {total} |")
+        print(f"| environment: {what} with the CPU's bits | {count} of {total} |", flush=True)
     return (equal == total).all()
 
 
@@ -67,11 +67,11 @@ def measure(device, count, rounds):
              "step": seconds_of(lambda: env.step(actions), rounds),
              "step with noise-free RMSE": seconds_of(lambda: env.step(actions)[4]["noise_free_rmse"], rounds)}
     for what, seconds in times.items():
-        print(f"| {where}: {what} | {1e3 * seconds:.1f} ms, {count / seconds:.0f} per second |")
+        print(f"| {where}: {what} | {1e3 * seconds:.1f} ms, {count / seconds:.0f} per second |", flush=True)
     moves = np.zeros((count, env.task.axes))
     slots = list(range(count))
     seconds = seconds_of(lambda: env.task.batch.move_by(slots, moves), rounds)
-    print(f"| {where}: captures alone (Batch.move_by) | {1e3 * seconds:.1f} ms, {count / seconds:.0f} per second |")
+    print(f"| {where}: captures alone (Batch.move_by) | {1e3 * seconds:.1f} ms, {count / seconds:.0f} per second |", flush=True)
 
 
 def main():
