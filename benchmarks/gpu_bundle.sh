@@ -1,8 +1,9 @@
 #!/bin/sh
-# gpu_bundle.sh BUILD_FOLDER FILE.tgz: packs relign-bench-gpu, the libraries it needs and a scene, so that it runs on
-# another machine with NVIDIA's driver and NVRTC, without this project's dependencies:
+# gpu_bundle.sh BUILD_FOLDER FILE.tgz [WHEEL]: packs relign-bench-gpu, the libraries it needs and a scene, so that it
+# runs on another machine with NVIDIA's driver and NVRTC, without this project's dependencies:
 #
-#   benchmarks/gpu_bundle.sh build/release gpu.tgz   # here
+#   ./quickstart wheel                                            # here
+#   benchmarks/gpu_bundle.sh build/release gpu.tgz dist/*.whl     # here
 #   tar xzf gpu.tgz && relign-bench-gpu/run          # there: prints the table
 set -eu
 program=$1/benchmarks/relign-bench-gpu
@@ -17,6 +18,11 @@ cp "$program" "$out/"
 ldd "$program" | awk '$3 ~ /^\// {print $3}' | grep -Ev '/(libc|libm|libdl|librt|libpthread)\.so' |
   xargs -I{} cp -L {} "$out/lib/"
 cp -R "$here/plugins/scenes/lens_system/relign_od" "$out/"
+# With the self-contained wheel the environment is measured as well, where python3 has its version, torch and gymnasium.
+if [ $# -gt 2 ]; then
+  cp "$here/benchmarks/gpu_environment.py" "$out/"
+  python3 -m zipfile -e "$3" "$out/python"
+fi
 cat > "$out/run" <<'RUN'
 #!/bin/sh
 here=$(cd "$(dirname "$0")" && pwd)
@@ -27,8 +33,13 @@ print("".join([f for p in sys.path for f in glob.glob(p + "/nvidia/*/lib/libnvrt
   [ -n "$RELIGN_LIBNVRTC" ] && export RELIGN_LIBNVRTC || unset RELIGN_LIBNVRTC
 fi
 # RELIGN_RUN_WITH: a program to run it with, such as compute-sanitizer or ncu.
-export LD_LIBRARY_PATH="$here/lib:${LD_LIBRARY_PATH:-}:/usr/local/nvidia/lib64"
-exec ${RELIGN_RUN_WITH:-} "$here/relign-bench-gpu" "${1:-$here/relign_od/scene.json}"
+libraries=${LD_LIBRARY_PATH:-}:/usr/local/nvidia/lib64
+LD_LIBRARY_PATH="$here/lib:$libraries" ${RELIGN_RUN_WITH:-} "$here/relign-bench-gpu" "${1:-$here/relign_od/scene.json}"
+status=$?
+[ -d "$here/python" ] || exit $status
+# Without the libraries above, which torch does not expect.
+LD_LIBRARY_PATH="$libraries" PYTHONPATH="$here/python" ${RELIGN_RUN_WITH:-} python3 "$here/gpu_environment.py" || status=1
+exit $status
 RUN
 chmod +x "$out/run"
 tar -C "$work" -czf "$file" relign-bench-gpu

@@ -61,7 +61,7 @@ void compare_bits(gpu::GpuCamera& on_gpu, imaging::Camera& camera, const imaging
                   const imaging::Reference& reference) {
   Instances instances(scene, 16, 64);
   on_gpu.capture(instances.items);
-  const std::vector<imaging::MseEstimate> mse = on_gpu.noise_free_mse(instances.items, reference);
+  const std::vector<imaging::MseEstimate> mse = on_gpu.noise_free_mse(instances.items);
   std::vector<float> expected(scene.sensor.pixels());
   std::size_t equal = 0, equal_mse = 0, pixels = 0;
   double largest = 0, largest_mse = 0;
@@ -134,8 +134,7 @@ bool compare_law(gpu::GpuCamera& on_gpu, imaging::Camera& camera, const imaging:
   return std::fabs(z_total) < 5 && std::fabs(z_pixels) < 5 && std::fabs(z_variance) < 5;
 }
 
-void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneFile& scene,
-                 const imaging::Reference& reference) {
+void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneFile& scene) {
   for (const std::size_t count : {std::size_t{1}, std::size_t{1024}}) {
     Instances instances(scene, std::min<std::size_t>(count, 64), count);
     on_gpu.capture(instances.items);  // fills tables, reserves memory
@@ -160,9 +159,8 @@ void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneF
     std::printf("| batch of %zu: all of it | %.3f ms, %.0f images per second |\n", count, 1e3 * whole, n / whole);
   }
   Instances instances(scene, 64, 256);
-  on_gpu.noise_free_mse(instances.items, reference);
-  const double mse =
-      median_seconds([&] { return seconds_of([&] { on_gpu.noise_free_mse(instances.items, reference); }); });
+  on_gpu.noise_free_mse(instances.items);
+  const double mse = median_seconds([&] { return seconds_of([&] { on_gpu.noise_free_mse(instances.items); }); });
   std::printf("| noise-free MSE, batch of 256, tiles and upload included | %.3f ms, %.0f per second |\n", 1e3 * mse,
               256 / mse);
 }
@@ -181,11 +179,12 @@ int main(int argc, char** argv) {
     gpu::GpuCamera on_gpu(device, scene, {}, parallel);
     imaging::Camera camera(scene, {}, parallel);
     const imaging::Reference reference = imaging::make_reference(scene, {}, parallel, {}, {});
+    on_gpu.set_reference(reference);
     std::printf("| %s, scene %s, %d x %d | |\n|---|---|\n", device.name().c_str(), scene.name.c_str(),
                 scene.sensor.width, scene.sensor.height);
     compare_bits(on_gpu, camera, scene, reference);
     const bool same_law = compare_law(on_gpu, camera, scene);
-    print_times(device, on_gpu, scene, reference);
+    print_times(device, on_gpu, scene);
     return same_law ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

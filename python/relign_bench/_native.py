@@ -102,10 +102,11 @@ def binned_parameters(scene: str, size: int) -> dict[str, Any]:
 
 
 def make_batch(scene: str, scene_parameters: Parameters | None, level: str, level_parameters: Parameters | None,
-               clipping: str, suite_seed: int, slots: int, threads: int) -> _core.Batch:
+               clipping: str, suite_seed: int, slots: int, threads: int, device: str = "cpu") -> _core.Batch:
     """A batch of the compiled module, from names and mappings."""
     return _core.Batch(catalog(), str(scene), parameters_text(scene_parameters), str(level),
-                       parameters_text(level_parameters), clipping, suite_seed, slots, threads, _core.cache_folder())
+                       parameters_text(level_parameters), clipping, suite_seed, slots, threads, _core.cache_folder(),
+                       device)
 
 
 def make_trials(scene: str, scene_parameters: Parameters | None, level: str, level_parameters: Parameters | None,

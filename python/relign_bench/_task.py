@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from gymnasium import spaces
 
+from . import _cuda
 from . import rewards as _rewards
 from ._errors import check_name
 from ._info import Later
+from ._stacks import DeviceStacks, Stacks
 from .batch import Batch
-from .conventions import LARGEST_MOVE, binned, to_bytes
+from .conventions import LARGEST_MOVE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +39,7 @@ class AlignmentTask:
                  goal: float | None = None, max_episode_steps: int | None = MAX_EPISODE_STEPS, noise_free: bool = True,
                  instances: str = "training", suite_seed: int = 1, scene_parameters: Parameters | None = None,
                  noise_level_parameters: Parameters | None = None, threads: int | None = None,
-                 observation_size: int | None = None) -> None:
+                 observation_size: int | None = None, device: str = "cpu") -> None:
         check_name(reward, _rewards.REWARDS, "reward")
         check_name(score, _rewards.SCORES, "score")
         check_name(observation, OBSERVATIONS, "observation")
@@ -55,7 +57,7 @@ class AlignmentTask:
         self.max_episode_steps = np.inf if max_episode_steps is None else int(max_episode_steps)
         self.instances = instances
         self.batch = Batch(slots, scene, noise_level, clipping, suite_seed, size, scene_parameters,
-                           noise_level_parameters, threads)
+                           noise_level_parameters, threads, device)
         self.noise_free = bool(noise_free) and self.batch.has_ground_truth
         self.axes, self.white = self.batch.axes, self.batch.white
         self.nominal_pose, self.reference = self.batch.nominal_pose, self.batch.reference
@@ -71,7 +73,9 @@ class AlignmentTask:
         if self.include_actions:
             past = spaces.Box(low, high, (self.frame_stack * self.axes,), np.float32)
             self.observation_space = spaces.Dict({"image": image, "actions": past})
-        self.stacks: AnyArray = np.zeros((slots, *shape), image.dtype)
+        kind = DeviceStacks if device == "cuda" else Stacks
+        self._stacks = kind(slots, shape, self._binning, self.white if observation == "uint8" else None,
+                            FLOAT_WHITES * self.white)
         self.past_actions: Float32Array = np.zeros((slots, self.frame_stack, self.axes), np.float32)
         self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
@@ -102,13 +106,13 @@ class AlignmentTask:
         for family in sorted(set(families)):
             chosen = [k for k, other in enumerate(families) if other == family]
             self.batch.reset([slots[k] for k in chosen], [numbers[k] for k in chosen], family)
-        self.stacks[slots] = 0
+        self._stacks.clear(slots)
         self.past_actions[slots] = 0
         self.steps[slots] = 0
         self.numbers[slots] = numbers
         for slot, family in zip(slots, families):
             self.families[slot] = family
-        self._observe(slots)
+        self._stacks.push(slots, self.frames)
         self.scores[slots] = self._scores(self.score, slots)
 
     def step(self, slots: Slots, actions: AnyArray) -> tuple[Float64Array, BoolArray, BoolArray]:
@@ -126,7 +130,7 @@ class AlignmentTask:
         self.steps[slots] += 1
         self.past_actions[slots] = np.roll(self.past_actions[slots], -1, axis=1)
         self.past_actions[slots, -1] = actions
-        self._observe(slots)
+        self._stacks.push(slots, self.frames)
         before, after = self.scores[slots], self._scores(self.score, slots)
         combined = after if self.score == "combined" else self._scores("combined", slots)
         self.scores[slots] = after
@@ -143,36 +147,23 @@ class AlignmentTask:
 
     # ---- observations --------------------------------------------------------------------------
 
-    def _observe(self, slots: Slots) -> None:
-        if self.frame_stack > 1:
-            self.stacks[slots, :-1] = self.stacks[slots, 1:]
-        for slot in slots:
-            frame = self.frames[slot]
-            if self._binning > 1:
-                frame = binned(frame, self._binning)
-            if self.observation == "uint8":
-                self.stacks[slot, -1] = to_bytes(frame, self.white)
-            else:
-                np.minimum(frame, FLOAT_WHITES * self.white, out=self.stacks[slot, -1])
-
     def _scores(self, name: str, slots: Slots) -> Float64Array:
-        frames = self.frames[slots] if name == "rmse_binary" else None
+        frames = _cuda.on_host(self.frames[slots]) if name == "rmse_binary" else None
         return _rewards.scores(name, self.batch.measured_rmse(slots), self.batch.true_poses(slots), self.nominal_pose,
                                frames, self.reference)
 
     def observation_of(self, slot: int) -> Observation:
         """A slot's observation; a copy, which later steps do not change."""
-        image = self.stacks[slot].copy()
-        if self.include_actions:
-            return {"image": image, "actions": self.past_actions[slot].ravel().copy()}
-        return image
+        return self._with_actions(self._stacks.one(slot), self.past_actions[slot].ravel())
 
     def observations(self) -> Observation:
         """The observations of all slots, stacked; a copy, which later steps do not change."""
-        images = self.stacks.copy()
-        if self.include_actions:
-            return {"image": images, "actions": self.past_actions.reshape(len(images), -1).copy()}
-        return images
+        return self._with_actions(self._stacks.all(), self.past_actions.reshape(len(self.scores), -1))
+
+    def _with_actions(self, images: AnyArray, actions: Float32Array) -> Observation:
+        if not self.include_actions:
+            return images
+        return {"image": images, "actions": _cuda.on_device(actions) if self.batch.device == "cuda" else actions.copy()}
 
     def infos(self, slots: Slots) -> list[dict[str, Any]]:
         """The info dictionary of each slot, without the noise-free RMSE; see `AlignmentEnv`."""

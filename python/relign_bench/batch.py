@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
+from . import _cuda, _native
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +33,8 @@ class Batch:
         scene_parameters: Parameters of the scene.
         noise_level_parameters: Parameters of the noise level.
         threads: Threads that render; None uses all cores.
+        device: "cuda" renders on the first NVIDIA GPU. Images are then PyTorch tensors in its memory: `frames`, and those
+            that `capture_at` returns. Their values, and all others, have the bits of "cpu".
 
     Attributes:
         slots: Number of slots.
@@ -43,18 +45,25 @@ class Batch:
         white: Value of a white pixel, in the scene's units.
         has_ground_truth: Whether the scene offers noise-free errors.
         reference: Noise-free image of the perfect lens at the nominal pose, shape (height, width).
-        frames: The latest captures, shape (slots, height, width): a read-only view of the compiled module's memory.
+        frames: The latest captures, shape (slots, height, width): a read-only view of the compiled module's memory, or
+            the tensor that it writes to. Later captures change it.
+        device: "cpu" or "cuda".
 
     Raises:
-        ValueError: A name, parameter or size is not valid.
+        ValueError: A name, parameter or size is not valid; or device "cuda" cannot be used: the message has the reason,
+            as `relign-bench doctor`.
     """
 
     def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", clipping: str = "soft",
                  suite_seed: int = 1, size: int | None = None, scene_parameters: Parameters | None = None,
-                 noise_level_parameters: Parameters | None = None, threads: int | None = None) -> None:
+                 noise_level_parameters: Parameters | None = None, threads: int | None = None,
+                 device: str = "cpu") -> None:
+        if device == "cuda":
+            _cuda.find_compiler()
         self._core = _native.make_batch(
             scene, _native.sized_parameters(scene, scene_parameters, size), noise_level, noise_level_parameters,
-            clipping, int(suite_seed), int(slots), threads or _native.available_cores())
+            clipping, int(suite_seed), int(slots), threads or _native.available_cores(), device)
+        self.device = device
         self.slots, self.axes, self.threads = self._core.slots, self._core.axes, self._core.threads
         self.description: dict[str, Any] = json.loads(self._core.facts)
         self.nominal_pose: Float64Array = np.array(self._core.nominal_pose)
@@ -62,7 +71,15 @@ class Batch:
         self.has_ground_truth = self._core.has_ground_truth
         self.reference: Float32Array = np.empty((self._core.height, self._core.width), np.float32)
         self._core.read_reference(self.reference)
-        self.frames: Float32Array = np.asarray(self._core)
+        self.frames: Float32Array
+        if device == "cuda":
+            self.frames = self._images(self.slots)
+            self._core.set_frames(self.frames.data_ptr())  # type: ignore[attr-defined]
+        else:
+            self.frames = np.asarray(self._core)
+
+    def _images(self, count: int) -> Any:
+        return _cuda.images(count, self.reference.shape)
 
     def reset(self, slots: Slots, numbers: Sequence[int], instances: str = "training") -> None:
         """Mounts another instance in each of these slots, at its start pose, and captures it.
@@ -90,12 +107,17 @@ class Batch:
         Returns:
             Images, shape (n, height, width).
         """
+        poses, numbers = np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds))
+        if self.device == "cuda":
+            images: Float32Array = self._images(len(slots))
+            self._core.capture_into(list(slots), poses, numbers, images.data_ptr())  # type: ignore[attr-defined]
+            return images
         frames = np.empty((len(slots), *self.reference.shape), np.float32)
-        self._core.capture_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)), frames)
+        self._core.capture_at(list(slots), poses, numbers, frames)
         return frames
 
     def render_at(self, slots: Slots, true_poses: npt.ArrayLike) -> Float32Array:
-        """Noise-free images at given true poses, shape (n, height, width); the stages do not move.
+        """Noise-free images at given true poses, an array of shape (n, height, width); the stages do not move.
 
         Raises:
             ValueError: The scene does not render noise-free images.

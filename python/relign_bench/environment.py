@@ -102,6 +102,9 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
                  **arguments: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, RENDER_MODES, "render mode")
+        if arguments.get("device", "cpu") != "cpu":
+            raise ValueError(f"one environment renders on the CPU, not on device '{arguments['device']}'; "
+                             "use gymnasium.make_vec, which renders many in one call")
         self.task = AlignmentTask(1, scene=scene, noise_level=noise_level, **arguments)
         self.render_mode = render_mode
         self.observation_space = self.task.observation_space

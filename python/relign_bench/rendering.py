@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 import numpy as np
 
+from ._cuda import on_host
+
 if TYPE_CHECKING:
     from ._task import AlignmentTask
     from ._typing import ByteArray, Float32Array
@@ -30,7 +32,7 @@ def draw_frame(task: AlignmentTask, slot: int) -> ByteArray:
     Returns:
         RGB image, shape (height, width, 3).
     """
-    image, reference = _grey(task.frames[slot], task.white), _grey(task.reference, task.white)
+    image, reference = _grey(on_host(task.frames[slot]), task.white), _grey(task.reference, task.white)
     height, width = image.shape[:2]
     total = 2 * width + 3 * _GAP
     rows = task.axes * (_BAR + _GAP) + _GAP

@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from ._cuda import on_host
 from ._errors import check_name
 from ._info import Info, Later
 from ._task import AlignmentTask, choose_instance
@@ -35,6 +36,10 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
             after the last one, whose action is ignored. "SameStep" starts it in the last step: the last observation and info
             are in infos["final_obs"] and infos["final_info"]. "Disabled" waits for reset(options={"reset_mask": ...}) with a
             boolean array of shape (num_envs,).
+        device: "cuda" renders on the first NVIDIA GPU, with the bits of "cpu". Observations are then PyTorch tensors there,
+            infos["final_obs"] too, and no image is copied to the host, except for the score "rmse_binary" and by `render`.
+            Rewards, terminated, truncated and infos are
+            arrays, because the stages and their scores are computed on the CPU; actions may be arrays or tensors.
         **arguments: All other arguments of AlignmentEnv.
 
     Raises:
@@ -45,13 +50,13 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
 
     def __init__(self, num_envs: int = 1, scene: str = "relign_od", noise_level: str = "rho0.25",
                  render_mode: str | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-                 **arguments: Any) -> None:
+                 device: str = "cpu", **arguments: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, ("rgb_array",), "render mode")
         self.num_envs, self.render_mode = int(num_envs), render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
-        self.task = AlignmentTask(self.num_envs, scene=scene, noise_level=noise_level, **arguments)
+        self.task = AlignmentTask(self.num_envs, scene=scene, noise_level=noise_level, device=device, **arguments)
         self.single_observation_space = self.task.observation_space
         self.single_action_space = self.task.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -103,7 +108,7 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
         """
         if any(generator is None for generator in self._generators):
             raise gymnasium.error.ResetNeeded("call reset before the first step")
-        actions = np.asarray(actions, np.float32)
+        actions = np.asarray(on_host(actions), np.float32)
         if actions.shape != self.action_space.shape or not np.isfinite(actions).all():
             raise ValueError(f"actions must be finite numbers of shape {self.action_space.shape}, not {actions!r}")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._over.any():

@@ -23,8 +23,11 @@ std::unique_ptr<Batch> make_batch(plugin_host::Catalog& catalog, const std::stri
                                   const std::string& scene_parameters, const std::string& level,
                                   const std::string& level_parameters, const std::string& clipping,
                                   std::uint64_t suite_seed, unsigned slots, unsigned threads,
-                                  const std::string& cache_folder) {
+                                  const std::string& cache_folder, const std::string& device) {
+  if (device != "cpu" && device != "cuda")
+    throw Error(ErrorKind::bad_input, "unknown device '" + device + "'; devices: cpu, cuda");
   environment::BatchSetup setup;
+  setup.on_gpu = device == "cuda";
   setup.scene = choose(catalog, plugin_host::Kind::scene, scene, scene_parameters);
   setup.level = choose(catalog, plugin_host::Kind::noise_level, level, level_parameters);
   setup.limits = limits_of(clipping);
@@ -58,6 +61,15 @@ void capture_at(Batch& batch, const Slots& slots, const py::buffer& poses, const
       numbers_of<float>(frames, {slots.size(), batch.facts().image_height, batch.facts().image_width}, true, "frames");
   const py::gil_scoped_release release;
   batch.capture_at(slots, numbers, seeds.data(), pixels);
+}
+
+// `frames`: the address of as many float32 in the GPU's memory.
+void capture_into(Batch& batch, const Slots& slots, const py::buffer& poses, const std::vector<std::uint64_t>& seeds,
+                  std::uintptr_t frames) {
+  const double* numbers = numbers_of<double>(poses, {slots.size(), batch.facts().axes.size()}, false, "poses");
+  if (seeds.size() != slots.size()) throw Error(ErrorKind::bad_input, "capture_into needs one seed per slot");
+  const py::gil_scoped_release release;
+  batch.capture_at(slots, numbers, seeds.data(), reinterpret_cast<float*>(frames));
 }
 
 void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const py::buffer& frames) {
@@ -120,7 +132,7 @@ std::vector<std::vector<double>> rows(const Batch& batch, const Slots& slots,
   return values;
 }
 
-// The latest frames, read-only and valid as long as the batch: slots x height x width.
+// Not on a GPU: the latest frames, read-only and valid as long as the batch: slots x height x width.
 py::buffer_info frames(Batch& batch) {
   const py::ssize_t height = batch.facts().image_height, width = batch.facts().image_width, size = sizeof(float);
   return {const_cast<float*>(batch.frames()),
@@ -166,7 +178,7 @@ void bind_batch(py::module_& module) {
                     "Many instances of one scene, moved and captured together. A buffer: the latest frames.")
       .def(py::init(&make_batch), arg("catalog"), arg("scene"), arg("scene_parameters"), arg("level"),
            arg("level_parameters"), arg("clipping"), arg("suite_seed"), arg("slots"), arg("threads"),
-           arg("cache_folder"), py::keep_alive<1, 2>())
+           arg("cache_folder"), arg("device"), py::keep_alive<1, 2>())
       .def_property_readonly("facts", [](const Batch& batch) { return batch.facts().text; })
       .def_property_readonly("axes", [](const Batch& batch) { return batch.facts().axes.size(); })
       .def_property_readonly("nominal_pose", [](const Batch& batch) { return batch.facts().nominal_pose; })
@@ -178,9 +190,14 @@ void bind_batch(py::module_& module) {
       .def_property_readonly("width", [](const Batch& batch) { return batch.facts().image_width; })
       .def("read_reference", &read_reference, arg("into"))
       .def_buffer(&frames)
+      .def(
+          "set_frames",
+          [](Batch& batch, std::uintptr_t address) { batch.set_frames(reinterpret_cast<float*>(address)); },
+          arg("address"))
       .def("reset", &reset, arg("slots"), arg("domain"), arg("numbers"))
       .def("move_by", &move_by, arg("slots"), arg("moves"))
       .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
+      .def("capture_into", &capture_into, arg("slots"), arg("poses"), arg("seeds"), arg("address"))
       .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
       .def("noise_free_mse", &noise_free_mse, arg("slots"))
       .def("noise_free_mse_at", &noise_free_mse_at, arg("slots"), arg("poses"), arg("steps"))

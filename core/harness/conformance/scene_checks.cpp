@@ -118,6 +118,26 @@ std::string flaw_of_regions(const Opened& opened, MountedAssembly& assembly, con
   return "";
 }
 
+// Of ground truth in a batch on a GPU, against single values, for the first choice that a GPU here supports.
+std::string flaw_of_batches(const Subject& subject) {
+  for (const Choice& choice : subject.choices) {
+    Opened opened(choice);
+    if (opened.facts.owns_stage || !opened.facts.truth || !opened.scene.open_gpu().empty()) continue;
+    MountedAssembly assembly = opened.scene.mount(opened.offsets());
+    const std::vector<double> pose = opened.pose_near_nominal(0.02);
+    Scene::Batch batch{{&assembly, &assembly}, pose, {21, 22}};
+    batch.true_poses.insert(batch.true_poses.end(), pose.begin(), pose.end());
+    const std::vector<MountedAssembly::Truth> truths = opened.scene.mse_batch(batch);
+    for (std::size_t i = 0; i < truths.size(); ++i) {
+      const MountedAssembly::Truth one = assembly.noise_free_mse(pose, batch.seeds[i]);
+      if (truths[i].mse != one.mse || truths[i].standard_error != one.standard_error)
+        return "ground truth in a batch on the GPU differs from that of the same assembly, pose and seed alone";
+    }
+    return "";
+  }
+  return "";
+}
+
 }  // namespace
 
 Finding check_same_pixels(const Subject& subject) {
@@ -138,6 +158,7 @@ Finding check_same_pixels(const Subject& subject) {
     const std::string flaw = flaw_of_regions(opened, assembly, pose, first);
     if (!flaw.empty()) return failed(flaw);
   }
+  if (const std::string flaw = flaw_of_batches(subject); !flaw.empty()) return failed(flaw);
   Opened second(subject.choice(), 3);
   MountedAssembly other = second.scene.mount("{}");
   second.capture(other, elsewhere, 14);

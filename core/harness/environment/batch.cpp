@@ -26,7 +26,7 @@ struct Slot {
 struct Batch::Implementation {
   explicit Implementation(BatchSetup given)
       : setup(std::move(given)),
-        parallel(std::max(1U, std::min(setup.threads, setup.slots))),
+        parallel(setup.on_gpu ? 1 : std::max(1U, std::min(setup.threads, setup.slots))),
         level(setup.level, services()) {
     if (setup.slots == 0) throw Error(ErrorKind::bad_input, "expected at least 1 slot, found 0");
     // A process scene answers one thread at a time, so that each thread needs a process.
@@ -37,9 +37,15 @@ struct Batch::Implementation {
       throw Error(ErrorKind::bad_input,
                   "scene '" + setup.scene.id + "' is a station, whose lens cannot be drawn; use a simulated scene");
     pixels = std::size_t{facts.image_width} * facts.image_height;
+    if (setup.on_gpu) {
+      if (const std::string problem = scenes.front()->open_gpu(); !problem.empty())
+        throw Error(ErrorKind::bad_input, problem);
+    } else {
+      host_frames.assign(pixels * setup.slots, 0.0F);
+      frames = host_frames.data();
+    }
     const relign_image image = scenes.front()->reference();
     reference.assign(image.pixels, image.pixels + pixels);
-    frames.assign(pixels * setup.slots, 0.0F);
     slots.resize(setup.slots);
   }
   ~Implementation() { slots.clear(); }  // lenses must be destroyed before their scenes
@@ -48,7 +54,8 @@ struct Batch::Implementation {
 
   plugin_host::HostServices services() const {
     plugin_host::HostServices services;
-    services.threads = 1;  // frames in parallel scale better than threads within a frame
+    // Frames in parallel scale better than threads within a frame. One scene object serves a GPU, with all threads.
+    services.threads = setup.on_gpu ? std::max(1U, setup.threads) : 1;
     services.cache_folder = setup.cache_folder;
     services.log = [notify = setup.on_message](int importance, const std::string& message) {
       if (notify && importance >= RELIGN_LOG_WARNING) notify(message);
@@ -89,15 +96,39 @@ struct Batch::Implementation {
     });
   }
 
-  void capture(unsigned number) {
-    Slot& slot = slots[number];
-    float* frame = frames.data() + pixels * number;
-    slot.state.true_pose = slot.stage->true_pose();
-    slot.state.commanded_pose = slot.stage->reached_pose();
-    slot.assembly->capture(slot.state.true_pose,
-                           frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::capture), frame);
-    slot.stage->wait((facts.machine_time.exposure_ms + facts.machine_time.readout_ms) / 1000);
-    slot.state.measured_rmse = relign::images::rmse(frame, reference.data(), pixels);
+  // Calls body(index into `named`) for each, as for_each does, and captures each slot.
+  template <class Body>
+  void for_each_captured(const std::vector<unsigned>& named, const Body& body) {
+    if (frames == nullptr)
+      throw Error(ErrorKind::bad_input, "the batch has no memory of the GPU for its frames; call set_frames first");
+    for_each(named, [&](std::size_t k) {
+      body(k);
+      Slot& slot = slots[named[k]];
+      slot.state.true_pose = slot.stage->true_pose();
+      slot.state.commanded_pose = slot.stage->reached_pose();
+      slot.stage->wait((facts.machine_time.exposure_ms + facts.machine_time.readout_ms) / 1000);
+      if (setup.on_gpu) return;
+      float* frame = frames + pixels * named[k];
+      slot.assembly->capture(slot.state.true_pose, capture_seed(slot), frame);
+      slot.state.measured_rmse = relign::images::rmse(frame, reference.data(), pixels);
+    });
+    if (!setup.on_gpu) return;
+    plugin_host::Scene::Batch batch;
+    for (const unsigned number : named)
+      add(batch, number, slots[number].state.true_pose.data(), capture_seed(slots[number]));
+    const std::vector<double> rmse = scenes.front()->capture_batch(batch, named, frames);
+    for (std::size_t k = 0; k < named.size(); ++k) slots[named[k]].state.measured_rmse = rmse[k];
+  }
+
+  static std::uint64_t capture_seed(const Slot& slot) {
+    return frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::capture);
+  }
+
+  // To a batch of the GPU.
+  void add(plugin_host::Scene::Batch& batch, unsigned number, const double* true_pose, std::uint64_t seed) {
+    batch.assemblies.push_back(&*slots[number].assembly);
+    batch.true_poses.insert(batch.true_poses.end(), true_pose, true_pose + facts.axes.size());
+    batch.seeds.push_back(seed);
   }
 
   BatchSetup setup;
@@ -107,7 +138,8 @@ struct Batch::Implementation {
   trials::SceneFacts facts;
   std::size_t pixels = 0;
   std::vector<float> reference;
-  std::vector<float> frames;
+  std::vector<float> host_frames;  // empty on a GPU
+  float* frames = nullptr;
   std::vector<Slot> slots;
 };
 
@@ -116,14 +148,17 @@ Batch::~Batch() = default;
 
 const trials::SceneFacts& Batch::facts() const { return implementation_->facts; }
 unsigned Batch::slots() const { return implementation_->setup.slots; }
-unsigned Batch::threads() const { return implementation_->parallel.threads(); }
+unsigned Batch::threads() const {
+  return implementation_->setup.on_gpu ? implementation_->services().threads : implementation_->parallel.threads();
+}
 std::size_t Batch::frame_pixels() const { return implementation_->pixels; }
 const std::vector<float>& Batch::reference() const { return implementation_->reference; }
 const Batch::State& Batch::state(unsigned slot) const {
   implementation_->check({slot}, true);
   return implementation_->slots[slot].state;
 }
-const float* Batch::frames() const { return implementation_->frames.data(); }
+const float* Batch::frames() const { return implementation_->frames; }
+void Batch::set_frames(float* memory) { implementation_->frames = memory; }
 
 void Batch::reset(const std::vector<Draw>& draws) {
   Implementation& in = *implementation_;
@@ -134,7 +169,7 @@ void Batch::reset(const std::vector<Draw>& draws) {
   std::vector<trials::Instance> instances;
   for (const Draw& draw : draws)
     instances.push_back(trials::draw_instance(in.level, in.facts, in.setup.suite_seed, draw.domain, draw.number));
-  in.for_each(named, [&](std::size_t k) {
+  in.for_each_captured(named, [&](std::size_t k) {
     Slot& slot = in.slots[named[k]];
     slot.assembly.reset();
     slot.searched = false;
@@ -143,7 +178,6 @@ void Batch::reset(const std::vector<Draw>& draws) {
     const trials::Perturbations& drawn = slot.state.instance.perturbations;
     slot.assembly.emplace(in.scenes[named[k] % in.scenes.size()]->mount(drawn.elements_json));
     slot.stage.emplace(in.facts, slot.state.instance, drawn.start, in.setup.limits);
-    in.capture(named[k]);
   });
 }
 
@@ -153,14 +187,13 @@ void Batch::move_by(const std::vector<unsigned>& slots, const double* moves) {
   const std::size_t axes = in.facts.axes.size();
   if (!std::all_of(moves, moves + axes * slots.size(), [](double value) { return std::isfinite(value); }))
     throw Error(ErrorKind::bad_input, "a move has a non-finite number");
-  in.for_each(slots, [&](std::size_t k) {
+  in.for_each_captured(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
     const trials::StageMotion::Arrival arrival =
         slot.stage->move_by(std::vector<double>(moves + axes * k, moves + axes * (k + 1)));
     slot.state.limits_low = arrival.limits_low;
     slot.state.limits_high = arrival.limits_high;
     ++slot.state.step;
-    in.capture(slots[k]);
   });
 }
 
@@ -168,6 +201,16 @@ void Batch::capture_at(const std::vector<unsigned>& slots, const double* true_po
                        float* pixels) {
   Implementation& in = *implementation_;
   const std::size_t axes = in.check_poses(slots, true_poses);
+  if (in.setup.on_gpu) {
+    plugin_host::Scene::Batch batch;
+    std::vector<std::uint32_t> places;
+    for (std::size_t k = 0; k < slots.size(); ++k) {
+      in.add(batch, slots[k], true_poses + axes * k, seeds[k]);
+      places.push_back(static_cast<std::uint32_t>(k));
+    }
+    in.scenes.front()->capture_batch(batch, places, pixels);
+    return;
+  }
   in.for_each(slots, [&](std::size_t k) {
     in.slots[slots[k]].assembly->capture(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
                                          seeds[k], pixels + in.pixels * k);
@@ -203,12 +246,20 @@ std::vector<trials::Truth> Batch::truths_at(const std::vector<unsigned>& slots, 
   Implementation& in = *implementation_;
   in.check(slots, true);
   const std::size_t axes = in.facts.axes.size();
+  const auto seed_of = [&](std::size_t k) {
+    return frame_seed(in.slots[slots[k]].state.instance.seed, steps[k], FrameStream::truth_commanded);
+  };
   std::vector<trials::Truth> truths(slots.size());
+  if (in.setup.on_gpu) {
+    plugin_host::Scene::Batch batch;
+    for (std::size_t k = 0; k < slots.size(); ++k) in.add(batch, slots[k], true_poses + axes * k, seed_of(k));
+    const auto values = in.scenes.front()->mse_batch(batch);
+    for (std::size_t k = 0; k < slots.size(); ++k) truths[k] = {values[k].mse, values[k].standard_error};
+    return truths;
+  }
   in.for_each(slots, [&](std::size_t k) {
-    Slot& slot = in.slots[slots[k]];
-    const auto value =
-        slot.assembly->noise_free_mse(std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)),
-                                      frame_seed(slot.state.instance.seed, steps[k], FrameStream::truth_commanded));
+    const auto value = in.slots[slots[k]].assembly->noise_free_mse(
+        std::vector<double>(true_poses + axes * k, true_poses + axes * (k + 1)), seed_of(k));
     truths[k] = {value.mse, value.standard_error};
   });
   return truths;

@@ -27,6 +27,7 @@ struct BatchSetup {
   std::uint64_t suite_seed = 1;  // determines an instance together with domain and number, as in a suite
   unsigned slots = 1;
   unsigned threads = 1;
+  bool on_gpu = false;  // render on the GPU, where frames stay
   std::filesystem::path cache_folder;
   std::function<void(const std::string&)> on_message;  // a plugin's warnings; any thread
 };
@@ -37,9 +38,13 @@ struct BatchSetup {
 //
 // Frame i of an instance has the seed of step i of a trial: equal moves give the frames of a trial.
 // Drift of the stage follows the scene's own machine times.
+//
+// On a GPU (relign/scene/batch.h) captures and ground truth of a call are one batch, with the bits of the CPU. Frames
+// are written to memory of the GPU, which the caller provides. Noise-free images and optima are the CPU's there, too.
 class Batch {
  public:
-  // Creates one scene object per thread. Throws Error(bad_input) for a station, and as plugin_host does.
+  // Creates one scene object per thread, one for a GPU. Throws Error(bad_input) for a station, and where the scene or
+  // this machine cannot use a GPU that was requested; and as plugin_host does.
   explicit Batch(BatchSetup setup);
   ~Batch();
   Batch(const Batch&) = delete;
@@ -50,6 +55,9 @@ class Batch {
   unsigned threads() const;
   std::size_t frame_pixels() const;             // image_height x image_width
   const std::vector<float>& reference() const;  // O*, image_height x image_width
+
+  // On a GPU, before the first reset: slots() x image_height x image_width floats of its memory, for the last frames.
+  void set_frames(float* memory);
 
   struct Draw {
     unsigned slot = 0;
@@ -63,7 +71,8 @@ class Batch {
   void move_by(const std::vector<unsigned>& slots, const double* moves);
 
   // Captures frames at arbitrary poses, as training data: the lens of slots[k] at the true pose true_poses[k * axes
-  // ...] in [0, 1], with a frame seed derived from `seeds[k]`. Does not move the stages.
+  // ...] in [0, 1], with a frame seed derived from `seeds[k]`. Does not move the stages. On a GPU `pixels` is memory of
+  // the GPU.
   void capture_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
                   float* pixels);
 
@@ -81,7 +90,7 @@ class Batch {
     double measured_rmse = 0;  // of the last frame against O*
   };
   const State& state(unsigned slot) const;
-  // The last frames, slots() x image_height x image_width; the address never changes.
+  // The last frames, slots() x image_height x image_width; the address never changes. On a GPU that of set_frames.
   const float* frames() const;
 
   // Noise-free MSE at the current poses; the value that a trial records for the same step.

@@ -30,6 +30,7 @@ struct Abilities {
   const relign_scene_average* average = nullptr;
   const relign_scene_fields* fields = nullptr;
   const relign_scene_regions* regions = nullptr;
+  const relign_scene_batch* batch = nullptr;
 };
 
 class LibraryAssembly final : public AssemblyBackend {
@@ -45,6 +46,8 @@ class LibraryAssembly final : public AssemblyBackend {
   ~LibraryAssembly() override {
     scene_.quietly([this] { scene_.table().unmount(object_); });
   }
+
+  relign_assembly* get() const { return object_; }
 
   void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) override {
     scene_.demand("capture", "it returned no image and no reason", [&] {
@@ -168,6 +171,7 @@ class LibraryScene final : public SceneBackend {
       can_.average = static_cast<const relign_scene_average*>(ask(RELIGN_SCENE_AVERAGE));
       can_.fields = static_cast<const relign_scene_fields*>(ask(RELIGN_SCENE_FIELDS));
       can_.regions = static_cast<const relign_scene_regions*>(ask(RELIGN_SCENE_REGIONS));
+      can_.batch = static_cast<const relign_scene_batch*>(ask(RELIGN_SCENE_BATCH));
       stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
@@ -178,6 +182,9 @@ class LibraryScene final : public SceneBackend {
     if (can_.average && (!RELIGN_HAS_MEMBER(can_.average, render) || !can_.average->render)) can_.average = nullptr;
     if (can_.fields && (!RELIGN_HAS_MEMBER(can_.fields, measure) || !can_.fields->measure)) can_.fields = nullptr;
     if (can_.regions && (!RELIGN_HAS_MEMBER(can_.regions, capture) || !can_.regions->capture)) can_.regions = nullptr;
+    if (can_.batch && (!RELIGN_HAS_MEMBER(can_.batch, noise_free_mse) || !can_.batch->open || !can_.batch->capture ||
+                       !can_.batch->noise_free_mse))
+      can_.batch = nullptr;
     if (!stage_) return;
     if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
@@ -203,6 +210,42 @@ class LibraryScene final : public SceneBackend {
   }
 
   bool captures_regions() override { return can_.regions != nullptr; }
+
+  std::string open_gpu() override {
+    if (!can_.batch) return SceneBackend::open_gpu();
+    const TextSink why;
+    bool offered = true;
+    object_.demand("open", "it returned no reason", [&] {
+      const relign_status status = can_.batch->open(object_.get(), why.sink());
+      offered = status != RELIGN_UNSUPPORTED;
+      return offered ? status : RELIGN_OK;
+    });
+    if (offered) return "";
+    return why.text().empty() ? "it gave no reason" : why.text();
+  }
+
+  std::vector<double> capture_batch(const Batch& batch, const std::vector<std::uint32_t>& places,
+                                    float* images) override {
+    std::vector<double> rmse(batch.seeds.size(), -1);
+    with_table(batch, [&](const relign_batch& table, std::uint32_t axes) {
+      object_.demand("capture_batch", "it returned no images and no reason", [&] {
+        return can_.batch->capture(object_.get(), &table, axes, places.data(), images, rmse.data());
+      });
+    });
+    return rmse;
+  }
+
+  std::vector<MountedAssembly::Truth> mse_batch(const Batch& batch) override {
+    std::vector<double> mse(batch.seeds.size()), error(batch.seeds.size(), -1);
+    with_table(batch, [&](const relign_batch& table, std::uint32_t axes) {
+      object_.demand("mse_batch", "it returned no values and no reason",
+                     [&] { return can_.batch->noise_free_mse(object_.get(), &table, axes, mse.data(), error.data()); });
+    });
+    std::vector<MountedAssembly::Truth> truths;
+    for (std::size_t i = 0; i < mse.size(); ++i) truths.push_back({mse[i], error[i]});
+    return truths;
+  }
+
   bool offers_stage() const override { return stage_ != nullptr; }
 
   void begin(std::uint64_t seed) override {
@@ -235,6 +278,18 @@ class LibraryScene final : public SceneBackend {
   }
 
  private:
+  // Calls body(the batch as the plugin gets it, number of axes).
+  template <class Body>
+  void with_table(const Batch& batch, const Body& body) {
+    if (batch.seeds.empty()) return;
+    std::vector<relign_assembly*> assemblies;
+    for (AssemblyBackend* assembly : batch.assemblies)
+      assemblies.push_back(static_cast<LibraryAssembly*>(assembly)->get());
+    body(relign_batch{sizeof(relign_batch), static_cast<std::uint32_t>(assemblies.size()), assemblies.data(),
+                      batch.true_poses.data(), batch.seeds.data()},
+         static_cast<std::uint32_t>(batch.true_poses.size() / batch.seeds.size()));
+  }
+
   SceneObject object_;
   Abilities can_;
   const relign_scene_stage* stage_ = nullptr;  // null when not offered

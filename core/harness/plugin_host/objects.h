@@ -152,6 +152,18 @@ class Scene {
   relign_image reference();  // valid as long as this object
   MountedAssembly mount(const std::string& offsets_json);
 
+  // Batches on a GPU (relign_scene_batch). Why the scene or this machine cannot; empty: the GPU is open, and the other
+  // two functions can be used.
+  std::string open_gpu();
+  struct Batch {  // the same number of each; assemblies of this scene
+    std::vector<MountedAssembly*> assemblies;
+    std::vector<double> true_poses;  // one after the other
+    std::vector<std::uint64_t> seeds;
+  };
+  // Element i into image places[i] of `images`, memory of the GPU. Returns the RMSE of each against the reference.
+  std::vector<double> capture_batch(const Batch& batch, const std::vector<std::uint32_t>& places, float* images);
+  std::vector<MountedAssembly::Truth> mse_batch(const Batch& batch);
+
   // Whether the scene owns its stage (RELIGN_SCENE_STAGE). If not, the three functions below throw Error.
   bool offers_stage() const;
   void begin(std::uint64_t seed);

@@ -15,12 +15,28 @@ struct Scene::Implementation {
     if (!backend->offers_stage()) backend->refuse(what, std::string("it does not offer ") + RELIGN_SCENE_STAGE);
     return *backend;
   }
+  SceneBackend::Batch backend_of(const Batch& batch) const;
 };
 
 struct MountedAssembly::Implementation {
   std::shared_ptr<Scene::Implementation> scene;  // outlives `backend`
   std::unique_ptr<AssemblyBackend> backend;
 };
+
+SceneBackend::Batch Scene::Implementation::backend_of(const Batch& batch) const {
+  SceneBackend::Batch of{{}, batch.true_poses, batch.seeds};
+  for (MountedAssembly* assembly : batch.assemblies) of.assemblies.push_back(assembly->implementation_->backend.get());
+  return of;
+}
+
+namespace {
+
+void check_truth(SceneBackend& scene, const char* what, const MountedAssembly::Truth& truth) {
+  if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)
+    scene.refuse(what, "value or standard error is not finite, or the standard error is negative");
+}
+
+}  // namespace
 
 Scene::Scene(const Choice& choice, const HostServices& services) : implementation_(std::make_shared<Implementation>()) {
   const bool is_process = !choice.plugin->command.empty();
@@ -45,6 +61,22 @@ MountedAssembly Scene::mount(const std::string& offsets_json) {
   assembly->scene = implementation_;
   assembly->backend = implementation_->backend->mount(offsets_json);
   return MountedAssembly(std::move(assembly));
+}
+
+std::string Scene::open_gpu() { return implementation_->backend->open_gpu(); }
+
+std::vector<double> Scene::capture_batch(const Batch& batch, const std::vector<std::uint32_t>& places, float* images) {
+  SceneBackend& scene = *implementation_->backend;
+  std::vector<double> rmse = scene.capture_batch(implementation_->backend_of(batch), places, images);
+  if (!std::all_of(rmse.begin(), rmse.end(), [](double value) { return std::isfinite(value) && value >= 0; }))
+    scene.refuse("capture_batch", "an RMSE is negative or not finite");
+  return rmse;
+}
+
+std::vector<MountedAssembly::Truth> Scene::mse_batch(const Batch& batch) {
+  std::vector<MountedAssembly::Truth> truths = implementation_->backend->mse_batch(implementation_->backend_of(batch));
+  for (const MountedAssembly::Truth& truth : truths) check_truth(*implementation_->backend, "mse_batch", truth);
+  return truths;
 }
 
 bool Scene::offers_stage() const { return implementation_->backend->offers_stage(); }
@@ -108,9 +140,7 @@ double MountedAssembly::capture_regions(const std::vector<double>& true_pose, st
 
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
   const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
-  if (!std::isfinite(truth.mse) || !std::isfinite(truth.standard_error) || truth.standard_error < 0)
-    implementation_->scene->backend->refuse("noise_free_mse",
-                                            "value or standard error is not finite, or the standard error is negative");
+  check_truth(*implementation_->scene->backend, "noise_free_mse", truth);
   return truth;
 }
 

@@ -50,6 +50,16 @@ class SceneBackend {
 
   virtual bool captures_regions() = 0;
 
+  struct Batch {
+    std::vector<AssemblyBackend*> assemblies;
+    const std::vector<double>& true_poses;
+    const std::vector<std::uint64_t>& seeds;
+  };
+  // The functions after open_gpu are called only when it returned an empty text.
+  virtual std::string open_gpu() { return "the scene has no GPU simulator"; }
+  virtual std::vector<double> capture_batch(const Batch&, const std::vector<std::uint32_t>&, float*) { return {}; }
+  virtual std::vector<MountedAssembly::Truth> mse_batch(const Batch&) { return {}; }
+
   // The three functions after offers_stage are called only when it returns true.
   virtual bool offers_stage() const = 0;
   virtual void begin(std::uint64_t seed) = 0;

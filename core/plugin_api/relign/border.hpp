@@ -221,6 +221,55 @@ inline const relign_scene_average* scene_average() {
   return &table;
 }
 
+inline std::vector<Scene::BatchItem> to_items(const relign_batch* batch, std::uint32_t axes) {
+  std::vector<Scene::BatchItem> items(batch->count);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const double* const pose = batch->true_poses + i * axes;
+    items[i] = {handle<Assembly>(batch->assemblies[i])->object.get(), Pose(pose, pose + axes), batch->seeds[i]};
+  }
+  return items;
+}
+
+inline const relign_scene_batch* scene_batch() {
+  static const relign_scene_batch table = {
+      sizeof(relign_scene_batch), 0,
+      [](relign_scene* self, const relign_text_sink* why) -> relign_status {
+        auto* mine = handle<Scene>(self);
+        return guard(mine->host, [&] {
+          const std::string problem = mine->object->open_gpu();
+          if (problem.empty()) return RELIGN_OK;
+          write(why, problem);
+          return RELIGN_UNSUPPORTED;
+        });
+      },
+      [](relign_scene* self, const relign_batch* batch, std::uint32_t axes, const std::uint32_t* places, float* images,
+         double* rmse) -> relign_status {
+        auto* mine = handle<Scene>(self);
+        return guard(mine->host, [&] {
+          const std::vector<double> found =
+              mine->object->capture_batch(to_items(batch, axes), {places, places + batch->count}, images);
+          if (found.size() != batch->count)
+            throw std::logic_error("capture_batch: another number of values than items");
+          std::copy(found.begin(), found.end(), rmse);
+          return RELIGN_OK;
+        });
+      },
+      [](relign_scene* self, const relign_batch* batch, std::uint32_t axes, double* mse,
+         double* standard_error) -> relign_status {
+        auto* mine = handle<Scene>(self);
+        return guard(mine->host, [&] {
+          const std::vector<Assembly::Truth> found = mine->object->mse_batch(to_items(batch, axes));
+          if (found.size() != batch->count) throw std::logic_error("mse_batch: another number of values than items");
+          for (std::size_t i = 0; i < found.size(); ++i) {
+            mse[i] = found[i].mse;
+            standard_error[i] = found[i].standard_error;
+          }
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline Station& station(relign_scene* self) { return static_cast<Station&>(*handle<Scene>(self)->object); }
 
 inline const relign_scene_stage* scene_stage() {
@@ -312,6 +361,8 @@ const relign_scene_interface* scene_interface() {
         } else {
           if (to_view(id) == RELIGN_SCENE_REGIONS)
             return handle<Scene>(self)->object->captures_regions() ? scene_regions() : nullptr;
+          if (to_view(id) == RELIGN_SCENE_BATCH)
+            return handle<Scene>(self)->object->captures_batches() ? scene_batch() : nullptr;
           if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
           if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
           if (to_view(id) == RELIGN_SCENE_FIELDS) return scene_fields();

@@ -56,6 +56,7 @@
 #include <stdint.h>
 
 #include "scene/average.h"
+#include "scene/batch.h"
 #include "scene/fields.h"
 #include "scene/mtf.h"
 #include "scene/noise_free.h"
@@ -77,7 +78,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 6
+#define RELIGN_ABI_MINOR 7
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 

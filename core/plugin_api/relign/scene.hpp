@@ -74,6 +74,24 @@ class Scene {
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<Assembly> mount(std::string_view offsets_json) = 0;
   virtual bool captures_regions() const { return false; }
+
+  // Optional: batches on a GPU, as relign_scene_batch defines them, for scenes whose captures_batches() is true.
+  virtual bool captures_batches() const { return false; }
+  struct BatchItem {
+    Assembly* assembly;
+    Pose true_pose;
+    std::uint64_t seed;
+  };
+  // Returns why this scene or this machine cannot use the GPU; empty: it is open.
+  virtual std::string open_gpu() { return "the scene has no GPU simulator"; }
+  // Returns the RMSE of each image.
+  virtual std::vector<double> capture_batch(const std::vector<BatchItem>& /*items*/,
+                                            const std::vector<std::uint32_t>& /*places*/, float* /*images*/) {
+    throw std::logic_error("captures_batches() is true, but the scene has no capture_batch()");
+  }
+  virtual std::vector<Assembly::Truth> mse_batch(const std::vector<BatchItem>& /*items*/) {
+    throw std::logic_error("captures_batches() is true, but the scene has no mse_batch()");
+  }
 };
 
 // A scene that owns its stage: a real machine, whose start, distortion and ground truth are unknown. Its

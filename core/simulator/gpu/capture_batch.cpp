@@ -66,8 +66,12 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
   fitter.tiles.fit(*item.lens, lens_to_world, path, jobs.ops, scene_->emitter.plane());
   const bool fresnel = settings_.transport != imaging::Transport::refract;
   const double highest = fresnel ? path.highest_transmittance : 1.0;
-  jobs.image = {static_cast<std::uint32_t>(item.seed), static_cast<std::uint32_t>(item.seed >> 32), 0,
-                static_cast<std::int32_t>(jobs.ops.size()), static_cast<float>(highest)};
+  jobs.image = {static_cast<std::uint32_t>(item.seed),
+                static_cast<std::uint32_t>(item.seed >> 32),
+                0,
+                static_cast<std::int32_t>(jobs.ops.size()),
+                static_cast<float>(highest),
+                0};
   jobs.tiles.clear();
   jobs.thresholds.clear();
   const int samples = imaging::mse_samples(static_cast<double>(scene_->sensor.pixels()));
@@ -97,7 +101,8 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
   }
 }
 
-void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind kind) {
+void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind kind,
+                           const std::vector<std::uint32_t>& places) {
   if (jobs_.size() < items.size()) jobs_.resize(items.size());
   parallel_->for_each(static_cast<int>(items.size()), [&](int index, unsigned thread) {
     const auto at = static_cast<std::size_t>(index);
@@ -116,6 +121,7 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
     }
     images_.push_back(jobs.image);
     images_.back().first_op = static_cast<std::int32_t>(ops_.size());
+    images_.back().place = places.empty() ? static_cast<std::uint32_t>(i) : places[i];
     ops_.insert(ops_.end(), jobs.ops.begin(), jobs.ops.end());
     thresholds_.insert(thresholds_.end(), jobs.thresholds.begin(), jobs.thresholds.end());
   }
@@ -132,7 +138,8 @@ Batch CaptureBatch::batch(const imaging::Reference* reference) const {
           static_cast<std::int32_t>(pixels),
           imaging::mse_samples(static_cast<double>(pixels)),
           reference ? reference->first.data() : nullptr,
-          reference ? reference->second.data() : nullptr};
+          reference ? reference->second.data() : nullptr,
+          reference ? reference->mean.data() : nullptr};
 }
 
 std::vector<float> CaptureBatch::capture_here() const {

@@ -27,7 +27,8 @@ class CaptureBatch {
 
   enum class Kind { capture, noise_free_mse };
   // Fits the tiles of every image, with all threads. Lenses may be shared by several items.
-  void prepare(const std::vector<imaging::BatchItem>& items, Kind kind);
+  // places: of captures, counted in images; empty: in their order.
+  void prepare(const std::vector<imaging::BatchItem>& items, Kind kind, const std::vector<std::uint32_t>& places = {});
 
   const std::vector<TileJob>& tiles() const { return tiles_; }
   const std::vector<ImageJob>& images() const { return images_; }

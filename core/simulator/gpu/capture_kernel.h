@@ -11,6 +11,8 @@
 namespace relign::gpu {
 
 constexpr int kTileThreads = 160;  // of a GPU block: one for each pixel of a tile, in whole warps
+constexpr int kSquareSums = 4;     // of the squares of an image: pixel i is added to sum i % 4, as in images/score.h
+static_assert(kTileThreads % kSquareSums == 0);
 
 // A tile of one image (imaging/pupil_tiles.h), of which only the lit pixels get rays.
 struct TileJob {
@@ -32,6 +34,7 @@ struct ImageJob {
   std::uint32_t seed_low, seed_high;
   std::int32_t first_op, ops;
   float highest_transmittance;  // of any ray
+  std::uint32_t place;          // captures: of the image in memory, counted in images
 };
 
 // Where the jobs are, in the memory of the processor that runs them.
@@ -44,11 +47,11 @@ struct Batch {
   std::int32_t fresnel;
   std::int32_t image_pixels;
   std::int32_t samples;  // MSE: rays per pixel and group
-  const float *reference_first, *reference_second;
+  const float *reference_first, *reference_second, *reference_mean;
 };
 
 // Both compilers must see the same layout.
-static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 20 && sizeof(Batch) == 104);
+static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 24 && sizeof(Batch) == 112);
 
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
@@ -66,6 +69,19 @@ RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, co
 
 RELIGN_DEVICE optics::PixelStart start_of(const TileJob& tile, std::int32_t lit_pixel) {
   return pixel_start(tile.start, tile.places, 1.0F / static_cast<float>(tile.places.columns), lit_pixel);
+}
+
+RELIGN_DEVICE float* image_at(const Batch& batch, const ImageJob& image, float* images) {
+  return images + static_cast<std::uint64_t>(image.place) * static_cast<std::uint64_t>(batch.image_pixels);
+}
+
+RELIGN_DEVICE double squared_difference(float a, float b) {
+  const double difference = static_cast<double>(a) - static_cast<double>(b);
+  return difference * difference;
+}
+
+RELIGN_DEVICE double sum_of_squares(const double (&sums)[kSquareSums]) {
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
 // Writes a pixel of a capture.
@@ -86,8 +102,7 @@ RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::i
     const float radiance = trace_to_emitter(batch, tile, image, from, words, ray);
     sum += survives(ray, roulette, image.highest_transmittance) ? radiance : 0.0F;
   }
-  images[static_cast<std::uint64_t>(tile.image) * static_cast<std::uint64_t>(batch.image_pixels) + from.number] =
-      static_cast<float>(tile.scale * static_cast<double>(sum));
+  image_at(batch, image, images)[from.number] = static_cast<float>(tile.scale * static_cast<double>(sum));
 }
 
 // Sum of the weighted radiances of a lattice of rays: eight partial sums where their number allows, as in RaySource.
@@ -136,6 +151,34 @@ RELIGN_DEVICE imaging::MseSum mse_pixel(const Batch& batch, const TileJob& tile,
 }
 
 #if defined(__CUDACC_RTC__)
+// One block for each image.
+extern "C" __global__ void relign_clear(const Batch batch, float* images) {
+  float* const image = image_at(batch, batch.images[blockIdx.x], images);
+  for (auto i = static_cast<std::int32_t>(threadIdx.x); i < batch.image_pixels; i += kTileThreads) image[i] = 0.0F;
+}
+
+// One block and one sum for each image: of the squares of its differences from the reference, in the order of
+// images/score.h, so that measured RMSE has the CPU's bits.
+extern "C" __global__ void relign_squares(const Batch batch, const float* images, double* squares) {
+  __shared__ double square[kTileThreads];
+  __shared__ double sums[kSquareSums];
+  const float* const image = image_at(batch, batch.images[blockIdx.x], const_cast<float*>(images));
+  const auto thread = static_cast<std::int32_t>(threadIdx.x);
+  double sum = 0;
+  for (std::int32_t first = 0; first < batch.image_pixels; first += kTileThreads) {
+    const std::int32_t rest = batch.image_pixels - first, count = rest < kTileThreads ? rest : kTileThreads;
+    if (thread < count)
+      square[thread] = squared_difference(image[first + thread], batch.reference_mean[first + thread]);
+    __syncthreads();
+    if (thread < kSquareSums)
+      for (std::int32_t i = thread; i < count; i += kSquareSums) sum += square[i];
+    __syncthreads();
+  }
+  if (thread < kSquareSums) sums[thread] = sum;
+  __syncthreads();
+  if (thread == 0) squares[blockIdx.x] = sum_of_squares(sums);
+}
+
 // One block for each tile. `images` must be black.
 extern "C" __global__ void relign_capture(const Batch batch, float* images) {
   const TileJob& tile = batch.tiles[blockIdx.x];

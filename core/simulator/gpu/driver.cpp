@@ -27,7 +27,8 @@ Driver::Driver() : library("RELIGN_LIBCUDA", {"libcuda.so.1"}) {
     library.find(cuDeviceTotalMem, "cuDeviceTotalMem_v2");
     library.find(cuDevicePrimaryCtxRetain, "cuDevicePrimaryCtxRetain");
     library.find(cuDevicePrimaryCtxRelease, "cuDevicePrimaryCtxRelease_v2");
-    library.find(cuCtxSetCurrent, "cuCtxSetCurrent");
+    library.find(cuCtxPushCurrent, "cuCtxPushCurrent_v2");
+    library.find(cuCtxPopCurrent, "cuCtxPopCurrent_v2");
     library.find(cuCtxSynchronize, "cuCtxSynchronize");
     library.find(cuModuleLoadData, "cuModuleLoadData");
     library.find(cuModuleUnload, "cuModuleUnload");
@@ -36,7 +37,6 @@ Driver::Driver() : library("RELIGN_LIBCUDA", {"libcuda.so.1"}) {
     library.find(cuMemFree, "cuMemFree_v2");
     library.find(cuMemcpyHtoD, "cuMemcpyHtoD_v2");
     library.find(cuMemcpyDtoH, "cuMemcpyDtoH_v2");
-    library.find(cuMemsetD8Async, "cuMemsetD8Async");
     library.find(cuLaunchKernel, "cuLaunchKernel");
     library.find(cuEventCreate, "cuEventCreate");
     library.find(cuEventRecord, "cuEventRecord");

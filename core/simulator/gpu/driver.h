@@ -27,7 +27,8 @@ struct Driver {
   int (*cuDeviceTotalMem)(std::size_t*, int) = nullptr;
   int (*cuDevicePrimaryCtxRetain)(Handle*, int) = nullptr;
   int (*cuDevicePrimaryCtxRelease)(int) = nullptr;
-  int (*cuCtxSetCurrent)(Handle) = nullptr;
+  int (*cuCtxPushCurrent)(Handle) = nullptr;
+  int (*cuCtxPopCurrent)(Handle*) = nullptr;
   int (*cuCtxSynchronize)() = nullptr;
   int (*cuModuleLoadData)(Handle*, const void*) = nullptr;
   int (*cuModuleUnload)(Handle) = nullptr;
@@ -36,7 +37,6 @@ struct Driver {
   int (*cuMemFree)(Address) = nullptr;
   int (*cuMemcpyHtoD)(Address, const void*, std::size_t) = nullptr;
   int (*cuMemcpyDtoH)(void*, Address, std::size_t) = nullptr;
-  int (*cuMemsetD8Async)(Address, unsigned char, std::size_t, Handle) = nullptr;
   int (*cuLaunchKernel)(Handle, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned, Handle, void**,
                         void**) = nullptr;
   int (*cuEventCreate)(Handle*, unsigned) = nullptr;

@@ -13,6 +13,7 @@ constexpr int kOldestDriver = 12000;  // the CUDA version it supports: 1000 majo
 struct Found {
   int device = 0;
   std::string name, architecture;
+  int cuda = 0;  // major version that the driver supports
   std::size_t memory_bytes = 0;
 };
 
@@ -34,6 +35,7 @@ Found find_gpu(const Driver& driver) {
     throw Error(ErrorKind::bad_input, "the NVIDIA driver finds no GPU");
   if (started != 0) throw Error(ErrorKind::bad_input, "the NVIDIA driver does not start: " + driver.text_of(started));
   Found found;
+  found.cuda = version / 1000;
   driver.check(driver.cuDeviceGet(&found.device, 0), "cuDeviceGet");
   char name[256] = "";
   driver.check(driver.cuDeviceGetName(name, sizeof name, found.device), "cuDeviceGetName");
@@ -55,7 +57,7 @@ Availability look_for_gpu() {
     const std::string gpu =
         found.name + ", " + significant(static_cast<double>(found.memory_bytes) / 1e9) + " GB, " + found.architecture;
     try {
-      cached_kernels(found.architecture, cache_folder());
+      cached_kernels(found.architecture, cache_folder(), found.cuda);
     } catch (const Error& error) {
       return {false, gpu + ", but " + error.what()};
     }
@@ -65,12 +67,32 @@ Availability look_for_gpu() {
   }
 }
 
+// Makes the context this thread's for its lifetime, and leaves that of other libraries as it was. If it cannot, the
+// calls that follow fail and are reported.
+class Gpu::Current {
+ public:
+  explicit Current(const Gpu& gpu) : driver_(gpu.driver_), pushed_(driver_.cuCtxPushCurrent(gpu.context_) == 0) {}
+  ~Current() {
+    Handle popped = nullptr;
+    if (pushed_) driver_.cuCtxPopCurrent(&popped);
+  }
+  Current(const Current&) = delete;
+  Current& operator=(const Current&) = delete;
+
+ private:
+  const Driver& driver_;
+  bool pushed_;
+};
+
 Buffer::~Buffer() {
-  if (address_ != 0) gpu_->driver().cuMemFree(address_);
+  if (address_ == 0) return;
+  const Gpu::Current current(*gpu_);
+  gpu_->driver().cuMemFree(address_);
 }
 
 void Buffer::reserve(std::size_t bytes) {
   if (bytes <= bytes_) return;
+  const Gpu::Current current(*gpu_);
   const Driver& driver = gpu_->driver();
   if (address_ != 0) driver.check(driver.cuMemFree(address_), "cuMemFree");
   address_ = 0;
@@ -82,33 +104,29 @@ void Buffer::reserve(std::size_t bytes) {
 void Buffer::upload(const void* from, std::size_t bytes) {
   if (bytes == 0) return;
   reserve(bytes);
+  const Gpu::Current current(*gpu_);
   gpu_->driver().check(gpu_->driver().cuMemcpyHtoD(address_, from, bytes), "cuMemcpyHtoD");
 }
 
-void Buffer::download(void* to, std::size_t bytes) const {
-  if (bytes > 0) gpu_->driver().check(gpu_->driver().cuMemcpyDtoH(to, address_, bytes), "cuMemcpyDtoH");
-}
-
-void Buffer::clear(std::size_t bytes) {
+void Buffer::download(void* to, std::size_t bytes, std::size_t first) const {
   if (bytes == 0) return;
-  reserve(bytes);
-  gpu_->driver().check(gpu_->driver().cuMemsetD8Async(address_, 0, bytes, nullptr), "cuMemsetD8Async");
+  const Gpu::Current current(*gpu_);
+  gpu_->driver().check(gpu_->driver().cuMemcpyDtoH(to, address_ + first, bytes), "cuMemcpyDtoH");
 }
 
 Gpu::Gpu() {
   const Found found = find_gpu(driver_);
   name_ = found.name;
   device_ = found.device;
-  const std::string kernels = cached_kernels(found.architecture, cache_folder());
+  const std::string kernels = cached_kernels(found.architecture, cache_folder(), found.cuda);
   try {
     driver_.check(driver_.cuDevicePrimaryCtxRetain(&context_, device_), "cuDevicePrimaryCtxRetain");
-    driver_.check(driver_.cuCtxSetCurrent(context_), "cuCtxSetCurrent");
+    const Current current(*this);
     driver_.check(driver_.cuModuleLoadData(&module_, kernels.data()), "cuModuleLoadData");
-    const char* const names[] = {"relign_capture", "relign_mse"};
-    for (std::size_t i = 0; i < 2; ++i) {
+    const char* const names[kKernels] = {"relign_clear", "relign_capture", "relign_squares", "relign_mse"};
+    for (std::size_t i = 0; i < kKernels; ++i)
       driver_.check(driver_.cuModuleGetFunction(&kernels_[i], module_, names[i]), "cuModuleGetFunction");
-      driver_.check(driver_.cuEventCreate(&events_[i], 0), "cuEventCreate");
-    }
+    for (Handle& event : events_) driver_.check(driver_.cuEventCreate(&event, 0), "cuEventCreate");
   } catch (...) {
     close();
     throw;
@@ -118,22 +136,36 @@ Gpu::Gpu() {
 Gpu::~Gpu() { close(); }
 
 void Gpu::close() {
-  for (Handle event : events_)
-    if (event) driver_.cuEventDestroy(event);
-  if (module_) driver_.cuModuleUnload(module_);
-  if (context_) driver_.cuDevicePrimaryCtxRelease(device_);
+  if (!context_) return;
+  {
+    const Current current(*this);
+    for (Handle event : events_)
+      if (event) driver_.cuEventDestroy(event);
+    if (module_) driver_.cuModuleUnload(module_);
+  }
+  driver_.cuDevicePrimaryCtxRelease(device_);
 }
 
-void Gpu::launch(Kernel kernel, std::size_t tiles, void** arguments) {
-  if (tiles == 0) return;
-  driver_.check(driver_.cuLaunchKernel(kernels_[static_cast<std::size_t>(kernel)], static_cast<unsigned>(tiles), 1, 1,
+void Gpu::launch(Kernel kernel, std::size_t blocks, void** arguments) {
+  if (blocks == 0) return;
+  const Current current(*this);
+  driver_.check(driver_.cuLaunchKernel(kernels_[static_cast<std::size_t>(kernel)], static_cast<unsigned>(blocks), 1, 1,
                                        kTileThreads, 1, 1, 0, nullptr, arguments, nullptr),
                 "cuLaunchKernel");
 }
 
-void Gpu::start_clock() { driver_.check(driver_.cuEventRecord(events_[0], nullptr), "cuEventRecord"); }
+void Gpu::wait() const {
+  const Current current(*this);
+  driver_.check(driver_.cuCtxSynchronize(), "cuCtxSynchronize");
+}
+
+void Gpu::start_clock() {
+  const Current current(*this);
+  driver_.check(driver_.cuEventRecord(events_[0], nullptr), "cuEventRecord");
+}
 
 double Gpu::stop_clock() {
+  const Current current(*this);
   driver_.check(driver_.cuEventRecord(events_[1], nullptr), "cuEventRecord");
   driver_.check(driver_.cuEventSynchronize(events_[1]), "cuEventSynchronize");
   float milliseconds = 0;

@@ -35,8 +35,7 @@ class Buffer {
   // Makes it at least this large; what it held may be lost.
   void reserve(std::size_t bytes);
   void upload(const void* from, std::size_t bytes);
-  void download(void* to, std::size_t bytes) const;
-  void clear(std::size_t bytes);  // to 0
+  void download(void* to, std::size_t bytes, std::size_t first = 0) const;  // first: byte
 
  private:
   const Gpu* gpu_;
@@ -44,7 +43,8 @@ class Buffer {
   std::size_t bytes_ = 0;
 };
 
-// The first GPU, for the thread that opens it. Throws Error(bad_input) with look_for_gpu()'s sentence.
+// The first GPU, in its primary context, which libraries such as PyTorch share. From any thread; one at a time. Throws
+// Error(bad_input) with look_for_gpu()'s sentence.
 class Gpu {
  public:
   Gpu();
@@ -54,20 +54,25 @@ class Gpu {
 
   const std::string& name() const { return name_; }
   const Driver& driver() const { return driver_; }
-  enum class Kernel { capture, mse };
-  // One block of threads for each tile. Does not wait.
-  void launch(Kernel kernel, std::size_t tiles, void** arguments);
+  enum class Kernel { clear, capture, squares, mse };  // of capture_kernel.h
+  static constexpr std::size_t kKernels = 4;
+  // So many blocks of kTileThreads threads. Does not wait.
+  void launch(Kernel kernel, std::size_t blocks, void** arguments);
+  // Until all work in the context is done, that of other libraries too.
+  void wait() const;
   // Milliseconds of GPU time between the two calls.
   void start_clock();
   double stop_clock();
 
  private:
+  friend class Buffer;
+  class Current;
   void close();
 
   Driver driver_;
   std::string name_;
   int device_ = 0;
-  Handle context_ = nullptr, module_ = nullptr, kernels_[2] = {nullptr, nullptr}, events_[2] = {nullptr, nullptr};
+  Handle context_ = nullptr, module_ = nullptr, kernels_[kKernels] = {}, events_[2] = {};
 };
 
 }  // namespace relign::gpu

@@ -1,5 +1,7 @@
 #include "gpu/gpu_camera.h"
 
+#include <cmath>
+
 #include "base/error.h"
 
 namespace relign::gpu {
@@ -24,7 +26,8 @@ GpuCamera::GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::C
       images_(gpu),
       sums_(gpu),
       first_(gpu),
-      second_(gpu) {
+      second_(gpu),
+      mean_(gpu) {
   if (scene.emitter.plane().texels_8_bit)
     send(texels_, scene.emitter.texels_8_bit);
   else
@@ -54,21 +57,25 @@ Batch GpuCamera::batch_on_gpu() const {
     batch.emitter.texels_16_bit = texels_.as<const std::uint32_t>();
   batch.reference_first = first_.as<const float>();
   batch.reference_second = second_.as<const float>();
+  batch.reference_mean = mean_.as<const float>();
   return batch;
 }
 
-void GpuCamera::run() {
-  images_.clear(jobs_.images().size() * jobs_.scene().sensor.pixels() * sizeof(float));
+void GpuCamera::run(float* images) {
   Batch batch = batch_on_gpu();
-  Address images = images_.address();
   void* arguments[] = {&batch, &images};
+  gpu_->launch(Gpu::Kernel::clear, jobs_.images().size(), arguments);
   gpu_->launch(Gpu::Kernel::capture, jobs_.tiles().size(), arguments);
+}
+
+void GpuCamera::run() {
+  images_.reserve(jobs_.images().size() * jobs_.scene().sensor.pixels() * sizeof(float));
+  run(images_.as<float>());
 }
 
 void GpuCamera::download(std::size_t image, float* pixels) const {
   const std::size_t bytes = jobs_.scene().sensor.pixels() * sizeof(float);
-  const Driver& driver = gpu_->driver();
-  driver.check(driver.cuMemcpyDtoH(pixels, images_.address() + image * bytes, bytes), "cuMemcpyDtoH");
+  images_.download(pixels, bytes, image * bytes);
 }
 
 void GpuCamera::capture(const std::vector<imaging::BatchItem>& items) {
@@ -78,16 +85,36 @@ void GpuCamera::capture(const std::vector<imaging::BatchItem>& items) {
   for (std::size_t i = 0; i < items.size(); ++i) download(i, items[i].pixels);
 }
 
-std::vector<imaging::MseEstimate> GpuCamera::noise_free_mse(const std::vector<imaging::BatchItem>& items,
-                                                            const imaging::Reference& reference) {
+std::vector<double> GpuCamera::capture(const std::vector<imaging::BatchItem>& items,
+                                       const std::vector<std::uint32_t>& places, float* images) {
+  jobs_.prepare(items, CaptureBatch::Kind::capture, places);
+  upload();
+  gpu_->wait();
+  run(images);
+  std::vector<double> rmse(items.size());
+  sums_.reserve(rmse.size() * sizeof rmse[0]);
+  Batch batch = batch_on_gpu();
+  Address sums = sums_.address();
+  void* arguments[] = {&batch, &images, &sums};
+  gpu_->launch(Gpu::Kernel::squares, rmse.size(), arguments);
+  sums_.download(rmse.data(), rmse.size() * sizeof rmse[0]);
+  for (double& value : rmse) value = std::sqrt(value / static_cast<double>(jobs_.scene().sensor.pixels()));
+  return rmse;
+}
+
+void GpuCamera::set_reference(const imaging::Reference& reference) {
   const std::size_t pixels = jobs_.scene().sensor.pixels();
-  if (reference.first.size() != pixels || reference.second.size() != pixels)
+  if (reference.first.size() != pixels || reference.second.size() != pixels || reference.mean.size() != pixels)
     throw Error(ErrorKind::bad_input, "the reference has " + std::to_string(reference.first.size()) +
                                           " pixels, the scene's sensor " + std::to_string(pixels));
-  jobs_.prepare(items, CaptureBatch::Kind::noise_free_mse);
-  upload();
   send(first_, reference.first);
   send(second_, reference.second);
+  send(mean_, reference.mean);
+}
+
+std::vector<imaging::MseEstimate> GpuCamera::noise_free_mse(const std::vector<imaging::BatchItem>& items) {
+  jobs_.prepare(items, CaptureBatch::Kind::noise_free_mse);
+  upload();
   std::vector<imaging::MseSum> sums(jobs_.tiles().size());
   sums_.reserve(sums.size() * sizeof sums[0]);
   Batch batch = batch_on_gpu();

@@ -14,25 +14,32 @@ class GpuCamera {
   // All must outlive the camera. Throws Error(bad_input) if the scene is not supported (capture_batch.h).
   GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel);
 
+  // Of squares and noise-free MSE. Throws Error(bad_input) if it is not of the scene.
+  void set_reference(const imaging::Reference& reference);
+
   // Writes the items' pixels.
   void capture(const std::vector<imaging::BatchItem>& items);
-  // The items' pixels are not used. Throws Error(bad_input) if the reference is not of the scene.
-  std::vector<imaging::MseEstimate> noise_free_mse(const std::vector<imaging::BatchItem>& items,
-                                                   const imaging::Reference& reference);
+  // Into memory of the GPU, in its primary context: item i into the image of number places[i] there, no two into one.
+  // The items' pixels are not used. Returns the RMSE of each against the reference, with the bits of images/score.h,
+  // when all images are complete; waits first for what other libraries do on the GPU, since they may use the images.
+  std::vector<double> capture(const std::vector<imaging::BatchItem>& items, const std::vector<std::uint32_t>& places,
+                              float* images);
+  // The items' pixels are not used.
+  std::vector<imaging::MseEstimate> noise_free_mse(const std::vector<imaging::BatchItem>& items);
 
-  // The steps of capture(). Images stay on the GPU, one after the other, until the next run.
+  // The steps of capture(items). Images stay on the GPU, one after the other, until the next run.
   void prepare(const std::vector<imaging::BatchItem>& items);  // on the CPU
   void upload();
   void run();  // does not wait
-  const float* images_on_gpu() const { return images_.as<const float>(); }
   void download(std::size_t image, float* pixels) const;
 
  private:
   Batch batch_on_gpu() const;
+  void run(float* images);
 
   Gpu* gpu_;
   CaptureBatch jobs_;
-  Buffer tiles_, image_jobs_, ops_, thresholds_, texels_, images_, sums_, first_, second_;
+  Buffer tiles_, image_jobs_, ops_, thresholds_, texels_, images_, sums_, first_, second_, mean_;
 };
 
 }  // namespace relign::gpu

@@ -16,9 +16,7 @@ constexpr const char* kProgram = "#include \"gpu/capture_kernel.h\"\n";
 
 // Declared as in nvrtc.h of CUDA 12 and 13; nvrtcResult is int.
 struct Nvrtc {
-  Nvrtc()
-      : library("RELIGN_LIBNVRTC", {"libnvrtc.so.13", "libnvrtc.so.12", "libnvrtc.so",
-                                    "/usr/local/cuda/lib64/libnvrtc.so", "/usr/local/cuda/lib/libnvrtc.so"}) {
+  explicit Nvrtc(int latest) : library("RELIGN_LIBNVRTC", names(latest)) {
     if (!library.is_open())
       throw Error(ErrorKind::bad_input,
                   "NVIDIA's compiler NVRTC was not found (" + library.problem() +
@@ -37,6 +35,19 @@ struct Nvrtc {
     library.find(code, "nvrtcGetCUBIN");
     int major = 0, minor = 0;
     check(version(&major, &minor), "nvrtcVersion");
+    if (major > latest)
+      throw Error(ErrorKind::bad_input, "NVIDIA's compiler '" + library.name() + "' is of CUDA " +
+                                            std::to_string(major) + "." + std::to_string(minor) +
+                                            ", and the driver cannot run its code; update the driver, or set " +
+                                            "RELIGN_LIBNVRTC to the libnvrtc.so of CUDA " + std::to_string(latest));
+  }
+
+  static std::vector<std::string> names(int latest) {
+    std::vector<std::string> all;
+    for (int major = std::min(latest, kLatestCuda); major >= 12; --major)
+      all.push_back("libnvrtc.so." + std::to_string(major));
+    all.insert(all.end(), {"libnvrtc.so", "/usr/local/cuda/lib64/libnvrtc.so", "/usr/local/cuda/lib/libnvrtc.so"});
+    return all;
   }
 
   void check(int result, const char* call) const {
@@ -108,21 +119,21 @@ class Program {
 
 std::string nvrtc_problem() {
   try {
-    Nvrtc();
+    const Nvrtc nvrtc(kLatestCuda);
     return "";
   } catch (const Error& error) {
     return error.what();
   }
 }
 
-std::string compile_kernels(const std::string& architecture) {
-  const Nvrtc nvrtc;
+std::string compile_kernels(const std::string& architecture, int latest) {
+  const Nvrtc nvrtc(latest);
   return Program(nvrtc).compile(architecture);
 }
 
-std::string cached_kernels(const std::string& architecture, const std::filesystem::path& cache) {
-  if (cache.empty()) return compile_kernels(architecture);
-  std::string content = kProgram + architecture;
+std::string cached_kernels(const std::string& architecture, const std::filesystem::path& cache, int latest) {
+  if (cache.empty()) return compile_kernels(architecture, latest);
+  std::string content = kProgram + architecture + "\n" + std::to_string(latest);
   for (const char* option : kCompileOptions) content += option;
   for (const KernelSource& source : kernel_sources()) content += source.name + source.text;
   const std::filesystem::path file = cache / ("kernels-" + short_hash(content) + ".cubin");
@@ -134,7 +145,7 @@ std::string cached_kernels(const std::string& architecture, const std::filesyste
     if (end != std::string::npos && kept.compare(0, end, sha256_hex(kept.substr(end + 1))) == 0)
       return kept.substr(end + 1);
   }
-  std::string kernels = compile_kernels(architecture);
+  std::string kernels = compile_kernels(architecture, latest);
   write_file_atomically(file, sha256_hex(kernels) + "\n" + kernels);
   return kernels;
 }

@@ -14,10 +14,14 @@ inline constexpr const char* kCompileOptions[] = {"--std=c++17", "--fmad=false",
 // Why NVRTC cannot be used, or empty.
 std::string nvrtc_problem();
 
-// Machine code for "sm_90", PTX for "compute_90". Throws Error(bad_input) with the compiler's first message.
-std::string compile_kernels(const std::string& architecture);
+inline constexpr int kLatestCuda = 13;  // major version
 
-// The same, kept in a file of `cache` that is named after sources, options and architecture; empty: not kept.
-std::string cached_kernels(const std::string& architecture, const std::filesystem::path& cache);
+// Machine code for "sm_90", PTX for "compute_90". latest: major version of CUDA that the driver supports, since it runs
+// no code of later compilers. Throws Error(bad_input) with the compiler's first message.
+std::string compile_kernels(const std::string& architecture, int latest = kLatestCuda);
+
+// The same, kept in a file of `cache` that is named after sources, options, architecture and `latest`; empty: not kept.
+std::string cached_kernels(const std::string& architecture, const std::filesystem::path& cache,
+                           int latest = kLatestCuda);
 
 }  // namespace relign::gpu

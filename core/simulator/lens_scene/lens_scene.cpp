@@ -105,6 +105,12 @@ class LensScene::Mounted final : public relign::Assembly {
     return values;
   }
 
+  // For images that are rendered elsewhere; with the camera locked.
+  imaging::MountedLens& certified(const Pose& true_pose) {
+    certify_once(true_pose);
+    return lens_;
+  }
+
  private:
   static constexpr int kCells = 40;  // MTF within 0.02 of that of 100
   // A lens as built passes other directions than the design: checks its first image against rays in all directions.
@@ -227,6 +233,43 @@ std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json
   const auto source = JsonSource::from_text(std::string(offsets_json), "element offsets");
   const auto offsets = optics::read_offsets(source, "", scene_.lens);
   return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
+}
+
+std::string LensScene::open_gpu() {
+  if (on_gpu_) return "";
+  const std::string start = "scene '" + scene_.name + "': the GPU simulator does not support ";
+  if (tracer_) return start + "meshes";
+  if (shared_.errors) return start + "imaging errors";
+  if (std::string problem = gpu::unsupported(scene_, settings_); !problem.empty()) return problem;
+  try {
+    on_gpu_ = std::make_unique<OnGpu>(*this);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+// Each lens checked, as before its first image on the CPU. With the camera locked.
+std::vector<imaging::BatchItem> LensScene::certified(const std::vector<BatchItem>& items) {
+  std::vector<imaging::BatchItem> batch;
+  for (const BatchItem& item : items)
+    batch.push_back(
+        {&static_cast<Mounted*>(item.assembly)->certified(item.true_pose), &item.true_pose, item.seed, nullptr});
+  return batch;
+}
+
+std::vector<double> LensScene::capture_batch(const std::vector<BatchItem>& items,
+                                             const std::vector<std::uint32_t>& places, float* images) {
+  const std::lock_guard<std::mutex> lock(shared_.mutex);
+  return on_gpu_->camera.capture(certified(items), places, images);
+}
+
+std::vector<relign::Assembly::Truth> LensScene::mse_batch(const std::vector<BatchItem>& items) {
+  const std::lock_guard<std::mutex> lock(shared_.mutex);
+  std::vector<relign::Assembly::Truth> truths;
+  for (const imaging::MseEstimate& estimate : on_gpu_->camera.noise_free_mse(certified(items)))
+    truths.push_back({estimate.mse, estimate.standard_error});
+  return truths;
 }
 
 // The scene file's; only pixels that are read out take time.

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "gpu/gpu_camera.h"
 #include "imaging/camera.h"
 #include "imaging/capture_errors.h"
 #include "imaging/field_mtf.h"
@@ -44,6 +45,11 @@ class LensScene : public Scene {
   relign_image reference() override;
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override;
   bool captures_regions() const override { return !shared_.errors && shared_.camera.captures_regions(); }
+  bool captures_batches() const override { return true; }
+  std::string open_gpu() override;
+  std::vector<double> capture_batch(const std::vector<BatchItem>& items, const std::vector<std::uint32_t>& places,
+                                    float* images) override;
+  std::vector<relign::Assembly::Truth> mse_batch(const std::vector<BatchItem>& items) override;
 
  private:
   class Mounted;
@@ -59,6 +65,14 @@ class LensScene : public Scene {
     std::vector<imaging::FieldPoint> points;
     imaging::FieldMtfMeter meter;
   };
+  struct OnGpu {
+    explicit OnGpu(LensScene& of) : camera(gpu, of.scene_, of.settings_, of.parallel_) {
+      camera.set_reference(of.reference_);
+    }
+    gpu::Gpu gpu;
+    gpu::GpuCamera camera;
+  };
+  std::vector<imaging::BatchItem> certified(const std::vector<BatchItem>& items);
   float white() const;
   Json machine_time() const;
 
@@ -70,6 +84,7 @@ class LensScene : public Scene {
   std::optional<imaging::FieldMtfMeter> mtf_;  // made on first use
   std::optional<FieldMeter> field_meter_;      // the same
   SharedCamera shared_;
+  std::unique_ptr<OnGpu> on_gpu_;  // null: not open
 };
 
 }  // namespace relign::lens_scene

@@ -1,0 +1,284 @@
+// A libcuda whose GPU is this process, and its NVRTC: the whole path to images on a GPU, without one. Kernels are plain
+// loops over the threads' functions. Mistakes that a GPU punishes end here, too: its memory can be accessed only inside
+// kernels and copies, ends at an inaccessible page, and is filled with garbage first; functions fail without a current
+// context; copies outside an allocation fail; what was not freed is an abort.
+//
+// Environment: EMULATED_CUDA_MEMORY, bytes that can be allocated; EMULATED_CUDA_FAILS, the name of a function that
+// fails; EMULATED_NVRTC_MAJOR, version of the compiler.
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "gpu/capture_kernel.h"
+
+#define EXPORT extern "C" __attribute__((visibility("default")))
+
+namespace {
+
+using namespace relign;
+using Address = unsigned long long;
+using Handle = void*;
+constexpr int kInvalidValue = 1, kOutOfMemory = 2, kInvalidContext = 201, kLaunchFailed = 719;
+constexpr char kCompiled[] = "kernels of the emulated GPU";
+
+struct Allocation {
+  char* pages = nullptr;
+  std::size_t accessible = 0;  // bytes of pages before the inaccessible one
+  std::size_t bytes = 0;
+};
+
+std::recursive_mutex mutex;
+std::map<Address, Allocation> allocations;
+std::vector<int> kernels = {0, 1, 2, 3};
+int context = 0, users = 0, launches = 0;
+thread_local int current = 0;  // depth of the thread's stack of contexts
+
+void protect(int access) {
+  for (const auto& [address, allocation] : allocations) ::mprotect(allocation.pages, allocation.accessible, access);
+}
+
+// Access to all memory of the GPU.
+class Access {
+ public:
+  Access() { protect(PROT_READ | PROT_WRITE); }
+  ~Access() { protect(PROT_NONE); }
+  Access(const Access&) = delete;
+  Access& operator=(const Access&) = delete;
+
+ private:
+  const std::lock_guard<std::recursive_mutex> lock_{mutex};
+};
+
+bool chosen_to_fail(const char* function) {
+  const char* name = std::getenv("EMULATED_CUDA_FAILS");
+  return name != nullptr && std::strcmp(name, function) == 0;
+}
+
+// 0 if a function that needs a context may run.
+int problem(const char* function) {
+  if (chosen_to_fail(function)) return kLaunchFailed;
+  return current > 0 ? 0 : kInvalidContext;
+}
+
+bool inside(Address address, std::size_t bytes) {
+  auto found = allocations.upper_bound(address);
+  if (found == allocations.begin()) return false;
+  --found;
+  return address + bytes <= found->first + found->second.bytes;
+}
+
+void capture(const gpu::Batch& batch, const gpu::TileJob& tile, float* images) {
+  for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) gpu::capture_pixel(batch, tile, pixel, images);
+}
+
+void clear(const gpu::Batch& batch, const gpu::ImageJob& image, float* images) {
+  std::fill_n(gpu::image_at(batch, image, images), batch.image_pixels, 0.0F);
+}
+
+double squares(const gpu::Batch& batch, const gpu::ImageJob& image, float* images) {
+  const float* const pixels = gpu::image_at(batch, image, images);
+  double sums[gpu::kSquareSums] = {};
+  for (std::int32_t i = 0; i < batch.image_pixels; ++i)
+    sums[i % gpu::kSquareSums] += gpu::squared_difference(pixels[i], batch.reference_mean[i]);
+  return gpu::sum_of_squares(sums);
+}
+
+void mse(const gpu::Batch& batch, const gpu::TileJob& tile, imaging::MseSum* sum) {
+  *sum = {};
+  for (std::int32_t pixel = 0; pixel < tile.pixels; ++pixel) *sum += gpu::mse_pixel(batch, tile, pixel);
+}
+
+}  // namespace
+
+EXPORT int cuInit(unsigned) { return chosen_to_fail("cuInit") ? kLaunchFailed : 0; }
+EXPORT int cuDriverGetVersion(int* version) {
+  *version = 12000;
+  return 0;
+}
+EXPORT int cuGetErrorString(int result, const char** text) {
+  *text = result == kInvalidValue     ? "invalid argument"
+          : result == kInvalidContext ? "invalid device context"
+                                      : "unspecified launch failure";
+  return 0;
+}
+EXPORT int cuDeviceGetCount(int* count) {
+  *count = 1;
+  return 0;
+}
+EXPORT int cuDeviceGet(int* device, int number) {
+  *device = number;
+  return number == 0 ? 0 : kInvalidValue;
+}
+EXPORT int cuDeviceGetName(char* name, int length, int) {
+  std::snprintf(name, static_cast<std::size_t>(length), "Emulated GPU");
+  return 0;
+}
+// Compute capability 0.0, so that no kept kernels of a GPU are taken for this one's.
+EXPORT int cuDeviceGetAttribute(int* value, int, int) {
+  *value = 0;
+  return 0;
+}
+EXPORT int cuDeviceTotalMem_v2(std::size_t* bytes, int) {
+  *bytes = 1000000000;
+  return 0;
+}
+
+EXPORT int cuDevicePrimaryCtxRetain(Handle* made, int) {
+  if (chosen_to_fail("cuDevicePrimaryCtxRetain")) return kLaunchFailed;
+  ++users;
+  *made = &context;
+  return 0;
+}
+EXPORT int cuDevicePrimaryCtxRelease_v2(int) {
+  if (--users > 0 || allocations.empty()) return 0;
+  std::fprintf(stderr, "emulated driver: %zu allocations were not freed\n", allocations.size());
+  std::abort();
+}
+EXPORT int cuCtxPushCurrent_v2(Handle pushed) {
+  if (pushed != &context || users == 0) return kInvalidContext;
+  ++current;
+  return 0;
+}
+EXPORT int cuCtxPopCurrent_v2(Handle* popped) {
+  if (current == 0) return kInvalidContext;
+  --current;
+  *popped = &context;
+  return 0;
+}
+EXPORT int cuCtxSynchronize() { return problem("cuCtxSynchronize"); }
+
+EXPORT int cuModuleLoadData(Handle* module, const void* image) {
+  if (const int result = problem("cuModuleLoadData")) return result;
+  *module = &kernels;
+  return std::strcmp(static_cast<const char*>(image), kCompiled) == 0 ? 0 : kInvalidValue;
+}
+EXPORT int cuModuleUnload(Handle module) { return module == &kernels ? 0 : kInvalidValue; }
+EXPORT int cuModuleGetFunction(Handle* function, Handle, const char* name) {
+  const char* const names[] = {"relign_clear", "relign_capture", "relign_squares", "relign_mse"};
+  for (std::size_t i = 0; i < kernels.size(); ++i)
+    if (std::strcmp(name, names[i]) == 0) *function = &kernels[i];
+  return *function != nullptr ? 0 : kInvalidValue;
+}
+
+EXPORT int cuMemAlloc_v2(Address* address, std::size_t bytes) {
+  if (const int result = problem("cuMemAlloc")) return result;
+  if (bytes == 0) return kInvalidValue;
+  const std::lock_guard<std::recursive_mutex> lock(mutex);
+  std::size_t held = bytes;
+  for (const auto& [other, allocation] : allocations) held += allocation.bytes;
+  const char* limit = std::getenv("EMULATED_CUDA_MEMORY");
+  if (limit != nullptr && held > std::strtoull(limit, nullptr, 10)) return kOutOfMemory;
+  const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  Allocation made;
+  made.bytes = bytes;
+  made.accessible = (bytes + page - 1) / page * page;
+  void* pages = ::mmap(nullptr, made.accessible + page, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (pages == MAP_FAILED) return kOutOfMemory;
+  made.pages = static_cast<char*>(pages);
+  constexpr std::size_t kAlignment = 16;  // the end of the allocation is that of the page
+  char* const first = made.pages + (made.accessible - bytes) / kAlignment * kAlignment;
+  *address = reinterpret_cast<Address>(first);
+  allocations[*address] = made;
+  const Access access;
+  std::memset(made.pages, 0xA5, made.accessible);
+  return 0;
+}
+EXPORT int cuMemFree_v2(Address address) {
+  if (const int result = problem("cuMemFree")) return result;
+  const std::lock_guard<std::recursive_mutex> lock(mutex);
+  const auto found = allocations.find(address);
+  if (found == allocations.end()) return kInvalidValue;
+  ::munmap(found->second.pages, found->second.accessible + static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)));
+  allocations.erase(found);
+  return 0;
+}
+EXPORT int cuMemcpyHtoD_v2(Address to, const void* from, std::size_t bytes) {
+  if (const int result = problem("cuMemcpyHtoD")) return result;
+  const Access access;
+  if (!inside(to, bytes)) return kInvalidValue;
+  std::memcpy(reinterpret_cast<void*>(to), from, bytes);
+  return 0;
+}
+EXPORT int cuMemcpyDtoH_v2(void* to, Address from, std::size_t bytes) {
+  if (const int result = problem("cuMemcpyDtoH")) return result;
+  const Access access;
+  if (!inside(from, bytes)) return kInvalidValue;
+  std::memcpy(to, reinterpret_cast<const void*>(from), bytes);
+  return 0;
+}
+EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned z, unsigned threads, unsigned,
+                          unsigned, unsigned, Handle, void** arguments, void**) {
+  if (const int result = problem("cuLaunchKernel")) return result;
+  if (blocks == 0 || y != 1 || z != 1 || threads != unsigned{gpu::kTileThreads}) return kInvalidValue;
+  const auto& batch = *static_cast<const gpu::Batch*>(arguments[0]);
+  void* const out = *static_cast<void**>(arguments[1]);
+  const Access access;
+  ++launches;
+  for (unsigned block = 0; block < blocks; ++block)
+    if (function == &kernels[0])
+      clear(batch, batch.images[block], static_cast<float*>(out));
+    else if (function == &kernels[1])
+      capture(batch, batch.tiles[block], static_cast<float*>(out));
+    else if (function == &kernels[2])
+      static_cast<double*>(*static_cast<void**>(arguments[2]))[block] =
+          squares(batch, batch.images[block], static_cast<float*>(out));
+    else
+      mse(batch, batch.tiles[block], static_cast<imaging::MseSum*>(out) + block);
+  return 0;
+}
+
+EXPORT int cuEventCreate(Handle* event, unsigned) {
+  *event = &context;
+  return problem("cuEventCreate");
+}
+EXPORT int cuEventRecord(Handle, Handle) { return problem("cuEventRecord"); }
+EXPORT int cuEventSynchronize(Handle) { return problem("cuEventSynchronize"); }
+EXPORT int cuEventElapsedTime(float* milliseconds, Handle, Handle) {
+  *milliseconds = 1;
+  return problem("cuEventElapsedTime");
+}
+EXPORT int cuEventDestroy_v2(Handle) { return problem("cuEventDestroy"); }
+
+EXPORT int nvrtcVersion(int* major, int* minor) {
+  const char* chosen = std::getenv("EMULATED_NVRTC_MAJOR");
+  *major = chosen != nullptr ? std::atoi(chosen) : 12;
+  *minor = 0;
+  return 0;
+}
+EXPORT const char* nvrtcGetErrorString(int) { return "compilation error"; }
+EXPORT int nvrtcCreateProgram(void** program, const char*, const char*, int, const char* const*, const char* const*) {
+  *program = &kernels;
+  return 0;
+}
+EXPORT int nvrtcDestroyProgram(void**) { return 0; }
+EXPORT int nvrtcCompileProgram(void*, int, const char* const*) { return 0; }
+EXPORT int nvrtcGetProgramLogSize(void*, std::size_t* bytes) {
+  *bytes = 1;
+  return 0;
+}
+EXPORT int nvrtcGetProgramLog(void*, char* text) {
+  *text = '\0';
+  return 0;
+}
+EXPORT int nvrtcGetPTXSize(void*, std::size_t* bytes) {
+  *bytes = sizeof kCompiled;
+  return 0;
+}
+EXPORT int nvrtcGetPTX(void*, char* text) {
+  std::memcpy(text, kCompiled, sizeof kCompiled);
+  return 0;
+}
+EXPORT int nvrtcGetCUBINSize(void* program, std::size_t* bytes) { return nvrtcGetPTXSize(program, bytes); }
+EXPORT int nvrtcGetCUBIN(void* program, char* text) { return nvrtcGetPTX(program, text); }
+
+// For tests: what is allocated, and how many kernels were launched.
+EXPORT std::size_t emulated_cuda_allocations() { return allocations.size(); }
+EXPORT int emulated_cuda_launches() { return launches; }
