@@ -20,6 +20,7 @@
 #include "records/merge.h"
 #include "records/results_folder.h"
 #include "report/report.h"
+#include "runner/provenance.h"
 #include "runner/run.h"
 #include "submissions/archive.h"
 #include "submissions/evaluation_suite.h"
@@ -262,6 +263,10 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   const runner::PreparedPlan prepared =
       runner::prepare(std::move(read), options.cache_folder, {}, options.stop, options.sandbox);
   refuse_other_baselines(arguments.baselines, prepared.plan, submission.name);
+  if (!arguments.baselines.empty())  // prices, limits and machine times: better said before the trials than after
+    records::require_mergeable(
+        options.results, runner::make_manifest(prepared, runner::hash_libraries(prepared.plan.suite), "", nullptr),
+        {arguments.baselines.begin(), arguments.baselines.end()});
   write_file_atomically(folder / submissions::kManifestName, submission.text);
   folder.keep();
 

@@ -121,6 +121,18 @@ TEST_F(CliSubmit, BaselinesHaveTheSameInstances) {
   expect_refused(evaluate({"--baselines", "baselines"}), "'baselines' has other instances than the suite");
 }
 
+TEST_F(CliSubmit, BaselinesHaveTheSamePrices) {
+  ASSERT_EQ(pack().exit_code, 0);
+  json other = json::parse(kBoard);
+  other["cost"] = {{"station_per_hour", 60}};
+  place_.write("other.json", other.dump());
+  ASSERT_EQ(call({"run", "other.json", "-o", "baselines"}).exit_code, 0);
+  const Outcome refused = evaluate({"--baselines", "baselines"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("cannot merge"), HasSubstr("cost"), Not(HasSubstr("of 2 trials"))));
+  EXPECT_FALSE(fs::exists(place_.path("ev")));
+}
+
 TEST_F(CliSubmit, BaselinesHaveTheSameProtocol) {
   write_manifest({{"algorithm", {{"use", "compass"}, {"protocol", "blind"}}}});
   ASSERT_EQ(pack().exit_code, 0);

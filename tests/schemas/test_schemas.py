@@ -234,12 +234,15 @@ def make_evaluation(folder, results, mine):
     folder.mkdir()
     shutil.copytree(results, folder / "results")
     manifest = json.loads((results / "manifest.json").read_text())
-    methods = [{**{key: entry[key] for key in ("name", "observes", "protocol")}, "training": {"hours": 1.5, "steps": None},
+    training = {"hours": 1.5, "steps": None}
+    methods = [{**{key: entry[key] for key in ("name", "observes", "protocol")},
+                "training": training if entry["name"] == mine else entry.get("training"),
                 "submitted": entry["name"] == mine} for entry in manifest["algorithms"]]
     own = next(one for one in methods if one["submitted"])
     suite = {"name": manifest["suite_name"], "sha256": hashlib.sha256(manifest["suite"].encode()).hexdigest(),
              "instance_set": manifest["instance_set"]}
-    (folder / "submission.json").write_text(json.dumps({"name": mine, "version": "1.0", "authors": ["A. Tester"]}))
+    (folder / "submission.json").write_text(json.dumps({"name": mine, "version": "1.0", "authors": ["A. Tester"],
+                                                         "training": training}))
     (folder / "evaluation.json").write_text(json.dumps({
         "format": "relign-bench/evaluation/1", "name": mine, "version": "1.0", "archive_sha256": "0" * 64, "suite": suite,
         "sealed": False, "sandbox": False, "date": "2026-11-24", "program_version": manifest["program"]["version"],

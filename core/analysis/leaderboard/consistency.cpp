@@ -1,6 +1,7 @@
 #include "leaderboard/consistency.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <utility>
@@ -61,8 +62,46 @@ void check_observations(std::vector<std::string>& found, const EvaluatedMethod& 
                     " by evaluation.json and " + words_text(recorded) + " by the results");
 }
 
+bool is_cost(double stated, const Json& recorded) {
+  return recorded.is_number() ? stated == recorded.get<double>() : std::isnan(stated);
+}
+
+// A submission states the cost of its own training; all others have it from their plugins.
+void check_training(std::vector<std::string>& found, const EvaluatedMethod& method, const Submission& submission,
+                    const Json& entry) {
+  const bool own = method.submitted && !submission.training.is_null();
+  const Json& recorded = own ? submission.training : member(entry, "training");
+  const TrainingCost stated = method.training.value_or(TrainingCost());
+  if (method.training.has_value() == !recorded.is_null() && is_cost(stated.steps, member(recorded, "steps")) &&
+      is_cost(stated.images, member(recorded, "images")) && is_cost(stated.hours, member(recorded, "hours")))
+    return;
+  found.push_back("the cost of training of " + named({method.name, method.protocol}) +
+                  " in evaluation.json is not that in " + (own ? "submission.json" : "the results' manifest"));
+}
+
+// Numbers and switches; files have other names where the trials ran.
+void check_parameters(std::vector<std::string>& found, const EvaluatedMethod& method, const Submission& submission,
+                      const Json& entry) {
+  if (!submission.parameters.is_object()) return;
+  for (const auto& [name, stated] : submission.parameters.items()) {
+    const Json& recorded = member(object_of(entry, "parameters"), name.c_str());
+    if ((stated.is_number() || stated.is_boolean()) && stated != recorded)
+      found.push_back("parameter " + in_quotes(name) + " of " + named({method.name, method.protocol}) + " is " +
+                      stated.dump() + " in submission.json and " + recorded.dump() + " in the results' manifest");
+  }
+}
+
+void check_submitted(std::vector<std::string>& found, const Evaluation& evaluation, const EvaluatedMethod& method,
+                     const Submission& submission, const Json& entry) {
+  check_parameters(found, method, submission, entry);
+  if (const std::uint64_t steps = count_of(entry, "steps"); steps != evaluation.steps)
+    found.push_back("the budget is " + counted(evaluation.steps, "step") + " in evaluation.json, but " +
+                    named({method.name, method.protocol}) + " had " + std::to_string(steps));
+}
+
 // Methods that the harness adds to every run need not be listed.
-void check_methods(std::vector<std::string>& found, const Evaluation& evaluation, const Json& manifest) {
+void check_methods(std::vector<std::string>& found, const Evaluation& evaluation, const Submission& submission,
+                   const Json& manifest) {
   std::map<NameAndProtocol, const Json*> recorded;
   for (const Json& entry : list_of(manifest, "algorithms"))
     recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
@@ -80,10 +119,14 @@ void check_methods(std::vector<std::string>& found, const Evaluation& evaluation
     if (method.submitted && method.observes != evaluation.observes)
       found.push_back("the class is " + in_quotes(join(evaluation.observes, ", ")) + ", but " + named(key) +
                       " observes " + in_quotes(join(method.observes, ", ")));
-    if (const auto entry = recorded.find(key); entry != recorded.end())
-      check_observations(found, method, *entry->second);
-    else
+    const auto entry = recorded.find(key);
+    if (entry == recorded.end()) {
       found.push_back("the results have no method " + named(key));
+      continue;
+    }
+    check_observations(found, method, *entry->second);
+    check_training(found, method, submission, *entry->second);
+    if (method.submitted) check_submitted(found, evaluation, method, submission, *entry->second);
   }
   for (const auto& [key, entry] : recorded)
     if (!listed.count(key) && !flag_of(*entry, "added"))
@@ -135,7 +178,7 @@ std::vector<std::string> contradictions(const Evaluation& evaluation, const Subm
                                         const LoadedResults& results) {
   std::vector<std::string> found;
   check_origin(found, evaluation, submission, results.manifest);
-  check_methods(found, evaluation, results.manifest);
+  check_methods(found, evaluation, submission, results.manifest);
   check_baselines(found, results.manifest);
   check_trials(found, results);
   if (found.size() > kMostNamed) {

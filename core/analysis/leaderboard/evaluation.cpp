@@ -215,6 +215,8 @@ Submission read_submission(const fs::path& folder) {
   submission.homepage = root.string("homepage", "");
   for (const Json& author : list_of(source.root(), "authors"))
     if (author.is_string()) submission.authors.push_back(author);
+  submission.training = member(source.root(), "training");
+  submission.parameters = member(object_of(source.root(), "algorithm"), "parameters");
   for (const char* key : {"name", "version", "summary", "authors", "licence", "citation", "homepage"})
     refuse_hidden_characters(source, member(source.root(), key), "/" + std::string(key), problems);
   throw_if_any(problems);

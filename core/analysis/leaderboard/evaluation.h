@@ -59,6 +59,8 @@ struct Evaluation {
 struct Submission {
   std::string name, version, summary, licence, citation, homepage;  // "" if not stated
   std::vector<std::string> authors;
+  Json training;    // its cost as stated; null if not
+  Json parameters;  // of the algorithm; null if not stated
 };
 
 // Throw Error: io if a file cannot be read; bad_input with all mistakes of the file.

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "records/fresh_folder.h"
 #include "records/line_files.h"
 #include "records/merge_index.h"
@@ -58,6 +59,11 @@ std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
   const auto order = manifest.find("order");
   if (order == manifest.end() || !order->is_array())
     throw Error(ErrorKind::bad_input, file + " is damaged: expected a list 'order'");
+  // The merged manifest counts anew, so that the contradiction would disappear there.
+  if (manifest.contains("trials") && count_of(manifest, "trials") != order->size())
+    throw Error(ErrorKind::bad_input, "'" + file + "' contradicts itself: 'trials' is " +
+                                          std::to_string(count_of(manifest, "trials")) + ", but 'order' has " +
+                                          std::to_string(order->size()));
   std::vector<PackedId> ids;
   ids.reserve(order->size());
   for (const Json& id : *order) {
@@ -181,6 +187,17 @@ Json to_json(const MergeSummary& summary) {
     json["missing_shards"] = summary.missing_shards;
   }
   return json;
+}
+
+void require_mergeable(const fs::path& folder, Json manifest, const std::vector<fs::path>& others) {
+  ManifestJoin join;
+  manifest.erase("order");
+  join.add(folder, std::move(manifest));
+  for (const fs::path& other : others) {
+    Json its = read_manifest(other);
+    its.erase("order");
+    join.add(other, std::move(its));
+  }
 }
 
 MergeSummary merge(const MergeOptions& options) {

@@ -51,4 +51,9 @@ Json to_json(const MergeSummary& summary);
 // folder is complete.
 MergeSummary merge(const MergeOptions& options);
 
+// Throws Error(bad_input), as merge() would, if a run that writes this manifest into `folder` could not be merged with
+// these results folders.
+void require_mergeable(const std::filesystem::path& folder, Json manifest,
+                       const std::vector<std::filesystem::path>& others);
+
 }  // namespace relign::records

@@ -125,6 +125,39 @@ TEST_F(LeaderboardBoard, RefusesBaselinesMarkedAsSubmitted) {
               HasSubstr("'other' (protocol 'blind') is marked as submitted, but the submission is 'mine'"));
 }
 
+TEST_F(LeaderboardBoard, RefusesCostsBudgetsAndParametersOtherThanTheRecordedOnes) {
+  const std::vector<MadeMethod> methods = {
+      {"mine", {"merit"}, 0.05, true, {}, "blind", {{"points", 4}, {"fast", true}}}};
+  EXPECT_THAT(refused(methods, {{"budget", {{"steps", 1}}}}),
+              HasSubstr("the budget is 1 step in evaluation.json, but 'mine' (protocol 'blind') had 2"));
+  int made = 0;
+  const auto with = [&](const Json& training, const Json& submission) {
+    const fs::path folder = evaluation("s" + std::to_string(made++), methods);
+    Json file = Json::parse(read_file(folder / "evaluation.json"));
+    file["methods"][0]["training"] = training;
+    write_file_atomically(folder / "evaluation.json", file.dump());
+    file = Json::parse(read_file(folder / "submission.json"));
+    file.merge_patch(submission);
+    write_file_atomically(folder / "submission.json", file.dump());
+    return folder;
+  };
+  const auto mistake = [&](const Json& training, const Json& submission) {
+    return error_text(ErrorKind::bad_input, [&] { board_of({with(training, submission)}); });
+  };
+  const Json hours = {{"hours", 3}};
+  EXPECT_THAT(mistake(hours, Json::object()), HasSubstr("the cost of training of 'mine' (protocol 'blind') in "
+                                                        "evaluation.json is not that in the results' manifest"));
+  EXPECT_THAT(mistake(hours, {{"training", {{"hours", 30}}}}), HasSubstr("is not that in submission.json"));
+  EXPECT_THAT(mistake(nullptr, {{"training", hours}}), HasSubstr("is not that in submission.json"));
+  EXPECT_THAT(
+      mistake(nullptr, {{"algorithm", {{"parameters", {{"points", 5}}}}}}),
+      HasSubstr("parameter 'points' of 'mine' (protocol 'blind') is 5 in submission.json and 4 in the results'"));
+  EXPECT_EQ(board_of({with(hours, {{"training", hours},
+                                   {"algorithm", {{"parameters", {{"points", 4}, {"fast", true}, {"file", "a"}}}}}})})
+                .rounds.size(),
+            1U);
+}
+
 TEST_F(LeaderboardBoard, RefusesImpossibleScores) {
   for (const char* key : {"recommended_mse", "machine_seconds"}) {
     const fs::path folder = evaluation(key, {{"mine", {"merit"}, 0.05, true}});

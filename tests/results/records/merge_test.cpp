@@ -196,6 +196,12 @@ TEST_F(MergeTest, TakesDamagedTrialsFromOtherFolders) {
   EXPECT_THAT(notes_, testing::Contains(testing::AllOf(HasSubstr("w1"), HasSubstr("another folder has the trial"))));
 }
 
+TEST_F(MergeTest, RefusesAFalseNumberOfTrials) {
+  Json false_number = manifest({"walker"}, {"w0", "w1"});
+  false_number["trials"] = 1;
+  EXPECT_THAT(refused({make("a", {trial("w0")}, false_number)}), HasSubstr("'trials' is 1, but 'order' has 2"));
+}
+
 TEST_F(MergeTest, RejectsNewerDamagedAndForeignFolders) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   Json newer = manifest({"walker"}, {"w0"});
