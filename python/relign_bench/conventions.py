@@ -28,8 +28,9 @@ def binned(frames: AnyArray, bins: int) -> Any:
     Returns:
         Shape (..., height / bins, width / bins).
     """
+    # Not a division, which PyTorch on a GPU makes a product.
     columns = functools.reduce(operator.add, (frames[..., k::bins] for k in range(bins)))
-    return functools.reduce(operator.add, (columns[..., k::bins, :] for k in range(bins))) / (bins * bins)
+    return functools.reduce(operator.add, (columns[..., k::bins, :] for k in range(bins))) * (1 / (bins * bins))
 
 
 def byte_scale(white: float) -> np.float32:
