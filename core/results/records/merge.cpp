@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
+#include "base/text.h"
 #include "records/fresh_folder.h"
 #include "records/line_files.h"
 #include "records/merge_index.h"
@@ -61,7 +62,7 @@ std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
     throw Error(ErrorKind::bad_input, file + " is damaged: expected a list 'order'");
   // The merged manifest counts anew, so that the contradiction would disappear there.
   if (manifest.contains("trials") && count_of(manifest, "trials") != order->size())
-    throw Error(ErrorKind::bad_input, "'" + file + "' contradicts itself: 'trials' is " +
+    throw Error(ErrorKind::bad_input, in_quotes(file) + " contradicts itself: 'trials' is " +
                                           std::to_string(count_of(manifest, "trials")) + ", but 'order' has " +
                                           std::to_string(order->size()));
   std::vector<PackedId> ids;
@@ -172,6 +173,11 @@ void write_manifest(const fs::path& folder, const Json& manifest, const std::vec
   write_file_atomically(folder / "manifest.json", text);
 }
 
+void add_manifest(ManifestJoin& manifests, const fs::path& folder, Json manifest) {
+  manifest.erase("order");  // may have millions of trials
+  manifests.add(folder, std::move(manifest));
+}
+
 }  // namespace
 
 Json to_json(const MergeSummary& summary) {
@@ -190,14 +196,9 @@ Json to_json(const MergeSummary& summary) {
 }
 
 void require_mergeable(const fs::path& folder, Json manifest, const std::vector<fs::path>& others) {
-  ManifestJoin join;
-  manifest.erase("order");
-  join.add(folder, std::move(manifest));
-  for (const fs::path& other : others) {
-    Json its = read_manifest(other);
-    its.erase("order");
-    join.add(other, std::move(its));
-  }
+  ManifestJoin manifests;
+  add_manifest(manifests, folder, std::move(manifest));
+  for (const fs::path& other : others) add_manifest(manifests, other, read_manifest(other));
 }
 
 MergeSummary merge(const MergeOptions& options) {
@@ -212,11 +213,7 @@ MergeSummary merge(const MergeOptions& options) {
                   options.out.string() + " is one of the folders to merge; choose another output folder with --out");
   FreshFolder fresh(options.out);
   // All manifests first, so that incompatible folders are refused before a large file is read.
-  for (const fs::path& folder : folders) {
-    Json manifest = read_manifest(folder);
-    manifest.erase("order");
-    manifests.add(folder, std::move(manifest));
-  }
+  for (const fs::path& folder : folders) add_manifest(manifests, folder, read_manifest(folder));
   for (const fs::path& folder : folders) {
     std::vector<PackedId> order;
     {
