@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _cuda
-from .conventions import binned, byte_scale, to_bytes
+from .conventions import binned, to_bytes
 
 if TYPE_CHECKING:
     from ._typing import AnyArray, Float32Array, Slots
@@ -64,7 +64,6 @@ class DeviceStacks(Stacks):
 
     def __init__(self, slots: int, shape: tuple[int, int, int], binning: int, white: float | None, largest: float) -> None:
         super().__init__(0, shape, binning, white, largest)
-        self._torch = _cuda.load_torch()
         self._stacks = _cuda.on_device(np.zeros((slots, *shape), self._stacks.dtype))
 
     def push(self, slots: Slots, frames: Any) -> None:
@@ -75,10 +74,7 @@ class DeviceStacks(Stacks):
             frames = frames[index]
         if self._binning > 1:
             frames = binned(frames, self._binning)
-        if self._white is not None:  # the steps of to_bytes
-            frames = (frames * float(byte_scale(self._white)) + 0.5).clamp(0, 255).to(self._torch.uint8)
-        else:
-            frames = frames.clamp(max=self._largest)
+        frames = frames.clamp(max=self._largest) if self._white is None else to_bytes(frames, self._white)
         if self._stacks.shape[1] > 1:
             self._stacks[index, :-1] = self._stacks[index, 1:].clone()
         self._stacks[index, -1] = frames

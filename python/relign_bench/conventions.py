@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from ._typing import AnyArray, ByteArray, Float32Array
+    from ._typing import AnyArray
 
 LARGEST_MOVE = 0.2
 """Largest move of an agent, per axis and step, as a share of the travel (arXiv 2503.02075)."""
@@ -33,21 +33,19 @@ def binned(frames: AnyArray, bins: int) -> Any:
     return functools.reduce(operator.add, (columns[..., k::bins, :] for k in range(bins))) * (1 / (bins * bins))
 
 
-def byte_scale(white: float) -> np.float32:
-    """The factor from values of captures, with this value of a white pixel, to bytes."""
-    return np.float32(255 / (BYTE_WHITES * white))
-
-
-def to_bytes(frames: Float32Array, white: float) -> ByteArray:
+def to_bytes(frames: Any, white: float) -> Any:
     """Captures as bytes.
 
     Args:
-        frames: Captures in the scene's units, any shape.
+        frames: Captures in the scene's units, an array or a tensor of float32 of any shape.
         white: Value of a white pixel, in the same units.
 
     Returns:
-        Rounded values, 255 at BYTE_WHITES times white and above, 0 below 0; the same shape.
+        Rounded values, 255 at BYTE_WHITES times white and above, 0 below 0; the same shape, and the same bits for tensors.
     """
-    scaled = frames * byte_scale(white)
+    scale = np.float32(255 / (BYTE_WHITES * white))
+    if not isinstance(frames, np.ndarray):
+        return (frames * float(scale) + 0.5).clamp(0, 255).byte()
+    scaled = frames * scale
     scaled += np.float32(0.5)
     return np.clip(scaled, 0, 255, out=scaled).astype(np.uint8)

@@ -1,12 +1,14 @@
 """Shared by the tests of the package. By hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
 
+import os
 import unittest
+from unittest import mock
 
 try:
     import gymnasium
     import numpy as np
 
-    import relign_bench  # noqa: F401
+    from relign_bench import _cuda
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: these tests need numpy, gymnasium and the compiled module of relign_bench") from None
 
@@ -29,3 +31,25 @@ def same(one, other):
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     return np.array_equal(one, other)
+
+
+REAL_GPU = os.environ.get("RELIGN_TEST_GPU") == "1"
+
+
+class OnGpu(unittest.TestCase):
+    """Tests on the emulated driver, whose GPU is the process, so that tensors are PyTorch's on the CPU.
+
+    With RELIGN_TEST_GPU=1 they run on a GPU instead.
+    """
+
+    def setUp(self):
+        super().setUp()
+        if REAL_GPU:
+            return
+        emulated = os.environ.get("RELIGN_EMULATED_DRIVER", "")
+        if not emulated:
+            self.skipTest("RELIGN_EMULATED_DRIVER is not set")
+        chosen = {"RELIGN_LIBCUDA": emulated, "RELIGN_LIBNVRTC": emulated}
+        for patch in (mock.patch.dict(os.environ, chosen), mock.patch.object(_cuda, "DEVICE", "cpu")):
+            patch.start()
+            self.addCleanup(patch.stop)

@@ -1,14 +1,11 @@
-"""The vector environment and the batch with device="cuda" against "cpu", on the emulated driver of the tests.
-
-Its GPU is the process, so that tensors are PyTorch's on the CPU. With RELIGN_TEST_GPU=1 the tests run on a GPU instead.
-"""
+"""The vector environment and the batch with device="cuda" against "cpu" (support.OnGpu)."""
 
 import os
 import sys
 import unittest
 from unittest import mock
 
-from support import SMALL, make, make_vector, np, same
+from support import SMALL, OnGpu, make, make_vector, np, same
 
 from relign_bench import Batch, _cuda
 
@@ -17,9 +14,6 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: these tests need torch") from None
 
-EMULATED = os.environ.get("RELIGN_EMULATED_DRIVER", "")
-REAL = os.environ.get("RELIGN_TEST_GPU") == "1"
-
 
 def host(value):
     """Observations with arrays in the place of tensors, which they must be."""
@@ -27,18 +21,6 @@ def host(value):
         return {key: host(part) for key, part in value.items()}
     assert isinstance(value, torch.Tensor) and value.device == torch.device(_cuda.DEVICE), value
     return value.cpu().numpy()
-
-
-class OnGpu(unittest.TestCase):
-    def setUp(self):
-        if REAL:
-            return
-        if not EMULATED:
-            self.skipTest("RELIGN_EMULATED_DRIVER is not set")
-        chosen = {"RELIGN_LIBCUDA": EMULATED, "RELIGN_LIBNVRTC": EMULATED}
-        for patch in (mock.patch.dict(os.environ, chosen), mock.patch.object(_cuda, "DEVICE", "cpu")):
-            patch.start()
-            self.addCleanup(patch.stop)
 
 
 class VectorEnvironment(OnGpu):

@@ -108,7 +108,7 @@ class Running(Files):
         self.assertEqual((failures, all(job.complete() for job in jobs)), ({}, True))
         self.assertEqual([line for line in lines if line.startswith("b/")],
                          ["b/seed-5: 20 of 40 steps", "b/seed-5: 40 of 40 steps"])
-        self.assertIn("--threads 1 --device cpu --minutes", (jobs[0].folder / "started").read_text())
+        self.assertIn("--threads 1 --device cpu --render cpu --minutes", (jobs[0].folder / "started").read_text())
         self.run_stub(jobs)
         self.assertEqual((jobs[0].folder / "started").read_text().count("\n"), 1)  # complete ones do not start again
         files = sweep_report.write(jobs, self.folder)

@@ -124,6 +124,12 @@ def make_parser() -> argparse.ArgumentParser:
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                           help="set a value of the recipe, such as --set rate=3e-5; repeatable; python/README.md lists them")
 
+    def devices(made: argparse.ArgumentParser) -> None:
+        made.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
+        made.add_argument("--render", default="cpu", metavar="WHERE",
+                          help="where images are rendered: cpu, on its cores, or cuda, where they stay on the GPU of the "
+                               "learner; they are the same [default: %(default)s]")
+
     imitate = verb("imitate", "Train by imitation learning: regression, then DAgger",
                    "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
                    "and on those that the policy visits (DAgger).", IMITATE)
@@ -131,6 +137,7 @@ def make_parser() -> argparse.ArgumentParser:
     imitate.add_argument("--randomise", metavar="FILE",
                          help="file of imaging errors that every capture gets, drawn anew (domain randomisation); "
                               "'default': the package's own")
+    devices(imitate)
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
@@ -141,8 +148,7 @@ def make_parser() -> argparse.ArgumentParser:
     ppo.add_argument("--warm-start", metavar="DIR", help="folder of a run of relign-train imitate; required by preset tuned")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
-    ppo.add_argument("--device", default="cpu",
-                     help="torch device that trains, cpu or cuda; images are rendered on CPU cores [default: %(default)s]")
+    devices(ppo)
     ppo.add_argument("--minutes", type=float, metavar="M",
                      help="begin no training segment that would end later than M minutes from now")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
@@ -165,7 +171,7 @@ def make_parser() -> argparse.ArgumentParser:
     sweep.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the sweep")
     sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
     sweep.add_argument("--threads", type=int, metavar="N", help="threads of each training [default: all cores, shared equally]")
-    sweep.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
+    devices(sweep)
     sweep.add_argument("--only", metavar="PATTERN", help="trainings whose name, such as ppo/seed-0, matches, with * and ?")
     sweep.add_argument("--minutes", type=float, metavar="M",
                        help="begin no training segment that would end later than M minutes from now")
@@ -228,7 +234,7 @@ def _imitate(given: argparse.Namespace) -> int:
     if given.randomise is not None and not given.randomise.strip():
         raise ValueError("--randomise: expected a file of imaging errors or 'default', found ''")
     randomise = pathlib.Path(__file__).with_name("randomisation.json") if given.randomise == "default" else given.randomise
-    training = Training(recipe, given.out, given.threads, log, randomise)
+    training = Training(recipe, given.out, given.threads, log, randomise, given.device, given.render)
     training.run()
     rmse = training.tuning_rmse()
     medians = write_tuning(training.folder, recipe.levels, rmse)
@@ -243,7 +249,8 @@ def _ppo(given: argparse.Namespace) -> int:
 
     recipe = preset_recipe(given.preset, given.algorithm, given.scene, given.seed)
     recipe = with_goal(with_settings(recipe, given.set), given.set)
-    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device)
+    training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device,
+                             render=given.render)
     training.run(given.until, given.minutes)
     if training.recurrent:
         log(f"not exported: {RECURRENT}")
@@ -267,10 +274,11 @@ def _sweep(given: argparse.Namespace) -> int:
     try:
         if not given.report:
             require_learner(any(job.recipe.algorithm in ("trpo", "recurrent-ppo") for job in jobs))
-            from .reinforce import check_device
+            from .devices import check_device
 
-            check_device(given.device)
-            failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log).run()
+            check_device(given.device, given.render)
+            failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log,
+                                   render=given.render).run()
     finally:
         require("matplotlib", "matplotlib")
         files = sweep_report.write(jobs, out)
@@ -331,7 +339,7 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
     recipe = training.recipe
     randomise = " --randomise FILE" if recipe.randomise else ""
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
-                        {**cost_of(recipe, training.seconds, training.threads, None), **(further or {})},
+                        {**cost_of(recipe, training), **(further or {})},
                         f"relign-train imitate{randomise} --scene {shlex.quote(recipe.scene)} -o FOLDER", doubt=training.doubt)
 
 
@@ -341,31 +349,34 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     Raises:
         ValueError: The policy is recurrent.
     """
-    import torch
-
     from . import export
 
     if training.recurrent:
         raise ValueError(f"'{training.folder.path}' cannot be exported: {RECURRENT}")
     recipe = training.recipe
     steps = training.load_best()
-    trained = cost_of(recipe, training.seconds, training.threads, steps)
+    trained = cost_of(recipe, training, steps)
     if training.warm_seconds > 0:
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
                             f"relign-train ppo --scene {shlex.quote(recipe.scene)} --warm-start FOLDER_OF_IMITATE -o FOLDER")
-    if training.device != "cpu":
-        trained["device"] = torch.cuda.get_device_name(training.device)
     again = f"relign-train ppo --preset {recipe.preset} --scene {shlex.quote(recipe.scene)} -o FOLDER"
-    return export.write(export.Actor(training.model.policy.cpu(), recipe.input), path, recipe.scene, recipe.size, recipe.frames,
+    return export.write(export.Actor(training.model.policy, recipe.input), path, recipe.scene, recipe.size, recipe.frames,
                         "move", trained, again, values=export.VALUES[recipe.input])
 
 
-def cost_of(recipe: Any, seconds: float, threads: int | None, steps: int | None) -> dict[str, Any]:
+def cost_of(recipe: Any, training: Training | Reinforcement, steps: int | None = None) -> dict[str, Any]:
     """Recipe and cost of a run, as the side file has them."""
-    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(seconds / 3600, 3), "threads": threads or os.cpu_count()}
-    return cost if steps is None else {**cost, "steps": steps}
+    import torch
+
+    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3),
+            "threads": training.threads or os.cpu_count()}
+    if steps is not None:
+        cost["steps"] = steps
+    if training.device != "cpu":
+        cost["device"] = torch.cuda.get_device_name(training.device)
+    return cost
 
 
 def show(given: argparse.Namespace, files: list[pathlib.Path], results: dict[str, Any]) -> int:

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .doubt import Belief, Doubt
-from .instances import InstanceSet
+from .instances import InstanceSet, stacked
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from .._typing import AnyArray, ByteArray, Float64Array
+    from .._typing import Float64Array
 
-    PolicyFunction = Callable[[AnyArray, int, Any], tuple[Float64Array, Any]]
-    """(frames, step, memory) to (moves, memory): frames are those of the instances, shape (n, frames, size, size), the newest
-    last; the first step is 1 and its memory None; moves have shape (n, axes), in shares of the travel."""
+    PolicyFunction = Callable[[Any, int, Any], tuple[Float64Array, Any]]
+    """(frames, step, memory) to (moves, memory): frames are those of the instances, an array or a tensor of shape (n, frames,
+    size, size), the newest last; the first step is 1 and its memory None; moves have shape (n, axes), in shares of the
+    travel."""
 
 EVALUATED_STEPS = (6, 12)
 TUNING_INSTANCES = 100  # over all levels
@@ -36,21 +37,19 @@ def rmse_after_steps(policy: PolicyFunction, instances: InstanceSet, frames: int
         RMSE by step, each of shape (n,).
     """
     instances.reset(0)
-    captures = instances.frames()
-    stack = np.zeros((len(captures), frames, *captures.shape[1:]), captures.dtype)
+    latest = [instances.frames() * 0] * frames
     memory, found = None, {}
     for step in range(max(steps) + 1):
         if step > 0:
-            stack[:, :-1] = stack[:, 1:]
-            stack[:, -1] = instances.frames()
-            move, memory = policy(stack, step, memory)
+            latest = [*latest[1:], instances.frames()]
+            move, memory = policy(stacked(latest), step, memory)
             instances.move_by(move)
         if step in steps:
             found[step] = np.sqrt(np.maximum(0, instances.noise_free_mse()))
     return found
 
 
-def belief_policy(answers: Callable[[ByteArray], tuple[Float64Array, Float64Array]], doubt: Doubt, instances: InstanceSet,
+def belief_policy(answers: Callable[[Any], tuple[Float64Array, Float64Array]], doubt: Doubt, instances: InstanceSet,
                   ) -> PolicyFunction:
     """The policy that moves to the optimum it expects from all answers so far (doubt.py).
 
@@ -60,7 +59,7 @@ def belief_policy(answers: Callable[[ByteArray], tuple[Float64Array, Float64Arra
         instances: The instances that are aligned; their commanded poses are read.
     """
 
-    def moves(frames: ByteArray, step: int, memory: Any) -> tuple[Float64Array, Any]:
+    def moves(frames: Any, step: int, memory: Any) -> tuple[Float64Array, Any]:
         belief: Belief = memory or Belief(doubt)
         poses = instances.commanded_poses()
         belief.add(poses, *answers(frames[:, -1]))
@@ -70,7 +69,8 @@ def belief_policy(answers: Callable[[ByteArray], tuple[Float64Array, Float64Arra
 
 
 def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: int, frames: int,
-             threads: int | None = None, noise_level: str = "rho", observation: str = "uint8") -> dict[str, Any]:
+             threads: int | None = None, noise_level: str = "rho", observation: str = "uint8",
+             device: str = "cpu") -> dict[str, Any]:
     """Evaluates a policy on tuning instances.
 
     Args:
@@ -82,6 +82,7 @@ def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: 
         threads: Threads that render; None uses all cores.
         noise_level: Id or preset of the noise level.
         observation: What the policy observes, "uint8" or "float32".
+        device: Where images are rendered, as for InstanceSet.
 
     Returns:
         rmse_6 and rmse_12 (medians after 6 and 12 steps), under_0.01 (share below 0.01 after 12 steps), score (mean over the
@@ -89,7 +90,7 @@ def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: 
         instance, by the number of steps).
     """
     instances = InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads,
-                            noise_level=noise_level, observation=observation)
+                            noise_level=noise_level, observation=observation, device=device)
     found = rmse_after_steps(policy, instances, frames, EVALUATED_STEPS)
     result: dict[str, Any] = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
     result["under_0.01"] = float((found[EVALUATED_STEPS[-1]] < 0.01).mean())

@@ -114,7 +114,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         The two paths.
     """
     path = pathlib.Path(path)
-    net = net.eval()
+    net = net.cpu().eval()
     graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
     half = path.with_suffix(".half.onnx")
     torch.onnx.export(net, (torch.zeros(1, frames, size, size),), str(half), input_names=["pictures"],

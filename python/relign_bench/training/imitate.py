@@ -20,21 +20,23 @@ import numpy as np
 import torch
 
 from . import policy
+from .devices import check_device
 from .directions import Directions
 from .doubt import Doubt
 from .evaluation import belief_policy, rmse_after_steps
 from .folder import RunFolder
-from .instances import InstanceSet, OptimumModel
+from .instances import InstanceSet, OptimumModel, joined
 from .nets import StridedNet
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
-    from .._typing import ByteArray, Float32Array, Float64Array
+    from .._typing import Float32Array, Float64Array
 
-    Data = tuple[ByteArray, Float32Array]
-    """Images as bytes, shape (n, height, width), and residuals to the optimum in shares of the travel, shape (n, axes)."""
+    Data = tuple[Any, Float32Array]
+    """Images as bytes, an array or a tensor of shape (n, height, width), and residuals to the optimum in shares of the travel,
+    shape (n, axes)."""
 
 
 @dataclass
@@ -111,7 +113,7 @@ def drawn_data(instances: InstanceSet, optima: Float64Array, pictures: int, near
         poses = np.clip(poses, 0, 1)
         images.append(instances.frames_at(poses, random.integers(2**63, size=instances.count)))
         residuals.append(optima - poses)
-    return np.concatenate(images), np.concatenate(residuals).astype(np.float32)
+    return joined(images), np.concatenate(residuals).astype(np.float32)
 
 
 def visited_data(instances: InstanceSet, optima: Float64Array, net: StridedNet, moves: int) -> Data:
@@ -122,18 +124,19 @@ def visited_data(instances: InstanceSet, optima: Float64Array, net: StridedNet, 
         images.append(frames)
         residuals.append(optima - instances.true_poses())
         instances.move_by(policy.moves(predictions(net, frames)[0], step))
-    return np.concatenate(images), np.concatenate(residuals).astype(np.float32)
+    return joined(images), np.concatenate(residuals).astype(np.float32)
 
 
-def predictions(net: StridedNet, images: ByteArray) -> tuple[Float64Array, Float64Array]:
-    """Residuals that the network predicts for images of shape (n, height, width), and its doubt.
+def predictions(net: StridedNet, images: Any) -> tuple[Float64Array, Float64Array]:
+    """Residuals that the network predicts for images, an array or a tensor of shape (n, height, width), and its doubt.
 
     Returns:
         Residuals in shares of the travel, shape (n, axes), and standard deviations along the directions, shape (n, axes).
     """
     with torch.no_grad():
-        answers = torch.cat([net(torch.from_numpy(images[k:k + 256, None])) for k in range(0, len(images), 256)])
-    values: Float64Array = answers.double().numpy()
+        parts = [torch.as_tensor(images[k:k + 256], device=net.vectors.device) for k in range(0, len(images), 256)]
+        answers = torch.cat([net(part[:, None]) for part in parts])
+    values: Float64Array = answers.double().cpu().numpy()
     return values[:, :net.axes], np.exp(values[:, net.axes:])
 
 
@@ -149,7 +152,7 @@ def loss_of(along: torch.Tensor, residuals: torch.Tensor, stiff: int) -> tuple[t
     """
     axes = residuals.shape[1]
     error, log_std = along[:, :axes] - residuals, along[:, axes:]
-    least = torch.full((axes,), 0.02)
+    least = torch.full((axes,), 0.02, device=along.device)
     least[:stiff] = 0.01
     huber = torch.nn.functional.huber_loss(error / (least + 0.15 * residuals.abs()), torch.zeros_like(error))
     likelihood = (log_std + 0.5 * (error.detach() * torch.exp(-log_std)) ** 2).mean()
@@ -165,6 +168,8 @@ class Training:
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each part of the work.
         randomise: File of imaging errors (docs/formats.md) that every capture gets, or None.
+        device: Torch device that trains: "cpu", or "cuda" for a GPU.
+        render: Where images are rendered, "cpu" or "cuda".
 
     Attributes:
         net: The network.
@@ -177,11 +182,14 @@ class Training:
     """
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
-                 log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None) -> None:
+                 log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None,
+                 device: str = "cpu", render: str = "cpu") -> None:
+        check_device(device, render)
+        self.device, self.render = device, render
         errors = pathlib.Path(randomise).read_bytes() if randomise else b""
         if randomise:  # before the folder has a recipe: a mistake in the file shall not be part of one
             InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size, threads=threads,
-                        scene_parameters={"imaging_errors": str(pathlib.Path(randomise).resolve())})
+                        scene_parameters={"imaging_errors": str(pathlib.Path(randomise).resolve())}, device=render)
         recipe.randomise = hashlib.sha256(errors).hexdigest() if errors else recipe.randomise
         if recipe.precision not in PRECISIONS:
             raise ValueError(f"precision '{recipe.precision}' must be one of {', '.join(PRECISIONS)}")
@@ -197,7 +205,7 @@ class Training:
             torch.set_num_threads(threads)
         self.directions = Directions(recipe.scene, recipe.size)
         self.net = StridedNet(recipe.size, len(self.directions.values), self.directions.vectors, doubt=True)
-        self.net.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.net.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.doubt = Doubt(self.directions.vectors, self.directions.values)
         self._optimum: OptimumModel | None = None
         self.curve: list[list[Any]] = []
@@ -228,7 +236,8 @@ class Training:
     def instances(self, slots: int = SLOTS, family: str = "training", errors: bool = True) -> InstanceSet:
         """Instances of the recipe's levels, imaged with its errors or ideally."""
         return InstanceSet(self.recipe.scene, self.recipe.levels, slots, self.recipe.size, family, self.threads,
-                           {"imaging_errors": self.imaging_errors} if errors and self.imaging_errors else None)
+                           {"imaging_errors": self.imaging_errors} if errors and self.imaging_errors else None,
+                           device=self.render)
 
     def run(self) -> StridedNet:
         """Trains to the end; returns the network."""
@@ -264,23 +273,24 @@ class Training:
                 parts.append(visited_data(instances, optima, self.net, recipe.moves))
             else:
                 parts.append(drawn_data(instances, optima, recipe.pictures, recipe.near, self.directions, random))
-        return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+        return joined([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
-    def _pass(self, images: ByteArray, residuals: Float32Array, optimizer: torch.optim.Optimizer, number: int) -> float:
+    def _pass(self, images: Any, residuals: Float32Array, optimizer: torch.optim.Optimizer, number: int) -> float:
         """Trains on the images once; returns the mean loss."""
         recipe = self.recipe
         order = np.random.default_rng([recipe.seed, 2, number]).permutation(len(images))
         batches = max(1, len(order) // recipe.batch)
-        along = torch.from_numpy(residuals @ self.directions.vectors.astype(np.float32))
+        along = torch.from_numpy(residuals @ self.directions.vectors.astype(np.float32)).to(self.device)
+        images, device_type = torch.as_tensor(images, device=self.device), torch.device(self.device).type
         low = recipe.precision != "float32"
         total = 0.0
         for k in range(batches):
             share = (number + k / batches) / recipe.passes
             for group in optimizer.param_groups:  # cosine decay from the first rate to the last
                 group["lr"] = recipe.last_rate + (recipe.rate - recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
-            chosen = order[k * recipe.batch:(k + 1) * recipe.batch]
-            batch = torch.from_numpy(images[chosen][:, None]).contiguous(memory_format=torch.channels_last)
-            with torch.autocast("cpu", PRECISIONS[recipe.precision], enabled=low):
+            chosen = torch.from_numpy(order[k * recipe.batch:(k + 1) * recipe.batch]).to(self.device)
+            batch = images[chosen][:, None].contiguous(memory_format=torch.channels_last)
+            with torch.autocast(device_type, PRECISIONS[recipe.precision], enabled=low):
                 features = self.net.features(batch)
             huber, likelihood = loss_of(self.net.head(features.float()), along[chosen], self.directions.stiff)
             optimizer.zero_grad()
@@ -303,7 +313,7 @@ class Training:
             instances.move_by(policy.moves(residuals, step))
         scale = self.doubt.calibrate(np.array(errors), np.array(deviations))
         with torch.no_grad():
-            self.net.head.bias[self.net.axes:] += torch.from_numpy(np.log(scale)).float()
+            self.net.head.bias[self.net.axes:] += torch.from_numpy(np.log(scale)).to(self.net.head.bias)
         self.log("doubt: scaled by " + ", ".join(f"{value:.2f}" for value in scale))
 
     def tuning_rmse(self, per_level: int = 100, steps: int = 12) -> Float64Array:
@@ -313,7 +323,8 @@ class Training:
             Shape (levels, per_level, steps + 1).
         """
         recipe = self.recipe
-        instances = InstanceSet(recipe.scene, recipe.levels, per_level, recipe.size, "tuning", self.threads)
+        instances = InstanceSet(recipe.scene, recipe.levels, per_level, recipe.size, "tuning", self.threads,
+                                device=self.render)
         follow = belief_policy(lambda frames: predictions(self.net, frames), self.doubt, instances)
         found = rmse_after_steps(follow, instances, 1, range(steps + 1))
         return np.stack(list(found.values()), axis=-1).reshape(len(recipe.levels), per_level, steps + 1)
@@ -334,7 +345,7 @@ class Training:
         path = self.folder / "checkpoint.pt"
         if not path.is_file():
             return 0
-        state: dict[str, Any] = torch.load(path, weights_only=True)
+        state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
         self.net.load_state_dict(state["net"])
         self.curve, self.seconds = state["curve"], state["seconds"]
         self.doubt.floor = np.array(state["floor"])

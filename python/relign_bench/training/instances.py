@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 
 from .._native import binned_parameters
 from ..batch import Batch
@@ -13,7 +14,7 @@ from ..conventions import to_bytes
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._typing import AnyArray, ByteArray, Float64Array, Parameters
+    from .._typing import AnyArray, Float64Array, Parameters
 
 OFFSETS = 5  # per element: shift x, y, z (mm), tilt x, y (deg)
 FIRST_TILT = 3  # index of the first tilt among them
@@ -34,6 +35,7 @@ class InstanceSet:
         scene_parameters: Further parameters of the scene, or None.
         noise_level: Id or preset of the noise level.
         observation: What `frames` returns: "uint8" or "float32".
+        device: "cuda" renders on the first GPU, with the bits of "cpu". Captures are then tensors there.
 
     Attributes:
         count: Number of slots over all levels; arrays below have this many rows, level by level.
@@ -45,11 +47,11 @@ class InstanceSet:
 
     def __init__(self, scene: str, levels: Sequence[float], slots: int, size: int, family: str = "training",
                  threads: int | None = None, scene_parameters: Parameters | None = None, noise_level: str = "rho",
-                 observation: str = "uint8") -> None:
+                 observation: str = "uint8", device: str = "cpu") -> None:
         self.family, self.slots, self.observation = family, slots, observation
         parameters = {**binned_parameters(scene, size), **(scene_parameters or {})}
         self.batches = [Batch(slots, scene, noise_level, noise_level_parameters={"level": float(level)},
-                              scene_parameters=parameters, threads=threads) for level in levels]
+                              scene_parameters=parameters, threads=threads, device=device) for level in levels]
         self.levels = list(levels)
         first = self.batches[0]
         self.axes, self.reference, self.white = first.axes, first.reference, first.white
@@ -71,10 +73,9 @@ class InstanceSet:
     def _gather(self, name: str, *arguments: AnyArray) -> AnyArray:
         every = list(range(self.slots))
         parts = [self._split(argument) for argument in arguments]
-        return np.concatenate([getattr(batch, name)(every, *(part[k] for part in parts))
-                               for k, batch in enumerate(self.batches)])
+        return joined([getattr(batch, name)(every, *(part[k] for part in parts)) for k, batch in enumerate(self.batches)])
 
-    def frames_at(self, true_poses: Float64Array, seeds: AnyArray) -> ByteArray:
+    def frames_at(self, true_poses: Float64Array, seeds: AnyArray) -> Any:
         """Captures at true poses of shape (count, axes), with frame seeds of shape (count,).
 
         Returns:
@@ -82,9 +83,9 @@ class InstanceSet:
         """
         return to_bytes(self._gather("capture_at", true_poses, seeds), self.white)
 
-    def frames(self) -> AnyArray:
+    def frames(self) -> Any:
         """The latest captures, shape (count, height, width): bytes, or floats in the scene's units."""
-        captures = np.concatenate([batch.frames for batch in self.batches])
+        captures = joined([batch.frames for batch in self.batches])
         return to_bytes(captures, self.white) if self.observation == "uint8" else captures
 
     def move_by(self, moves: Float64Array) -> None:
@@ -128,6 +129,16 @@ class InstanceSet:
         if len(known) < len(found):
             raise ValueError("the scene does not search for own optima, which training needs as labels")
         return np.array([pose for pose, _ in known]), np.array([mse for _, mse in known])
+
+
+def joined(parts: Sequence[Any]) -> Any:
+    """Arrays or tensors, one after the other along their first axis."""
+    return torch.cat(list(parts)) if isinstance(parts[0], torch.Tensor) else np.concatenate(parts)
+
+
+def stacked(parts: Sequence[Any]) -> Any:
+    """Arrays or tensors of shape (n, ...), in one of shape (n, parts, ...)."""
+    return torch.stack(list(parts), 1) if isinstance(parts[0], torch.Tensor) else np.stack(parts, 1)
 
 
 def offsets_of(drawn: list[dict[str, Any]]) -> Float64Array:

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticCnnPolicy, ActorCriticPolicy
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import nn
 from torch.autograd.function import once_differentiable
 
 from .. import _core
+from .frames import images_of
 from .nets import StridedNet
 
 if TYPE_CHECKING:
@@ -89,6 +90,18 @@ class PackageFeatures(BaseFeaturesExtractor):
             if isinstance(layer, nn.Conv2d):
                 values = _PooledConvolution.apply(values, layer.weight, layer.bias)
         return self.linear(values.flatten(1))
+
+
+class PackagePolicy(ActorCriticCnnPolicy):
+    """The package's actor and critic, which also take tensors of an environment on the GPU (frames.tensors)."""
+
+    def forward(self, obs: Any, deterministic: bool = False) -> Any:
+        """As of ActorCriticPolicy."""
+        return super().forward(images_of(obs), deterministic)
+
+    def predict_values(self, obs: Any) -> torch.Tensor:
+        """As of ActorCriticPolicy."""
+        return super().predict_values(images_of(obs))
 
 
 class ActorFeatures(BaseFeaturesExtractor):

@@ -14,7 +14,7 @@ from .stable_baselines import BatchVecEnv, EpisodeStatistics
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .._typing import AnyArray, BoolArray, Float32Array, Float64Array
+    from .._typing import BoolArray, Float32Array, Float64Array
     from .directions import Directions
     from .instances import OptimumModel
 
@@ -44,11 +44,12 @@ class PrivilegedEnv(BatchVecEnv):
         optimum: Model of the instances' own optima.
         seed: Decides the instances.
         threads: Threads that render; None uses all cores.
+        device: Where images are rendered, as for InstanceSet.
     """
 
     def __init__(self, scene: str, levels: Sequence[float], slots: int, size: int, directions: Directions,
-                 optimum: OptimumModel, seed: int, threads: int | None = None) -> None:
-        self.instances = InstanceSet(scene, levels, slots, size, threads=threads)
+                 optimum: OptimumModel, seed: int, threads: int | None = None, device: str = "cpu") -> None:
+        self.instances = InstanceSet(scene, levels, slots, size, threads=threads, device=device)
         self.directions, self.optimum, self.run_seed = directions, optimum, seed
         axes = self.instances.axes
         self.spread = exploration(directions)
@@ -63,7 +64,7 @@ class PrivilegedEnv(BatchVecEnv):
         """Sets the number of the next instance, so that a repeated training segment is the same."""
         self._next_instance = number
 
-    def reset(self) -> dict[str, AnyArray]:
+    def reset(self) -> dict[str, Any]:
         """Starts an episode in every slot."""
         self._reset_seeds()
         self._statistics = EpisodeStatistics(self.num_envs)
@@ -82,17 +83,17 @@ class PrivilegedEnv(BatchVecEnv):
         self._frames = self.instances.frames()
         self._residuals = (self._optima - self.instances.true_poses()) @ self.directions.vectors
 
-    def _observations(self) -> dict[str, AnyArray]:
+    def _observations(self) -> dict[str, Any]:
         near = np.sign(self._residuals) * np.log1p(np.abs(self._residuals) / self.spread)
         rest = np.stack([self._level, np.full(self.num_envs, self._steps / EPISODE)], axis=1)
         privileged = np.concatenate([near, self._residuals, rest], axis=1)
-        return {"image": self._frames[:, None].copy(), "privileged": privileged.astype(np.float32)}
+        return {"image": self._frames[:, None], "privileged": privileged.astype(np.float32)}
 
     def excess(self) -> Float64Array:
         """Excess RMSE of the current residuals to first order, shape (num_envs,)."""
         return excess(self._residuals, self.directions)
 
-    def step_wait(self) -> tuple[dict[str, AnyArray], Float32Array, BoolArray, list[dict[str, Any]]]:
+    def step_wait(self) -> tuple[dict[str, Any], Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
         residuals = (self._actions * self.spread) @ self.directions.vectors.T
         self._steps += 1

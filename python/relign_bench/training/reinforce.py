@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
+from .._cuda import on_host
 from . import curves
+from .devices import check_device
 from .evaluation import evaluate
 from .folder import RunFolder
 from .recipe import SHAPED, Recipe, check_recipe
@@ -26,21 +28,9 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
-    from .._typing import AnyArray, Float64Array
+    from .._typing import Float64Array
 
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
-
-
-def check_device(device: str) -> None:
-    """Checks that torch can train on a device.
-
-    Raises:
-        ValueError: It cannot.
-    """
-    if device.partition(":")[0] not in ("cpu", "cuda"):
-        raise ValueError(f"device '{device}' is not supported; expected 'cpu' or 'cuda'")
-    if device != "cpu" and not torch.cuda.is_available():
-        raise ValueError(f"device '{device}': torch {torch.__version__} finds no GPU here; use --device cpu")
 
 
 def weights_hash(path: str | os.PathLike[str]) -> str:
@@ -60,7 +50,8 @@ class Reinforcement:
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each training segment.
         opened: Opens a run without its warm start, to export its network.
-        device: Torch device of the learner: "cpu", or "cuda" for a GPU. Images are rendered on CPU cores in any case.
+        device: Torch device of the learner: "cpu", or "cuda" for a GPU.
+        render: Where images are rendered: "cpu", or "cuda", whose images stay on the GPU of the learner.
 
     Attributes:
         model: The learner of Stable-Baselines3.
@@ -81,9 +72,11 @@ class Reinforcement:
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], warm_start: str | os.PathLike[str] | None = None,
                  threads: int | None = None, log: Callable[[str], object] = print, opened: bool = False,
-                 device: str = "cpu") -> None:
+                 device: str = "cpu", render: str = "cpu") -> None:
         check_recipe(recipe)
-        check_device(device)
+        check_device(device, render)
+        if render != "cpu" and recipe.algorithm == "recurrent-ppo":
+            raise ValueError("algorithm 'recurrent-ppo' keeps its images in host memory; use --render cpu")
         self._warm: pathlib.Path | None = None
         if recipe.preset == "tuned" and not opened:
             if not warm_start:
@@ -93,7 +86,7 @@ class Reinforcement:
                 raise ValueError(f"--warm-start '{warm_start}' has no checkpoint.pt; expected the folder of a run of "
                                  "relign-train imitate")
             recipe = replace(recipe, warm_start=weights_hash(self._warm))
-        self.recipe, self.threads, self.log, self.device = recipe, threads, log, device
+        self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
         if threads:
@@ -120,7 +113,7 @@ class Reinforcement:
     # ---- environment and learner ---------------------------------------------------------------
 
     def _make_package(self) -> None:
-        from .policies import PackageFeatures
+        from .policies import PackageFeatures, PackagePolicy
         from .stable_baselines import StableBaselinesEnv
 
         recipe = self.recipe
@@ -128,7 +121,8 @@ class Reinforcement:
         arguments: dict[str, Any] = {
             "scene": recipe.scene, "noise_level": recipe.noise_level, "noise_level_parameters": {"level": recipe.level},
             "observation": recipe.input, "observation_size": recipe.size, "frame_stack": recipe.frames, "action": "move",
-            "goal": recipe.goal or None, "max_episode_steps": recipe.episode, "noise_free": False, "threads": self.threads}
+            "goal": recipe.goal or None, "max_episode_steps": recipe.episode, "noise_free": False, "threads": self.threads,
+            "device": self.render}
         if recipe.reward == SHAPED:
             from .directions import Directions
             from .instances import OptimumModel
@@ -139,7 +133,7 @@ class Reinforcement:
             self.env: Any = ShapedEnv(recipe.environments, Directions(recipe.scene, recipe.size), optimum, **arguments)
         else:
             self.env = StableBaselinesEnv(recipe.environments, reward=recipe.reward, **arguments)
-        self._make_learner("CnnLstmPolicy" if self.recurrent else "CnnPolicy",
+        self._make_learner("CnnLstmPolicy" if self.recurrent else PackagePolicy,
                            {"features_extractor_class": PackageFeatures,
                             "features_extractor_kwargs": {"compiled": recipe.algorithm != "trpo"},
                             "log_std_init": recipe.first_log_std,
@@ -156,7 +150,7 @@ class Reinforcement:
         directions = Directions(recipe.scene, recipe.size)
         optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, max(self.levels), self.threads)
         self.env = PrivilegedEnv(recipe.scene, self.levels, recipe.environments // len(self.levels), recipe.size, directions,
-                                 optimum, recipe.seed, self.threads)
+                                 optimum, recipe.seed, self.threads, self.render)
         self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
                                                     "spread": self.env.spread, "log_std_init": recipe.first_log_std})
         if self._warm:
@@ -174,10 +168,10 @@ class Reinforcement:
 
         arguments = {"learning_rate": rate, "n_steps": recipe.steps, "gamma": recipe.gamma, "gae_lambda": recipe.gae_lambda,
                      "seed": recipe.seed, "device": self.device, "policy_kwargs": policy_arguments}
-        if recipe.preset != "tuned" and not self.recurrent:
-            from .frames import FrameRolloutBuffer
+        if not self.recurrent:
+            from .frames import FrameRolloutBuffer, ImageRolloutBuffer
 
-            arguments["rollout_buffer_class"] = FrameRolloutBuffer
+            arguments["rollout_buffer_class"] = ImageRolloutBuffer if recipe.preset == "tuned" else FrameRolloutBuffer
         if recipe.algorithm in ("ppo", "recurrent-ppo"):
             arguments.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
                              ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
@@ -205,11 +199,11 @@ class Reinforcement:
 
     # ---- the policy as agents run it -----------------------------------------------------------
 
-    def moves(self, frames: AnyArray, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
+    def moves(self, frames: Any, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
         """The policy without exploration.
 
         Args:
-            frames: What the policy observes, shape (n, frames, height, width), the newest last.
+            frames: What the policy observes, an array or a tensor of shape (n, frames, height, width), the newest last.
             step: Number of the step, from 1.
             memory: Memory of a recurrent policy; None at the first step.
 
@@ -220,10 +214,10 @@ class Reinforcement:
 
         if self.recipe.preset == "tuned":
             with torch.no_grad():
-                residuals = self.model.policy.net(torch.from_numpy(frames).to(self.device)).double().cpu().numpy()
+                residuals = self.model.policy.net(torch.as_tensor(frames, device=self.device)).double().cpu().numpy()
                 return policy.moves(residuals, step), None
         starts = np.full(len(frames), step == 1)
-        actions, memory = self.model.predict(frames, state=memory, episode_start=starts, deterministic=True)
+        actions, memory = self.model.predict(on_host(frames), state=memory, episode_start=starts, deterministic=True)
         return actions.astype(np.float64), memory
 
     # ---- training segments ---------------------------------------------------------------------
@@ -273,17 +267,17 @@ class Reinforcement:
             trained = time.monotonic() - begun
             row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
             row.update(evaluate(self.moves, self.recipe.scene, self.levels, self.recipe.size, self.frames, self.threads,
-                                self.recipe.noise_level, self.recipe.input))
-            self.seconds += time.monotonic() - begun
+                                self.recipe.noise_level, self.recipe.input, self.render))
+            lasted = time.monotonic() - begun
+            self.seconds += lasted
             row["hours"] = self.seconds / 3600
             self.rows.append(row)
             self.done += 1
             self._save()
-            left = (last - self.done) * self.seconds / self.done
             self.log(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s; "
                      f"reward {row['reward']:.4f} per step, {row['episode']:.0f} steps per episode; tuning RMSE "
-                     f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; {left / 60:.0f} min left")
-            lasted = time.monotonic() - begun
+                     f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; "
+                     f"{(last - self.done) * lasted / 60:.0f} min left")
 
     def _seed(self, segment: int) -> None:
         seed = self.recipe.seed * 1_000_003 + segment + 1

@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from stable_baselines3.common.vec_env import VecEnv
 
+from .._cuda import on_host
 from ..vector_environment import AlignmentVectorEnv
+from .frames import tensors
 
 if TYPE_CHECKING:
     from gymnasium import spaces
@@ -78,7 +80,10 @@ class EpisodeStatistics:
 
 
 class StableBaselinesEnv(BatchVecEnv):
-    """AlignmentVectorEnv(count, **arguments) for Stable-Baselines3."""
+    """AlignmentVectorEnv(count, **arguments) for Stable-Baselines3.
+
+    With device="cuda", observations are of the form of `frames.tensors`.
+    """
 
     def __init__(self, count: int, **arguments: Any) -> None:
         self.environments = AlignmentVectorEnv(count, autoreset_mode="SameStep", **arguments)
@@ -91,7 +96,10 @@ class StableBaselinesEnv(BatchVecEnv):
         observations, _ = self.environments.reset(seed=seeds)
         self._reset_seeds()
         self._statistics = EpisodeStatistics(self.num_envs)
-        return observations
+        return self._handed_on(observations)
+
+    def _handed_on(self, observations: Observation) -> Observation:
+        return observations if isinstance(observations, (np.ndarray, dict)) else tensors(observations)
 
     def step_wait(self) -> tuple[Observation, Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
@@ -101,10 +109,11 @@ class StableBaselinesEnv(BatchVecEnv):
         self._statistics.add(rewards)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for slot in map(int, np.flatnonzero(over)):
-            infos[slot] = {"terminal_observation": gathered["final_obs"][slot],
+            last = gathered["final_obs"][slot]
+            infos[slot] = {"terminal_observation": last if isinstance(last, dict) else on_host(last),
                            "TimeLimit.truncated": bool(truncated[slot] and not terminated[slot]),
                            "is_success": bool(terminated[slot]), "episode": self._statistics.take(slot)}
-        return observations, rewards.astype(np.float32), over, infos
+        return self._handed_on(observations), rewards.astype(np.float32), over, infos
 
     def rewards(self, rewards: Float64Array, infos: dict[str, Any], over: BoolArray) -> Float64Array:
         """The rewards of a step, each of shape (num_envs,); for subclasses with another reward.

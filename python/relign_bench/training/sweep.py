@@ -179,14 +179,15 @@ class Sweep:
         minutes: No training segment begins that would end later than this from now; None: no limit.
         log: Gets the lines of progress.
         program: relign-train.
+        render: Where images are rendered.
     """
 
     def __init__(self, jobs: list[Job], side_by_side: int, threads: int | None = None, device: str = "cpu",
                  minutes: float | None = None, log: Callable[[str], object] = print,
-                 program: Sequence[str] = PROGRAM) -> None:
+                 program: Sequence[str] = PROGRAM, render: str = "cpu") -> None:
         self._jobs, self._side_by_side, self._log, self._program = jobs, side_by_side, log, program
         self._threads = threads or max(1, available_cores() // side_by_side)
-        self._further = ["--threads", str(self._threads), "--device", device]
+        self._further = ["--threads", str(self._threads), "--device", device, "--render", render]
         self._end = None if minutes is None else time.monotonic() + 60 * minutes
         self._running: list[subprocess.Popen[str]] = []
         self._lock, self._stopping = threading.Lock(), False
