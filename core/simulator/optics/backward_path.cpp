@@ -1,60 +1,59 @@
 #include "optics/backward_path.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace relign::optics {
 namespace {
 
-Op frame_op(const Motion& motion) {
-  Op op{};
+ExactOp frame_op(const Motion& motion) {
+  ExactOp op{};
   op.kind = motion.is_shift() ? Op::shift : Op::frame;
-  for (int i = 0; i < 9; ++i) op.rotation[i] = static_cast<float>(motion.rotation[static_cast<std::size_t>(i)]);
-  op.translation[0] = static_cast<float>(motion.translation.x);
-  op.translation[1] = static_cast<float>(motion.translation.y);
-  op.translation[2] = static_cast<float>(motion.translation.z);
+  for (int i = 0; i < 9; ++i) op.rotation[i] = motion.rotation[static_cast<std::size_t>(i)];
+  op.translation[0] = motion.translation.x;
+  op.translation[1] = motion.translation.y;
+  op.translation[2] = motion.translation.z;
   return op;
 }
 
 // `opening`: radius of the stop on this face; huge without one.
-Op face_op(const Face& face, const FaceBounds& bounds, double index_before, double opening) {
-  Op op{};
+ExactOp face_op(const Face& face, const FaceBounds& bounds, double index_before, double opening) {
+  ExactOp op{};
   op.kind = Op::face;
-  op.curvature = static_cast<float>(face.curvature);
+  op.curvature = face.curvature;
   const double clear = std::min(face.clear_radius_mm, opening);
-  op.clear_radius2 = static_cast<float>(clear * clear);
+  op.clear_radius2 = clear * clear;
   // Backwards the ray comes from the medium behind the face.
-  op.index_before = static_cast<float>(face.index_after);
-  op.index_after = static_cast<float>(index_before);
-  op.index_ratio = static_cast<float>(face.index_after / index_before);
+  op.index_before = face.index_after;
+  op.index_after = index_before;
+  op.index_ratio = face.index_after / index_before;
   if (face.is_sphere()) return op;
   op.kind = Op::asphere;
-  op.conic_plus_1 = static_cast<float>(1 + face.conic);
+  op.conic_plus_1 = 1 + face.conic;
   const double radius = face.clear_radius_mm, radius2 = radius * radius;
-  op.shape_radius = static_cast<float>(radius);
-  op.per_shape_radius2 = static_cast<float>(1 / radius2);
-  op.lowest = static_cast<float>(bounds.lowest);
-  op.highest = static_cast<float>(bounds.highest);
-  op.steepest = static_cast<float>(bounds.steepest);
-  op.most_bent = static_cast<float>(bounds.most_bent);
-  op.near_vertex = static_cast<float>(bounds.near_vertex);
-  op.near_curvature = static_cast<float>(face.is_conic() ? face.curvature : bounds.near_curvature);
-  op.near_conic_plus_1 = static_cast<float>(face.is_conic() ? 1 + face.conic : bounds.near_conic_plus_1);
+  op.shape_radius = radius;
+  op.per_shape_radius2 = 1 / radius2;
+  op.lowest = bounds.lowest;
+  op.highest = bounds.highest;
+  op.steepest = bounds.steepest;
+  op.most_bent = bounds.most_bent;
+  op.near_vertex = bounds.near_vertex;
+  op.near_curvature = face.is_conic() ? face.curvature : bounds.near_curvature;
+  op.near_conic_plus_1 = face.is_conic() ? 1 + face.conic : bounds.near_conic_plus_1;
   op.rings = bounds.rings.get();
   op.over_root = face.over_root.empty() ? 0 : 1;
   // Faces with Q_bfs terms have no even terms: prescriptions reject the combination.
   const std::vector<double>& even = op.over_root ? face.over_root : face.even_asphere;
   double scale = radius2;
   if (!op.over_root) {
-    op.even[0] = static_cast<float>(face.r2_term * scale);
+    op.even[0] = face.r2_term * scale;
     op.even_terms = face.r2_term != 0 ? 1 : 0;
     scale *= radius2;
   }
-  for (std::size_t i = 0; i < even.size(); ++i, scale *= radius2)
-    op.even[i + (op.over_root ? 0 : 1)] = static_cast<float>(even[i] * scale);
+  for (std::size_t i = 0; i < even.size(); ++i, scale *= radius2) op.even[i + (op.over_root ? 0 : 1)] = even[i] * scale;
   if (!even.empty()) op.even_terms = static_cast<std::int32_t>(even.size()) + (op.over_root ? 0 : 1);
   scale = radius2 * radius;
-  for (std::size_t i = 0; i < face.odd_asphere.size(); ++i, scale *= radius2)
-    op.odd[i] = static_cast<float>(face.odd_asphere[i] * scale);
+  for (std::size_t i = 0; i < face.odd_asphere.size(); ++i, scale *= radius2) op.odd[i] = face.odd_asphere[i] * scale;
   op.odd_terms = static_cast<std::int32_t>(face.odd_asphere.size());
   return op;
 }
@@ -67,10 +66,41 @@ double highest_transmittance(double index_before, double index_after) {
   return ratio < kSteepest ? 4 * ratio / ((ratio + 1) * (ratio + 1)) : 1;
 }
 
-Op stop_op(Op::Kind kind, double radius) {
-  Op op{};
+ExactOp stop_op(Op::Kind kind, double radius) {
+  ExactOp op{};
   op.kind = kind;
-  op.clear_radius2 = static_cast<float>(radius * radius);
+  op.clear_radius2 = radius * radius;
+  return op;
+}
+
+Op rounded(const ExactOp& exact) {
+  const auto round = [](double value) { return static_cast<float>(value); };
+  Op op{};
+  op.kind = exact.kind;
+  std::transform(exact.rotation, exact.rotation + 9, op.rotation, round);
+  std::transform(exact.translation, exact.translation + 3, op.translation, round);
+  op.vertex_z = round(exact.vertex_z);
+  op.curvature = round(exact.curvature);
+  op.index_before = round(exact.index_before);
+  op.index_after = round(exact.index_after);
+  op.index_ratio = round(exact.index_ratio);
+  op.clear_radius2 = round(exact.clear_radius2);
+  op.conic_plus_1 = round(exact.conic_plus_1);
+  op.shape_radius = round(exact.shape_radius);
+  op.per_shape_radius2 = round(exact.per_shape_radius2);
+  op.even_terms = exact.even_terms;
+  op.odd_terms = exact.odd_terms;
+  op.over_root = exact.over_root;
+  std::transform(exact.even, exact.even + kEvenTerms, op.even, round);
+  std::transform(exact.odd, exact.odd + kOddTerms, op.odd, round);
+  op.lowest = round(exact.lowest);
+  op.highest = round(exact.highest);
+  op.steepest = round(exact.steepest);
+  op.most_bent = round(exact.most_bent);
+  op.near_vertex = round(exact.near_vertex);
+  op.near_curvature = round(exact.near_curvature);
+  op.near_conic_plus_1 = round(exact.near_conic_plus_1);
+  op.rings = exact.rings;
   return op;
 }
 
@@ -78,10 +108,10 @@ Op stop_op(Op::Kind kind, double radius) {
 // and shifts along the axis are part of the next face.
 class Builder {
  public:
-  explicit Builder(std::vector<Op>& ops) : ops_(ops) {}
+  explicit Builder(std::vector<ExactOp>& ops) : ops_(ops) {}
 
   // Changes to the frame of `part` with its origin at (0, 0, z). The first call defines the start.
-  void enter(const Motion& part, double z, Op op) {
+  void enter(const Motion& part, double z, ExactOp op) {
     const Motion origin{kIdentityRotation, {0, 0, z}};
     const Motion frame = after(part, origin);
     if (!started_) {
@@ -90,7 +120,7 @@ class Builder {
       op.vertex_z = 0;
     } else if (part.rotation == part_.rotation && part.translation.x == part_.translation.x &&
                part.translation.y == part_.translation.y && part.translation.z == part_.translation.z) {
-      op.vertex_z = static_cast<float>(z - z_);
+      op.vertex_z = z - z_;
     } else {
       ops_.push_back(frame_op(after(inverse(frame), frame_)));
       op.vertex_z = 0;
@@ -101,8 +131,8 @@ class Builder {
     frame_ = frame;
   }
   // Appends an operation at z of the current part that moves neither rays nor frame.
-  void check_at(double z, Op op) {
-    op.vertex_z = static_cast<float>(z - z_);
+  void check_at(double z, ExactOp op) {
+    op.vertex_z = z - z_;
     ops_.push_back(op);
   }
   const Motion& first() const { return first_; }
@@ -116,7 +146,7 @@ class Builder {
   }
 
  private:
-  std::vector<Op>& ops_;
+  std::vector<ExactOp>& ops_;
   bool started_ = false;
   Motion first_, frame_, part_;
   double z_ = 0;
@@ -126,11 +156,11 @@ class Builder {
 
 void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motion& lens_to_world) {
   const Prescription& lens = assembly.lens();
-  path.ops.clear();
+  path.exact_ops.clear();
   path.rings.clear();
   path.through_aperture = 0;
   path.highest_transmittance = 1;
-  Builder builder(path.ops);
+  Builder builder(path.exact_ops);
   const Motion unmoved;
   if (lens.barrel) {
     builder.start_at(unmoved, lens.barrel->to_z_mm);
@@ -145,7 +175,7 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
     std::sort(here.begin(), here.end(), [](const Stop* a, const Stop* b) { return a->z_mm > b->z_mm; });
     for (const Stop* stop : here) {
       builder.enter(unmoved, stop->z_mm, stop_op(Op::stop, stop->opening_radius_mm));
-      if (stop->aperture) path.through_aperture = path.ops.size();
+      if (stop->aperture) path.through_aperture = path.exact_ops.size();
     }
   };
   pass_stops_before(number);
@@ -165,11 +195,13 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
       if (bounds.rings) path.rings.push_back(bounds.rings);
       builder.enter(assembly.placement(e), element.faces[f].z_mm,
                     face_op(element.faces[f], bounds, index_before, opening));
-      if (is_aperture) path.through_aperture = path.ops.size();
+      if (is_aperture) path.through_aperture = path.exact_ops.size();
       path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
       pass_stops_before(number);
     }
   }
+  path.ops.clear();
+  std::transform(path.exact_ops.begin(), path.exact_ops.end(), std::back_inserter(path.ops), rounded);
   // Rounding of float products, which grows with the number of faces.
   const double rounding = std::max(1e-5, 1e-6 * static_cast<double>(lens.face_count()) / 3);
   path.highest_transmittance = std::min(1.0, path.highest_transmittance * (1 + rounding));
@@ -184,7 +216,7 @@ BackwardPath backward_path(const Assembly& assembly, const Motion& lens_to_world
 }
 
 Op last_frame_to_world(const BackwardPath& path, const std::optional<Motion>& then) {
-  return frame_op(then ? after(*then, path.world_of_last_frame) : path.world_of_last_frame);
+  return rounded(frame_op(then ? after(*then, path.world_of_last_frame) : path.world_of_last_frame));
 }
 
 void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction) {

@@ -11,31 +11,36 @@ namespace relign::optics {
 constexpr int kEvenTerms = 16, kOddTerms = 8;  // at most: r^2 to r^32, r^3 to r^17
 
 // One operation on rays on their way from the sensor to the emitter (they travel towards -z).
-struct Op {
+struct OpKinds {
   // face: a sphere or plane; asphere: a conic, with or without a polynomial.
   enum Kind : std::int32_t { frame, shift, face, asphere, stop, bore };
+};
+template <class Real>
+struct OpOf : OpKinds {
   Kind kind;
   // frame: rotation (row-major) and translation, p' = R p + t. shift: t only.
-  float rotation[9];
-  float translation[3];
+  Real rotation[9];
+  Real translation[3];
   // face and stop: z of the vertex in the current frame; the origin moves there.
-  float vertex_z;
-  float curvature;     // 1 / radius, 0 for a plane
-  float index_before;  // of the medium the ray comes from
-  float index_after;
-  float index_ratio;    // before / after
-  float clear_radius2;  // face, stop, bore: square of the radius that lets light through
+  Real vertex_z;
+  Real curvature;     // 1 / radius, 0 for a plane
+  Real index_before;  // of the medium the ray comes from
+  Real index_after;
+  Real index_ratio;    // before / after
+  Real clear_radius2;  // face, stop, bore: square of the radius that lets light through
   // asphere: 1 + k; the polynomial's terms over q = (r / shape radius)^2, in mm: of q, q^2, ... and of q^1.5, q^2.5,
   // ...; whether the even ones are over the conic's root s (face_shape.h). Terms and bounds (face_shape.h) hold up to
   // shape_radius.
-  float conic_plus_1;
-  float shape_radius, per_shape_radius2;
+  Real conic_plus_1;
+  Real shape_radius, per_shape_radius2;
   std::int32_t even_terms, odd_terms, over_root;
-  float even[kEvenTerms], odd[kOddTerms];
-  float lowest, highest, steepest, most_bent;
-  float near_vertex, near_curvature, near_conic_plus_1;  // the conic that steps start from
-  const FaceRings* rings;                                // of a face with a polynomial; owned by the path
+  Real even[kEvenTerms], odd[kOddTerms];
+  Real lowest, highest, steepest, most_bent;
+  Real near_vertex, near_curvature, near_conic_plus_1;  // the conic that steps start from
+  const FaceRings* rings;                               // of a face with a polynomial; owned by the path
 };
+using Op = OpOf<float>;
+using ExactOp = OpOf<double>;
 
 // Uniform directions in an ellipse of direction cosines whose centre moves with the position on the sensor: (p, q) =
 // centre + slope (x, y) + axes (unit disc). p, q along world x, y; light comes from -z.

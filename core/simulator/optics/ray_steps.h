@@ -12,24 +12,34 @@
 
 namespace relign::optics {
 
-struct FloatRay {
-  float x, y, z;       // relative to the current origin, mm
-  float lx, ly, lz;    // direction cosines
-  float above, below;  // transmittance so far = above / below^2
-  float margin;        // smallest distance from any edge so far (ray_block.h); passed if positive
+template <class Real>
+struct RayOf {
+  Real x, y, z;       // relative to the current origin, mm
+  Real lx, ly, lz;    // direction cosines
+  Real above, below;  // transmittance so far = above / below^2
+  Real margin;        // smallest distance from any edge so far (ray_block.h); passed if positive
 };
+using FloatRay = RayOf<float>;
 
 #if defined(__CUDACC_RTC__)
 RELIGN_DEVICE float multiply_add(float a, float b, float c) { return __fmaf_rn(a, b, c); }
+RELIGN_DEVICE double multiply_add(double a, double b, double c) { return __fma_rn(a, b, c); }
 RELIGN_DEVICE float square_root(float a) { return __fsqrt_rn(a); }
+RELIGN_DEVICE double square_root(double a) { return __dsqrt_rn(a); }
 RELIGN_DEVICE float magnitude(float a) { return fabsf(a); }
+RELIGN_DEVICE double magnitude(double a) { return fabs(a); }
 #else
 RELIGN_DEVICE float multiply_add(float a, float b, float c) { return __builtin_fmaf(a, b, c); }
+RELIGN_DEVICE double multiply_add(double a, double b, double c) { return __builtin_fma(a, b, c); }
 RELIGN_DEVICE float square_root(float a) { return __builtin_sqrtf(a); }
+RELIGN_DEVICE double square_root(double a) { return __builtin_sqrt(a); }
 RELIGN_DEVICE float magnitude(float a) { return __builtin_fabsf(a); }
+RELIGN_DEVICE double magnitude(double a) { return __builtin_fabs(a); }
 #endif
 RELIGN_DEVICE float smaller(float a, float b) { return a < b ? a : b; }
+RELIGN_DEVICE double smaller(double a, double b) { return a < b ? a : b; }
 RELIGN_DEVICE float larger(float a, float b) { return a > b ? a : b; }
+RELIGN_DEVICE double larger(double a, double b) { return a > b ? a : b; }
 
 // unit_of_word() uses the upper 24 bits of a word; the four lower bytes make a fifth word.
 RELIGN_DEVICE std::uint32_t fifth_word(std::uint32_t c0, std::uint32_t c1, std::uint32_t c2, std::uint32_t c3) {
@@ -126,11 +136,12 @@ RELIGN_DEVICE PixelStart pixel_start(const TileStart& tile, const PixelPlaces& p
   return start;
 }
 
-RELIGN_DEVICE void apply_frame(FloatRay& ray, const Op& op) {
-  const float x = ray.x, y = ray.y, z = ray.z;
-  const float lx = ray.lx, ly = ray.ly, lz = ray.lz;
-  const float* const r = op.rotation;
-  const float* const t = op.translation;
+template <class Real>
+RELIGN_DEVICE void apply_frame(RayOf<Real>& ray, const OpOf<Real>& op) {
+  const Real x = ray.x, y = ray.y, z = ray.z;
+  const Real lx = ray.lx, ly = ray.ly, lz = ray.lz;
+  const Real* const r = op.rotation;
+  const Real* const t = op.translation;
   ray.x = multiply_add(r[0], x, multiply_add(r[1], y, multiply_add(r[2], z, t[0])));
   ray.y = multiply_add(r[3], x, multiply_add(r[4], y, multiply_add(r[5], z, t[1])));
   ray.z = multiply_add(r[6], x, multiply_add(r[7], y, multiply_add(r[8], z, t[2])));
@@ -139,7 +150,8 @@ RELIGN_DEVICE void apply_frame(FloatRay& ray, const Op& op) {
   ray.lz = multiply_add(r[6], lx, multiply_add(r[7], ly, r[8] * lz));
 }
 
-RELIGN_DEVICE void apply_shift(FloatRay& ray, const Op& op) {
+template <class Real>
+RELIGN_DEVICE void apply_shift(RayOf<Real>& ray, const OpOf<Real>& op) {
   ray.x += op.translation[0];
   ray.y += op.translation[1];
   ray.z += op.translation[2];
@@ -147,10 +159,11 @@ RELIGN_DEVICE void apply_shift(FloatRay& ray, const Op& op) {
 
 // Fresnel: T = 1 - (rs^2 + rp^2) / 2 = 2 r c c' (A^2 + B^2) / (A B)^2 with r the ratio of indices after / before, A = c
 // + r c', B = r c + c'.
-RELIGN_DEVICE void transmit(FloatRay& ray, float back_ratio, float cosine, float cosine_after) {
-  const float a = multiply_add(back_ratio, cosine_after, cosine);
-  const float d = multiply_add(back_ratio, cosine, cosine_after);
-  ray.above *= 2.0F * back_ratio * cosine * cosine_after * multiply_add(a, a, d * d);
+template <class Real>
+RELIGN_DEVICE void transmit(RayOf<Real>& ray, Real back_ratio, Real cosine, Real cosine_after) {
+  const Real a = multiply_add(back_ratio, cosine_after, cosine);
+  const Real d = multiply_add(back_ratio, cosine, cosine_after);
+  ray.above *= Real{2} * back_ratio * cosine * cosine_after * multiply_add(a, a, d * d);
   ray.below *= a * d;
 }
 
@@ -158,54 +171,56 @@ RELIGN_DEVICE void transmit(FloatRay& ray, float back_ratio, float cosine, float
 // - cosine), F = c |p|^2 - 2 p_z, b = l_z - c (p l), cosine = sqrt(b^2 - c F): the root has the sign of l_z (here
 // negative). Snell: Welford, Aberrations of Optical Systems, chapter 4. Roots are of absolute values: where the
 // argument is negative, the margin marks the ray as lost.
-template <bool Fresnel>
-RELIGN_DEVICE void intersect_face(FloatRay& ray, const Op& op) {
-  const float c = op.curvature, minus_c = -op.curvature, ratio = op.index_ratio;
-  const float minus_ratio2 = -ratio * ratio;
-  const float x = ray.x, y = ray.y, z = ray.z - op.vertex_z;
-  const float lx = ray.lx, ly = ray.ly, lz = ray.lz;
-  const float along = multiply_add(x, lx, multiply_add(y, ly, z * lz));
-  const float square = multiply_add(x, x, multiply_add(y, y, z * z));
-  const float b = multiply_add(minus_c, along, lz);
-  const float f = multiply_add(c, square, -2.0F * z);
-  const float discriminant = multiply_add(b, b, minus_c * f);
-  const float cosine = square_root(magnitude(discriminant));  // |cos| of incidence
-  const float t = f / (b - cosine);
-  const float hx = multiply_add(t, lx, x);
-  const float hy = multiply_add(t, ly, y);
-  const float hz = multiply_add(t, lz, z);
-  const float refracted = multiply_add(minus_ratio2, multiply_add(-cosine, cosine, 1.0F), 1.0F);
-  const float cosine_after = square_root(magnitude(refracted));
-  const float g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
-  const float gc = minus_c * g;
+template <bool Fresnel, class Real>
+RELIGN_DEVICE void intersect_face(RayOf<Real>& ray, const OpOf<Real>& op) {
+  const Real c = op.curvature, minus_c = -op.curvature, ratio = op.index_ratio;
+  const Real minus_ratio2 = -ratio * ratio;
+  const Real x = ray.x, y = ray.y, z = ray.z - op.vertex_z;
+  const Real lx = ray.lx, ly = ray.ly, lz = ray.lz;
+  const Real along = multiply_add(x, lx, multiply_add(y, ly, z * lz));
+  const Real square = multiply_add(x, x, multiply_add(y, y, z * z));
+  const Real b = multiply_add(minus_c, along, lz);
+  const Real f = multiply_add(c, square, -Real{2} * z);
+  const Real discriminant = multiply_add(b, b, minus_c * f);
+  const Real cosine = square_root(magnitude(discriminant));  // |cos| of incidence
+  const Real t = f / (b - cosine);
+  const Real hx = multiply_add(t, lx, x);
+  const Real hy = multiply_add(t, ly, y);
+  const Real hz = multiply_add(t, lz, z);
+  const Real refracted = multiply_add(minus_ratio2, multiply_add(-cosine, cosine, Real{1}), Real{1});
+  const Real cosine_after = square_root(magnitude(refracted));
+  const Real g = multiply_add(ratio, cosine, -cosine_after);  // along the normal, towards -z
+  const Real gc = minus_c * g;
   ray.x = hx;
   ray.y = hy;
   ray.z = hz;
   ray.lx = multiply_add(ratio, lx, gc * hx);
   ray.ly = multiply_add(ratio, ly, gc * hy);
   ray.lz = multiply_add(ratio, lz, multiply_add(gc, hz, g));
-  const float edge = multiply_add(-hx, hx, multiply_add(-hy, hy, op.clear_radius2));
+  const Real edge = multiply_add(-hx, hx, multiply_add(-hy, hy, op.clear_radius2));
   ray.margin = smaller(smaller(ray.margin, edge), smaller(discriminant, refracted));
   if (Fresnel) transmit(ray, op.index_after / op.index_before, cosine, cosine_after);
 }
 
-RELIGN_DEVICE void intersect_stop(FloatRay& ray, const Op& op) {
-  const float z = ray.z - op.vertex_z;
-  const float t = -z / ray.lz;
-  const float x = multiply_add(t, ray.lx, ray.x);
-  const float y = multiply_add(t, ray.ly, ray.y);
+template <class Real>
+RELIGN_DEVICE void intersect_stop(RayOf<Real>& ray, const OpOf<Real>& op) {
+  const Real z = ray.z - op.vertex_z;
+  const Real t = -z / ray.lz;
+  const Real x = multiply_add(t, ray.lx, ray.x);
+  const Real y = multiply_add(t, ray.ly, ray.y);
   ray.x = x;
   ray.y = y;
-  ray.z = 0.0F;
+  ray.z = Real{0};
   ray.margin = smaller(ray.margin, multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2)));
 }
 
 // The barrel's rear rim: a ray that starts behind it must enter within the bore, one that starts inside must start
 // within it. Does not move the ray.
-RELIGN_DEVICE void intersect_bore(FloatRay& ray, const Op& op) {
-  const float t = -larger(ray.z - op.vertex_z, 0.0F) / ray.lz;
-  const float x = multiply_add(t, ray.lx, ray.x);
-  const float y = multiply_add(t, ray.ly, ray.y);
+template <class Real>
+RELIGN_DEVICE void intersect_bore(RayOf<Real>& ray, const OpOf<Real>& op) {
+  const Real t = -larger(ray.z - op.vertex_z, Real{0}) / ray.lz;
+  const Real x = multiply_add(t, ray.lx, ray.x);
+  const Real y = multiply_add(t, ray.ly, ray.y);
   ray.margin = smaller(ray.margin, multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2)));
 }
 
@@ -213,11 +228,15 @@ RELIGN_DEVICE void intersect_bore(FloatRay& ray, const Op& op) {
 // faces they are replaced by their quotient.
 constexpr int kFacesPerProduct = 12;
 
-RELIGN_DEVICE float transmittance(const FloatRay& ray) { return ray.above / (ray.below * ray.below); }
+template <class Real>
+RELIGN_DEVICE Real transmittance(const RayOf<Real>& ray) {
+  return ray.above / (ray.below * ray.below);
+}
 
-RELIGN_DEVICE void divide_products(FloatRay& ray) {
+template <class Real>
+RELIGN_DEVICE void divide_products(RayOf<Real>& ray) {
   ray.above = transmittance(ray);
-  ray.below = 1.0F;
+  ray.below = Real{1};
 }
 
 RELIGN_DEVICE float texel_level(std::uint32_t bits, float unit) {
