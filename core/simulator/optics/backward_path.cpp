@@ -229,6 +229,14 @@ void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction) {
   block.above[i] = block.below[i] = block.margin[i] = 1;
 }
 
+void aim_rays(RayBlock& block, const BackwardPath& path, const Vec3& place, const Vec3& from, const double* x,
+              const double* y, const double* z, int count) {
+  double rotation[9];
+  std::copy(path.into_first_frame.rotation.begin(), path.into_first_frame.rotation.end(), rotation);
+  const Vec3 start = path.into_first_frame.point(place);
+  block_kernels().aim(block, rotation, {start.x, start.y, start.z}, {from.x, from.y, from.z}, x, y, z, count);
+}
+
 void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world) {
   const Motion& motion = path.into_first_frame;
   for (int i = 0; i < 9; ++i) tile.rotation[i] = static_cast<float>(motion.rotation[static_cast<std::size_t>(i)]);

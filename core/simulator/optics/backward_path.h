@@ -39,6 +39,10 @@ Op last_frame_to_world(const BackwardPath& path, const std::optional<Motion>& th
 // Puts ray i into a block; both in the path's first frame.
 void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction);
 
+// Puts rays from a place along (x, y, z) - from, all in world coordinates, into a block. count: a multiple of 16.
+void aim_rays(RayBlock& block, const BackwardPath& path, const Vec3& place, const Vec3& from, const double* x,
+              const double* y, const double* z, int count);
+
 // World to a tile's first frame, for rays that start at sensor places relative to `tile_centre`.
 void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world);
 

@@ -26,24 +26,40 @@ static_assert(kCoarse * kCoarse == kBlockRays);
 // Traces rays from one point to points of the pupil plane.
 class Prober {
  public:
-  Prober(const BackwardPath& path, double pupil_z, RayBlock& block) : path_(path), pupil_z_(pupil_z), block_(block) {}
+  Prober(const BackwardPath& path, double pupil_z, RayBlock& block) : path_(path), block_(block) {
+    pupil_z_.fill(pupil_z);
+  }
 
   // passed[i] for `count` (a multiple of 16) points (x, y) on the pupil plane.
   void probe(const Vec3& place, const double* x, const double* y, int count, bool* passed) {
-    const Vec3 start = path_.into_first_frame.point(place);
-    for (int i = 0; i < count; ++i) {
-      const Vec3 direction = path_.into_first_frame.direction(unit(Vec3{x[i], y[i], pupil_z_} - place));
-      put_ray(block_, i, start, direction);
-    }
+    aim_rays(block_, path_, place, place, x, y, pupil_z_.data(), count);
     block_kernels().trace(block_, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
     for (int i = 0; i < count; ++i) passed[i] = block_.margin[i] > 0;
   }
 
  private:
   const BackwardPath& path_;
-  double pupil_z_;
+  std::array<double, kBlockRays> pupil_z_{};
   RayBlock& block_;
 };
+
+// Cosines and sines of 2 pi k / kAzimuths.
+struct Azimuths {
+  std::array<double, kAzimuths> cosine{}, sine{};
+};
+
+const Azimuths& azimuths() {
+  static const Azimuths table = [] {
+    Azimuths made;
+    for (int k = 0; k < kAzimuths; ++k) {
+      const SineCosine angle = sine_cosine_of_degrees(360.0 * k / kAzimuths);
+      made.cosine[static_cast<std::size_t>(k)] = angle.cosine;
+      made.sine[static_cast<std::size_t>(k)] = angle.sine;
+    }
+    return made;
+  }();
+  return table;
+}
 
 PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
   std::array<double, kBlockRays> x{}, y{};
@@ -68,27 +84,22 @@ PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
   region.middle = {sum_x / count, sum_y / count};
 
   // Bisect between the middle (passes) and twice the reach (does not) along each azimuth.
+  const auto& [cosine, sine] = azimuths();
   std::array<double, kAzimuths> inner{}, outer{};
   outer.fill(2 * reach);
   for (int step = 0; step < kBisections; ++step) {
     for (int k = 0; k < kAzimuths; ++k) {
-      const auto direction = support_direction(k, kAzimuths);
       const double length = 0.5 * (inner[k] + outer[k]);
-      x[k] = region.middle[0] + length * direction[0];
-      y[k] = region.middle[1] + length * direction[1];
+      x[k] = region.middle[0] + length * cosine[k];
+      y[k] = region.middle[1] + length * sine[k];
     }
     prober.probe(place, x.data(), y.data(), kAzimuths, passed.data());
     for (int k = 0; k < kAzimuths; ++k) (passed[k] ? inner : outer)[k] = 0.5 * (inner[k] + outer[k]);
   }
-  std::array<std::array<double, 2>, kAzimuths> edge{};
-  for (int k = 0; k < kAzimuths; ++k) {
-    const auto direction = support_direction(k, kAzimuths);
-    edge[k] = {outer[k] * direction[0], outer[k] * direction[1]};
-  }
-  for (int k = 0; k < kSupports; ++k) {
-    const auto direction = support_direction(k, kSupports);
-    for (const auto& point : edge)
-      region.supports[k] = std::max(region.supports[k], point[0] * direction[0] + point[1] * direction[1]);
+  for (int i = 0; i < kAzimuths; ++i) {
+    const double edge[2] = {outer[i] * cosine[i], outer[i] * sine[i]};
+    for (int k = 0; k < kSupports; ++k)
+      region.supports[k] = std::max(region.supports[k], edge[0] * cosine[2 * k] + edge[1] * sine[2 * k]);
   }
   return region;
 }
@@ -96,15 +107,8 @@ PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
 }  // namespace
 
 std::array<double, 2> support_direction(int k, int n) {
-  static const auto table = [] {
-    std::array<std::array<double, 2>, kAzimuths> directions{};
-    for (int i = 0; i < kAzimuths; ++i) {
-      const SineCosine angle = sine_cosine_of_degrees(360.0 * i / kAzimuths);
-      directions[static_cast<std::size_t>(i)] = {angle.cosine, angle.sine};
-    }
-    return directions;
-  }();
-  return table[static_cast<std::size_t>(k * (kAzimuths / n))];
+  const auto at = static_cast<std::size_t>(k * (kAzimuths / n));
+  return {azimuths().cosine[at], azimuths().sine[at]};
 }
 
 PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)

@@ -24,13 +24,12 @@ constexpr double kWithinReach = 0.95;
 
 void probe_directions(const BackwardPath& path, const Vec3& place, const double* p, const double* q, int count,
                       bool* passed, RayBlock& block) {
-  const Vec3 start = path.into_first_frame.point(place);
-  for (int i = 0; i < count; ++i) {
-    const double rest = std::max(1 - p[i] * p[i] - q[i] * q[i], 1e-9);
-    const Vec3 direction = path.into_first_frame.direction(unit(Vec3{p[i], q[i], -std::sqrt(rest)}));
-    put_ray(block, i, start, direction);
+  std::array<double, kBlockRays> down{};
+  for (int i = 0; i < count; ++i)
+    down[static_cast<std::size_t>(i)] = -std::sqrt(std::max(1 - p[i] * p[i] - q[i] * q[i], 1e-9));
+  aim_rays(block, path, place, {}, p, q, down.data(), count);
+  for (int i = 0; i < count; ++i)
     if (!(p[i] * p[i] + q[i] * q[i] < 1)) block.margin[i] = -1;
-  }
   block_kernels().trace(block, path.ops.data(), static_cast<int>(path.through_aperture), false, count);
   for (int i = 0; i < count; ++i) passed[i] = block.margin[i] > 0;
 }

@@ -45,6 +45,10 @@ struct BlockKernels {
   void (*start_in_ellipse)(RayBlock& block, const TileStart& tile, int count);
   // The same with directions uniform on the whole unit disc (cosine-weighted hemisphere).
   void (*start_in_hemisphere)(RayBlock& block, const TileStart& tile, int count);
+  // Starts rays at `start` along x - from.x, y - from.y, z - from.z, which are normalised and turned (rotation,
+  // row-major) in double, then rounded; above = below = margin = 1.
+  void (*aim)(RayBlock& block, const double (&rotation)[9], const double (&start)[3], const double (&from)[3],
+              const double* x, const double* y, const double* z, int count);
   void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
   // Moves rays to the emitter's plane and looks up its radiance; x, y become those of the hit.
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
