@@ -83,6 +83,22 @@ class Style(unittest.TestCase):
             with self.subTest(str(file.relative_to(ROOT))):
                 ast.parse(file.read_text(), feature_version=OLDEST)
 
+    def test_settings_in_documents_exist(self):
+        def settings_of(name):
+            parsed = ast.parse((PACKAGE / "training" / f"{name}.py").read_text())
+            recipe = next(node for node in parsed.body if isinstance(node, ast.ClassDef) and node.name == "Recipe")
+            return {field.target.id for field in recipe.body if isinstance(field, ast.AnnAssign)}
+
+        known = {"imitate": settings_of("imitate"), "ppo": settings_of("recipe"), "adapt": settings_of("adapt")}
+        found = 0
+        for file in (path for path in ROOT.rglob("*.md") if not {"build", ".python"} & set(path.relative_to(ROOT).parts)):
+            commands = re.findall(r"relign-train (imitate|ppo|adapt)\b((?:\\\n|[^`\n])*)", file.read_text())
+            for verb, rest in commands:
+                for name in re.findall(r"--set ([a-z_]+)=", rest):
+                    self.assertIn(name, known[verb], f"{file.relative_to(ROOT)}: relign-train {verb}{rest}")
+                    found += 1
+        self.assertGreater(found, 10)
+
     def test_oldest_python_is_the_same_everywhere(self):
         oldest = "3.9"
         settings = SETTINGS.read_text()
