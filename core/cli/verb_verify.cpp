@@ -108,10 +108,11 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
        : no_replay ? "nothing could be replayed"
        : summary.all_equal() && summary.replayed < summary.recorded
            ? "the replayed trials are reproduced; the others were not replayed"
-       : summary.all_equal() ? "the results are reproduced"
-       : summary.changes.empty()
-           ? "not reproduced, although program, plugins and CPU are unchanged: something is not deterministic"
-           : "not reproduced; see the changes listed above") +
+       : summary.all_equal()     ? "the results are reproduced"
+       : summary.changes.empty() ? "not reproduced, although program, plugins and CPU are unchanged: records were "
+                                   "edited, or something is not "
+                                   "deterministic"
+                                 : "not reproduced; see the changes listed above") +
       (summary.all_equal() && other_builds ? "; they were recorded with other builds of the plugins named above" : "") +
       "\n";
   return text;

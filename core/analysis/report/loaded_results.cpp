@@ -29,7 +29,7 @@ std::vector<std::string> take_order(Json& manifest) {
 
 LoadedResults load_results(const fs::path& folder) {
   std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) throw Error(ErrorKind::io, "no such folder '" + folder.string() + "'");
+  records::require_folder(folder);
   const fs::path manifest_path = folder / "manifest.json";
   if (!fs::exists(manifest_path, ignored))
     throw Error(ErrorKind::bad_input, "'" + folder.string() +

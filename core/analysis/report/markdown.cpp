@@ -49,6 +49,13 @@ double rank_value(const MarkdownRow& of) {
   return sum / static_cast<double>(of.by_level.size());
 }
 
+// Mean over the levels.
+double mean_yield(const MarkdownRow& of) {
+  double sum = 0;
+  for (const auto& [level, row] : of.by_level) sum += row->yield ? row->yield->share : 0;
+  return sum / static_cast<double>(of.by_level.size());
+}
+
 // The slowest over the levels, for a single column of times; -1 if unknown.
 double slowest_ms(const MarkdownRow& of) {
   double slowest = -1;
@@ -57,7 +64,7 @@ double slowest_ms(const MarkdownRow& of) {
   return slowest;
 }
 
-std::string markdown_table(const std::vector<const Group*>& groups, statistics::Rule rule) {
+std::string markdown_table(const std::vector<const Group*>& groups, statistics::Rule rule, bool by_yield) {
   std::vector<std::string> levels;
   std::map<std::string, MarkdownRow> rows;
   std::string starts;
@@ -78,10 +85,12 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
   }
   std::vector<std::pair<std::string, const MarkdownRow*>> order;
   for (const auto& [name, row] : rows) order.emplace_back(name, &row);
-  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+  std::stable_sort(order.begin(), order.end(), [by_yield](const auto& a, const auto& b) {
     // Methods without results at some level come last.
     const std::size_t of_a = a.second->by_level.size(), of_b = b.second->by_level.size();
-    return of_a != of_b ? of_a > of_b : rank_value(*a.second) < rank_value(*b.second);
+    if (of_a != of_b) return of_a > of_b;
+    const double yield_a = mean_yield(*a.second), yield_b = mean_yield(*b.second);
+    return by_yield && yield_a != yield_b ? yield_a > yield_b : rank_value(*a.second) < rank_value(*b.second);
   });
 
   const auto range = [](const std::set<std::size_t>& numbers) {
@@ -96,7 +105,7 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
              ? "noise-free RMSE at the recommended pose after the last step"
              : std::string("noise-free RMSE at ") + rule_text(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
-         "; median error at the start: " + starts + ".\n\n| method |";
+         "; median error at the start: " + starts + (by_yield ? "; by yield" : "") + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";
   out += " ms/step |\n|---|";
   for (std::size_t i = 0; i < levels.size(); ++i) out += "---|";
@@ -130,7 +139,8 @@ std::string markdown_tables(const PageModel& page) {
   }
   std::string out = failed_gates(page);
   out += order.empty() ? "No trial has finished, nothing to rank yet.\n" : aggregate_markdown(page);
-  for (const auto& key : order) out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], page.rule);
+  for (const auto& key : order)
+    out += (key == order.front() ? "" : "\n") + markdown_table(tables[key], page.rule, page.analysis.primary_is_yield);
   if (const std::string matrix = matrix_markdown(page); !matrix.empty()) out += "\n" + matrix;
   if (!page.rules_note.empty()) out += "\n" + markdown_text(page.rules_note) + "\n";
   if (!page.caveats.empty()) out += "\n";

@@ -68,28 +68,58 @@ std::string lead_verdict(const Lead& lead) {
   return " (undecided against " + lead.next + ")";
 }
 
+// A method that leads its class, with its verdict in words.
+struct Leader {
+  std::string method, verdict;
+};
+
+std::optional<Leader> leader_by_error(const Group& group, ObservationClass of_class, statistics::Rule rule) {
+  for (const Lead& lead : (*group.rules)[rule].leads)
+    if (lead.of_class == of_class) return Leader{lead.best, lead_verdict(lead)};
+  return std::nullopt;
+}
+
+// Of equal yields, all methods.
+std::optional<Leader> leader_by_yield(const Group& group, ObservationClass of_class, statistics::Rule rule) {
+  std::optional<Leader> leader;
+  std::size_t most = 0;
+  for (const Row& row : group.rows) {
+    if (row.of_class != of_class || !row.rules || !(*row.rules)[rule].yield) continue;
+    const Share& yield = *(*row.rules)[rule].yield;
+    if (leader && yield.in < most) continue;
+    const bool equal = leader && yield.in == most;
+    leader = {equal ? leader->method + " and " + row.method : row.method,
+              " (" + std::to_string(yield.in) + " of " + std::to_string(yield.n) + ")"};
+    most = yield.in;
+  }
+  return leader;
+}
+
 // "images: bo-gp by own (better than random), imitation by best and current (undecided against bo-gp)"; empty if all
 // rules agree.
-std::string differing_leads(const Group& group, const std::vector<statistics::Rule>& rules) {
+std::string differing_leads(const Group& group, const std::vector<statistics::Rule>& rules, bool by_yield) {
   struct Found {
     std::string method, verdict, rules;
   };
   std::string words;
   for (const ObservationClass of_class : kClasses) {
     std::vector<Found> found;
-    for (const statistics::Rule rule : rules)
-      for (const Lead& lead : (*group.rules)[rule].leads) {
-        if (lead.of_class != of_class) continue;
-        const std::string verdict = lead_verdict(lead);
-        const auto same = std::find_if(found.begin(), found.end(), [&](const Found& one) {
-          return one.method == lead.best && one.verdict == verdict;
-        });
-        if (same == found.end())
-          found.push_back({lead.best, verdict, statistics::rule_name(rule)});
-        else
-          same->rules += std::string(" and ") + statistics::rule_name(rule);
-      }
-    if (found.size() < 2) continue;
+    for (const statistics::Rule rule : rules) {
+      const auto leader = (by_yield ? leader_by_yield : leader_by_error)(group, of_class, rule);
+      if (!leader) continue;
+      const auto same = std::find_if(found.begin(), found.end(), [&](const Found& one) {
+        return one.method == leader->method && one.verdict == leader->verdict;
+      });
+      if (same == found.end())
+        found.push_back({leader->method, leader->verdict, statistics::rule_name(rule)});
+      else
+        same->rules += std::string(" and ") + statistics::rule_name(rule);
+    }
+    // The number in specification is not a verdict.
+    if (std::all_of(found.begin(), found.end(), [&](const Found& one) {
+          return one.method == found[0].method && (by_yield || one.verdict == found[0].verdict);
+        }))
+      continue;
     words += words.empty() ? "" : "; ";
     if (of_class != ObservationClass::unknown) words += class_name(of_class) + std::string(": ");
     for (std::size_t i = 0; i < found.size(); ++i)
@@ -100,7 +130,7 @@ std::string differing_leads(const Group& group, const std::vector<statistics::Ru
 
 }  // namespace
 
-std::string rules_note(const std::vector<Group>& groups) {
+std::string rules_note(const std::vector<Group>& groups, bool by_yield) {
   constexpr std::size_t kMaxGroups = 6;
   std::vector<std::string> differing;
   bool all_recorded = true, any = false;
@@ -109,15 +139,17 @@ std::string rules_note(const std::vector<Group>& groups) {
     any = true;
     const std::vector<statistics::Rule> rules = recorded_rules(group);
     all_recorded = all_recorded && rules.size() == statistics::kRules.size();
-    if (const std::string words = differing_leads(group, rules); !words.empty())
+    if (const std::string words = differing_leads(group, rules, by_yield); !words.empty())
       differing.push_back(group.label + ": " + words);
   }
   if (!any) return "";
   std::string note;
   if (differing.empty()) {
-    note = all_recorded ? "No verdict depends on the recommendation rule: by own, best and current the same method of "
-                          "each class has the lowest median, with the same verdict against the second."
-                        : "Whether a verdict depends on the recommendation rule is unknown.";
+    note = !all_recorded ? "Whether a verdict depends on the recommendation rule is unknown."
+           : by_yield    ? "No verdict depends on the recommendation rule: by own, best and current the same method of "
+                           "each class has the highest yield."
+                         : "No verdict depends on the recommendation rule: by own, best and current the same method of "
+                           "each class has the lowest median, with the same verdict against the second.";
   } else {
     note = "The verdict depends on the recommendation rule. ";
     for (std::size_t i = 0; i < std::min(differing.size(), kMaxGroups); ++i) note += (i ? ". " : "") + differing[i];

@@ -12,8 +12,9 @@ namespace relign::report {
 void add_rules(Group& group, const statistics::GroupStudy& found, const statistics::Study& study,
                double smallest_relevant_ratio);
 
-// Whether a verdict depends on the rule, or why this is unknown, as sentences; "" without ground truth.
-std::string rules_note(const std::vector<Group>& groups);
+// Whether a verdict, on errors or on yields, depends on the rule, or why this is unknown, as sentences; "" without
+// ground truth.
+std::string rules_note(const std::vector<Group>& groups, bool by_yield);
 
 // The plan of the manifest for a page by `rule`.
 Analysis analysis_of(const Json& manifest, statistics::Rule rule);

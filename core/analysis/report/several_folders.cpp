@@ -194,7 +194,7 @@ PageModel joined_page(const std::vector<FolderSet>& sets, std::vector<PageModel>
   }
   all.title = join(titles, ", ");
   label_methods(all.methods);
-  all.rules_note = rules_note(all.groups);
+  all.rules_note = rules_note(all.groups, all.analysis.primary_is_yield);
   all.verdict = verdict(all);
   all.caveats = caveats(all);
   append(all.caveats, time_notes);

@@ -24,17 +24,21 @@ std::optional<std::string> between(const std::string& text, std::string_view bef
 std::string syntax_fault(const std::string& text) {
   // "[json.exception.parse_error.101] parse error at line 3, column 5: syntax error while parsing object - unexpected
   // string literal; expected '}'"
+  // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
+  if (const auto number = between(text, "number overflow parsing '", "'"))
+    return "the number " + *number + " is out of range";
   const std::size_t dash = text.find(" - ");
   return dash == std::string::npos ? "the text is not JSON" : text.substr(dash + 3);
 }
 
 std::string json_fault(const nlohmann::json::exception& error) {
-  constexpr int kParseError = 101, kOtherType = 302, kNoKey = 403;  // of nlohmann's exceptions
+  constexpr int kParseError = 101, kOtherType = 302, kNoKey = 403, kOverflow = 406;  // of nlohmann's exceptions
   const std::string text = std::string(error.what()) + "\n";
   if (error.id == kParseError) {
     const std::optional<std::string> place = between(text, "parse error at ", ": ");
     return "invalid JSON" + (place ? " at " + *place : "") + ": " + syntax_fault(error.what());
   }
+  if (error.id == kOverflow) return "invalid JSON: " + syntax_fault(error.what());
   const std::optional<std::string> expected = between(text, "type must be ", ", but"),
                                    found = between(text, "but is ", "\n"), key = between(text, "key '", "' not found");
   if (error.id == kOtherType && expected && found) return "expected " + *expected + ", found " + *found;

@@ -35,8 +35,7 @@ std::vector<fs::path> expand(const MergeOptions& options) {
   };
   for (const fs::path& source : options.sources) {
     std::error_code code;
-    if (!fs::is_directory(source, code))
-      throw Error(ErrorKind::io, "cannot read '" + source.string() + "': no such folder");
+    require_folder(source);
     if (fs::exists(source / "manifest.json", code)) {
       add(source);
       continue;

@@ -6,10 +6,16 @@
 namespace relign::records {
 namespace fs = std::filesystem;
 
-void require_results(const fs::path& folder) {
+void require_folder(const fs::path& folder) {
   std::error_code code;
-  if (!fs::is_directory(folder, code))
-    throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': no such folder");
+  if (fs::is_directory(folder, code)) return;
+  throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': " +
+                                 (fs::exists(folder, code) ? "it is a file; expected a folder" : "no such folder"));
+}
+
+void require_results(const fs::path& folder) {
+  require_folder(folder);
+  std::error_code code;
   if (!fs::exists(folder / "manifest.json", code))
     throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it has no manifest.json");
   // Without this check, a published study would look like one that has not begun, and its tables would be overwritten.

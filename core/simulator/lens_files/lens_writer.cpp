@@ -101,6 +101,10 @@ class Writer {
       if (surface.clear_radius_mm < 0) problem(surface, "surface " + surface.label + ": negative semi-diameter");
       tidy_asphere(surface);
     }
+    if (const Surface& last = design_.surfaces.back(); last.stop)
+      problem(last,
+              "surface " + last.label +
+                  ", the last one and therefore the image, is marked as the stop; check that the file is complete");
     if (stops != 1)
       problems_.push_back({design_.file, 0, 0, "",
                            "exactly one surface must be the stop, found " + std::to_string(stops) +

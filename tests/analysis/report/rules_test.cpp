@@ -99,6 +99,25 @@ TEST_F(Rules, NotesVerdictsThatDependOnTheRule) {
   EXPECT_THAT(text_of(data(), "rules_note"), HasSubstr("No verdict depends on the recommendation rule"));
 }
 
+TEST_F(Rules, FollowYieldWhereItIsThePrimaryMeasure) {
+  write(model_and_walker());
+  add_plan({{"primary", "yield"}, {"rule", "own"}}, {{"spec", {{"rmse", 0.0255}}}});
+  const std::string note = text_of(data(), "rules_note");
+  EXPECT_THAT(note, HasSubstr("rho0: model by own (8 of 8), model and walker by best (6 of 8), model and walker by "
+                              "current (0 of 8)."));
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    trials.push_back(trial("a", i, {0.1, 0.02}));
+    trials.push_back(trial("b", i, {0.1, i < 7 ? 0.01 : 0.1}));
+  }
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  add_plan({{"primary", "yield"}, {"rule", "own"}}, {{"spec", {{"rmse", 0.0255}}}});
+  EXPECT_THAT(text_of(data(), "rules_note"), HasSubstr("the same method of each class has the highest yield."));
+  const std::string table = markdown_tables(Report(folder_).model());
+  EXPECT_LT(table.find("| a |"), table.find("| b |")) << "whose median is lower";
+}
+
 // With a cure shift, earlier versions scored the method's own recommendation only.
 TEST_F(Rules, ReportsMissingScores) {
   std::vector<records::TrialRecord> trials = model_and_walker();

@@ -37,6 +37,8 @@ TEST(Fault, NamesWhatIsWrongWithJson) {
       AllOf(HasSubstr("invalid JSON at line 1, column 11: unexpected string literal"), Not(HasSubstr("exception"))));
   EXPECT_THAT(text_of([] { [[maybe_unused]] const json parsed = json::parse(""); }),
               HasSubstr("invalid JSON at line 1, column 1: unexpected end of input"));
+  EXPECT_EQ(text_of([] { [[maybe_unused]] const json parsed = json::parse("[1e999]"); }),
+            "invalid JSON: the number 1e999 is out of range");
 }
 
 TEST(Fault, NamesFilesAndTheSystemsReason) {

@@ -235,6 +235,8 @@ TEST_F(ResultsFolderTest, NamesFoldersThatCannotBeWritten) {
   EXPECT_THAT(error_text(ErrorKind::io, [] { ResultsWriter writer("/proc/relign-results"); }),
               HasSubstr("/proc/relign-results"));
   EXPECT_THAT(error_text(ErrorKind::io, [&] { read_trials(folder_ / "missing"); }), HasSubstr("no such folder"));
+  EXPECT_THAT(error_text(ErrorKind::io, [&] { read_trials(folder_ / "file"); }),
+              HasSubstr("it is a file; expected a folder"));
 }
 
 // A limit on file size acts like a full disk: the write stops in the middle of a block.

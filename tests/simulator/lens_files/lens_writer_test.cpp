@@ -273,6 +273,8 @@ TEST(LensWriter, RejectsWithFileAndLine) {
   EXPECT_THAT(refusal(replaced(small_zmx(), "  STOP\n", "")),
               HasSubstr("exactly one surface must be the stop, found 0"));
   EXPECT_THAT(refusal(small_zmx("  STOP\n")), HasSubstr("found 2"));
+  EXPECT_THAT(refusal(replaced(replaced(small_zmx(), "  STOP\n", ""), "SURF 4\n", "SURF 4\n  STOP\n")),
+              HasSubstr("surface 4, the last one and therefore the image, is marked as the stop"));
   EXPECT_THAT(refusal(replaced(small_zmx(), "DISZ 4", "DISZ INFINITY")),
               HasSubstr("a.zmx:10: surface 1 is at infinite distance"));
   EXPECT_THAT(
