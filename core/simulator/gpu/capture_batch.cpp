@@ -184,8 +184,7 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
 }
 
 Batch CaptureBatch::batch(const imaging::Reference* reference) const {
-  const imaging::Sensor& sensor = scene_->sensor;
-  const auto pixels = sensor.pixels();
+  const auto pixels = scene_->sensor.pixels();
   return {tiles_.data(),
           images_.data(),
           ops_.data(),
@@ -196,21 +195,31 @@ Batch CaptureBatch::batch(const imaging::Reference* reference) const {
           imaging::mse_samples(static_cast<double>(pixels)),
           reference ? reference->first.data() : nullptr,
           reference ? reference->second.data() : nullptr,
-          reference ? reference->mean.data() : nullptr,
-          {errors_.jobs.data(), errors_.values.data(), errors_.rings.data(), errors_.hot_pixels.data(), nullptr,
-           sensor.width, sensor.height,
-           sensor.electronics ? imaging::read_out_of(*sensor.electronics, imaging::ShotNoise::sampled)
-                              : imaging::ReadOut{}}};
+          reference ? reference->mean.data() : nullptr};
+}
+
+ErrorBatch CaptureBatch::error_batch() const {
+  const imaging::Sensor& sensor = scene_->sensor;
+  ErrorBatch batch{};
+  batch.jobs = errors_.jobs.data();
+  batch.values = errors_.values.data();
+  batch.rings = errors_.rings.data();
+  batch.hot_pixels = errors_.hot_pixels.data();
+  batch.width = sensor.width;
+  batch.height = sensor.height;
+  if (sensor.electronics) batch.electronics = imaging::read_out_of(*sensor.electronics, imaging::ShotNoise::sampled);
+  return batch;
 }
 
 std::vector<float> CaptureBatch::capture_here() const {
-  Batch here = batch();
+  const Batch here = batch();
+  ErrorBatch errors = error_batch();
   const std::size_t pixels = scene_->sensor.pixels();
   std::vector<float> images(images_.size() * pixels), rows(blurred_images_ * pixels);
-  here.errors.rows = rows.data();
+  errors.rows = rows.data();
   for (const TileJob& tile : tiles_)
     for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) capture_pixel(here, tile, pixel, images.data());
-  for (const ImageJob& image : images_) read_out_image(OneThread(), here, image, images.data());
+  for (const ImageJob& image : images_) read_out_image(OneThread(), here, errors, image, images.data());
   return images;
 }
 

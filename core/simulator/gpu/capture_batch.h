@@ -43,8 +43,9 @@ class CaptureBatch {
   std::size_t blurred_images() const { return blurred_images_; }  // that ErrorBatch::rows needs
   // Whether captures change after their light is rendered.
   bool reads_out() const { return scene_->sensor.electronics || !errors_.jobs.empty(); }
-  // With the jobs in this memory, but for ErrorBatch::rows. The reference: of an MSE.
+  // With the jobs in this memory. The reference: of an MSE.
   Batch batch(const imaging::Reference* reference = nullptr) const;
+  ErrorBatch error_batch() const;  // without rows
   const imaging::SceneFile& scene() const { return *scene_; }
 
   // What the kernels do, in this process: images, one after the other; and the MSE of each.

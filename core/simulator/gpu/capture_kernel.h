@@ -50,11 +50,10 @@ struct Batch {
   std::int32_t image_pixels;
   std::int32_t samples;  // MSE: rays per pixel and group
   const float *reference_first, *reference_second, *reference_mean;
-  ErrorBatch errors;
 };
 
 // Both compilers must see the same layout.
-static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 28 && sizeof(Batch) == 208);
+static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 28 && sizeof(Batch) == 112);
 
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
@@ -110,11 +109,12 @@ RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::i
 
 // Electronics and imaging errors of a rendered capture.
 template <class Block>
-RELIGN_DEVICE void read_out_image(const Block& block, const Batch& batch, const ImageJob& image, float* images) {
+RELIGN_DEVICE void read_out_image(const Block& block, const Batch& batch, const ErrorBatch& errors,
+                                  const ImageJob& image, float* images) {
   float* const pixels = image_at(batch, image, images);
-  if (batch.errors.electronics.present)
-    apply_electronics(block, batch.errors, std::uint64_t{image.seed_high} << 32 | image.seed_low, pixels);
-  if (image.errors >= 0) apply_errors(block, batch.errors, batch.errors.jobs[image.errors], pixels);
+  if (errors.electronics.present)
+    apply_electronics(block, errors, std::uint64_t{image.seed_high} << 32 | image.seed_low, pixels);
+  if (image.errors >= 0) apply_errors(block, errors, errors.jobs[image.errors], pixels);
 }
 
 // Sum of the weighted radiances of a lattice of rays: eight partial sums where their number allows, as in RaySource.
@@ -226,9 +226,9 @@ struct BlockOfThreads {
   }
 };
 
-// One block for each image.
-extern "C" __global__ void relign_read_out(const Batch batch, float* images) {
-  read_out_image(BlockOfThreads(), batch, batch.images[blockIdx.x], images);
+// One block for each image. Errors are not in Batch, since the other kernels would need more registers.
+extern "C" __global__ void relign_read_out(const Batch batch, float* images, const ErrorBatch errors) {
+  read_out_image(BlockOfThreads(), batch, errors, batch.images[blockIdx.x], images);
 }
 
 // One block and one sum for each tile, added in the order of its pixels.

@@ -68,11 +68,6 @@ Batch GpuCamera::batch_on_gpu() const {
   batch.reference_first = first_.as<const float>();
   batch.reference_second = second_.as<const float>();
   batch.reference_mean = mean_.as<const float>();
-  batch.errors.jobs = errors_.as<const ErrorJob>();
-  batch.errors.values = error_values_.as<const float>();
-  batch.errors.rings = rings_.as<const imaging::Ring>();
-  batch.errors.hot_pixels = hot_pixels_.as<const std::uint32_t>();
-  batch.errors.rows = rows_.as<float>();
   return batch;
 }
 
@@ -81,7 +76,15 @@ void GpuCamera::run(float* images) {
   void* arguments[] = {&batch, &images};
   gpu_->launch(Gpu::Kernel::clear, jobs_.images().size(), arguments);
   gpu_->launch(Gpu::Kernel::capture, jobs_.tiles().size(), arguments);
-  if (jobs_.reads_out()) gpu_->launch(Gpu::Kernel::read_out, jobs_.images().size(), arguments);
+  if (!jobs_.reads_out()) return;
+  ErrorBatch errors = jobs_.error_batch();
+  errors.jobs = errors_.as<const ErrorJob>();
+  errors.values = error_values_.as<const float>();
+  errors.rings = rings_.as<const imaging::Ring>();
+  errors.hot_pixels = hot_pixels_.as<const std::uint32_t>();
+  errors.rows = rows_.as<float>();
+  void* read_out_arguments[] = {&batch, &images, &errors};
+  gpu_->launch(Gpu::Kernel::read_out, jobs_.images().size(), read_out_arguments);
 }
 
 void GpuCamera::run() {

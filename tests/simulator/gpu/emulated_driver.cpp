@@ -228,7 +228,8 @@ EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned
     else if (function == &kernels[1])
       capture(batch, batch.tiles[block], static_cast<float*>(out));
     else if (function == &kernels[2])
-      gpu::read_out_image(gpu::OneThread(), batch, batch.images[block], static_cast<float*>(out));
+      gpu::read_out_image(gpu::OneThread(), batch, *static_cast<gpu::ErrorBatch*>(arguments[2]), batch.images[block],
+                          static_cast<float*>(out));
     else if (function == &kernels[3])
       static_cast<double*>(*static_cast<void**>(arguments[2]))[block] =
           squares(batch, batch.images[block], static_cast<float*>(out));
