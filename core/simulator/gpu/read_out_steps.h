@@ -1,7 +1,7 @@
 // Electronics and imaging errors of captures on a GPU: what a block of threads does to one image. Order and arithmetic
 // are those of imaging/read_out.h and imaging/capture_errors.h, so that images have the CPU's bits.
 //
-// A Block says which threads share the work: `for_each(count, body)` calls body(i) for all i, each by one thread, and
+// A Block is the threads that share the work: `for_each(count, body)` calls body(i) for all i, each by one thread, and
 // ends when all have; `sum(count, sums, terms)` adds two terms for each i in the order of i, for every thread.
 #pragma once
 

@@ -1,5 +1,5 @@
-// The loops over pixels of imaging errors (pixel_steps.h): plain arrays and scalars, so that they vectorise. Internal to
-// imaging; used by capture_errors.cpp.
+// The loops over pixels of imaging errors (pixel_steps.h): plain arrays and scalars, so that they vectorise. Internal
+// to imaging; used by capture_errors.cpp.
 #pragma once
 
 #include <cstdint>
