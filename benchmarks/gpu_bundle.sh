@@ -17,7 +17,7 @@ cp "$program" "$out/"
 # The C library stays that of the machine with the GPU.
 ldd "$program" | awk '$3 ~ /^\// {print $3}' | grep -Ev '/(libc|libm|libdl|librt|libpthread)\.so' |
   xargs -I{} cp -L {} "$out/lib/"
-cp -R "$here/plugins/scenes/lens_system/relign_od" "$out/"
+cp -R "$here/plugins/scenes/lens_system/relign_od" "$here/python/relign_bench/training/randomisation.json" "$out/"
 # With the self-contained wheel the environment is measured as well, where python3 has its version, torch and gymnasium.
 if [ $# -gt 2 ]; then
   cp "$here/benchmarks/gpu_environment.py" "$out/"
@@ -34,7 +34,7 @@ print("".join([f for p in sys.path for f in glob.glob(p + "/nvidia/*/lib/libnvrt
 fi
 # RELIGN_RUN_WITH: a program to run it with, such as compute-sanitizer or ncu.
 libraries=${LD_LIBRARY_PATH:-}:/usr/local/nvidia/lib64
-LD_LIBRARY_PATH="$here/lib:$libraries" ${RELIGN_RUN_WITH:-} "$here/relign-bench-gpu" "${1:-$here/relign_od/scene.json}"
+LD_LIBRARY_PATH="$here/lib:$libraries" ${RELIGN_RUN_WITH:-} "$here/relign-bench-gpu" "${1:-$here/relign_od/scene.json}" "$here/randomisation.json"
 status=$?
 [ -d "$here/python" ] || exit $status
 # Without the libraries above, which torch does not expect.

@@ -1,6 +1,6 @@
-// relign-bench-gpu SCENE_FILE: images and noise-free MSE of a GPU against the CPU's, bit for bit and in law, and their
-// times, as rows of docs/performance.md. Needs a GPU; run it by hand (benchmarks/gpu_bundle.sh). Exit status 1 if
-// anything differs in law.
+// relign-bench-gpu SCENE_FILE [ERRORS_FILE]: images and noise-free MSE of a GPU against the CPU's, bit for bit and in
+// law, and their times, as rows of docs/performance.md; captures with the imaging errors of a file, too. Needs a GPU;
+// run it by hand (benchmarks/gpu_bundle.sh). Exit status 1 if anything differs in law.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -11,6 +11,7 @@
 
 #include "base/machine.h"
 #include "gpu/gpu_camera.h"
+#include "imaging/capture_errors.h"
 #include "imaging/reference.h"
 
 namespace {
@@ -165,11 +166,39 @@ void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneF
               256 / mse);
 }
 
+void print_errors(gpu::Gpu& device, imaging::Camera& camera, const imaging::SceneFile& scene, Parallel& parallel,
+                  const char* file) {
+  constexpr double kWhite = 0.2;
+  imaging::CaptureErrors errors(imaging::read_imaging_errors(file), scene.sensor, kWhite, scene.emitter.side_mm);
+  gpu::GpuCamera on_gpu(device, scene, {}, parallel, &errors.drawn());
+  Instances instances(scene, 64, 1024);
+  on_gpu.capture(instances.items);
+  std::vector<float> expected(scene.sensor.pixels());
+  int equal = 0;
+  for (std::size_t i = 0; i < 64; ++i) {
+    const BatchItem& item = instances.items[i];
+    const bool altered = errors.draw(item.seed);
+    camera.capture(*item.lens, *item.true_pose, item.seed, expected.data(),
+                   altered ? errors.into_print() : std::nullopt);
+    if (altered) errors.apply(expected.data());
+    equal += instances.pixels[i] == expected ? 1 : 0;
+  }
+  std::printf("| captures with imaging errors with the CPU's bits | %d of 64 |\n", equal);
+  const double kernels = median_seconds([&] {
+    device.start_clock();
+    on_gpu.run();
+    return device.stop_clock() / 1e3;
+  });
+  const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu.prepare(instances.items); }); });
+  std::printf("| batch of 1024 with imaging errors: kernels (events); tiles and errors on the CPU | %.3f, %.3f ms |\n",
+              1e3 * kernels, 1e3 * prepare);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) {
-    std::fprintf(stderr, "usage: relign-bench-gpu SCENE_FILE\n");
+  if (argc != 2 && argc != 3) {
+    std::fprintf(stderr, "usage: relign-bench-gpu SCENE_FILE [ERRORS_FILE]\n");
     return 2;
   }
   try {
@@ -185,6 +214,7 @@ int main(int argc, char** argv) {
     compare_bits(on_gpu, camera, scene, reference);
     const bool same_law = compare_law(on_gpu, camera, scene);
     print_times(device, on_gpu, scene);
+    if (argc == 3) print_errors(device, camera, scene, parallel, argv[2]);
     return same_law ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,6 +1,7 @@
 """The vector environment and the batch with device="cuda" against "cpu" (support.OnGpu)."""
 
 import os
+import pathlib
 import sys
 import unittest
 from unittest import mock
@@ -54,6 +55,12 @@ class VectorEnvironment(OnGpu):
                           dict(score="rmse_binary", reward="potential", noise_level="tolerances-stepper-stage", frame_stack=2)):
             with self.subTest(arguments):
                 self.compare(3, **arguments)
+
+    def test_has_the_bits_of_the_cpu_with_random_imaging(self):
+        errors = pathlib.Path(__file__).parents[2] / "python/relign_bench/training/randomisation.json"
+        seen = self.compare(3, scene_parameters={"imaging_errors": str(errors)}, max_episode_steps=2)
+        ideal = make_vector(4).reset(seed=5)[0]
+        self.assertFalse(same(host(seen[0]), ideal))
 
     def test_takes_actions_that_are_tensors(self):
         self.compare(1, tensors=True)

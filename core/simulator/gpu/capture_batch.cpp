@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "imaging/pupil_tiles.h"
+#include "imaging/read_out.h"
 #include "imaging/sequences.h"
 #include "optics/backward_path.h"
 
@@ -16,7 +17,6 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
   if (settings.scored_tiles != 1) return start + "'scored_tiles' other than 1";
   if (!scene.wavelengths.empty()) return start + "several 'wavelengths'";
   if (scene.diffraction) return start + "'diffraction'";
-  if (scene.sensor.electronics) return start + "the sensor's 'electronics'";
   if (!scene.sensor.windows.empty()) return start + "a sensor with windows";
   for (const optics::Element& element : scene.lens.elements)
     for (std::size_t f = 0; f < element.faces.size(); ++f)
@@ -26,18 +26,22 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
 }
 
 struct CaptureBatch::Fitter {
-  explicit Fitter(const imaging::SceneFile& scene) : tiles(scene, alone) {}
+  Fitter(const imaging::SceneFile& scene, const imaging::DrawnErrors* drawn) : tiles(scene, alone) {
+    if (drawn) errors = *drawn;
+  }
   Parallel alone{1};
   imaging::PupilTiles tiles;
   optics::BackwardPath path;
+  std::optional<imaging::DrawnErrors> errors;
 };
 
 CaptureBatch::CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings,
-                           Parallel& parallel)
+                           Parallel& parallel, const imaging::DrawnErrors* errors)
     : scene_(&scene), settings_(settings), parallel_(&parallel) {
   if (const std::string problem = unsupported(scene, settings); !problem.empty())
     throw Error(ErrorKind::bad_input, problem);
-  for (unsigned thread = 0; thread < parallel.threads(); ++thread) fitters_.push_back(std::make_unique<Fitter>(scene));
+  for (unsigned thread = 0; thread < parallel.threads(); ++thread)
+    fitters_.push_back(std::make_unique<Fitter>(scene, errors));
 }
 
 CaptureBatch::~CaptureBatch() = default;
@@ -57,12 +61,57 @@ void CaptureBatch::add_thresholds(const imaging::Tile& tile, double highest_tran
   jobs.thresholds.resize(first + static_cast<std::size_t>(job.thresholds));
 }
 
+void CaptureBatch::clear(Errors& errors) {
+  errors.jobs.clear();
+  errors.values.clear();
+  errors.rings.clear();
+  errors.hot_pixels.clear();
+}
+
+void CaptureBatch::set_errors(const imaging::DrawnErrors& drawn, Errors& errors) {
+  ErrorJob job{};
+  job.levels = drawn.levels();
+  errors.values = drawn.weights();
+  job.reach = static_cast<std::int32_t>(errors.values.size()) - 1;
+  job.first_node = -1;
+  if (const imaging::StrayLight* const light = drawn.stray_light()) {
+    job.first_node = static_cast<std::int32_t>(errors.values.size());
+    errors.values.insert(errors.values.end(), light->nodes().begin(), light->nodes().end());
+    job.stray_light = light->levels();
+    errors.rings = light->rings();
+    job.rings = static_cast<std::int32_t>(errors.rings.size());
+  }
+  drawn.for_hot_pixels([&](std::uint64_t pixel) { errors.hot_pixels.push_back(static_cast<std::uint32_t>(pixel)); });
+  job.hot_pixels = static_cast<std::int32_t>(errors.hot_pixels.size());
+  errors.jobs.push_back(job);
+}
+
+void CaptureBatch::add_errors(const Errors& errors) {
+  const auto first = [](const auto& list) { return static_cast<std::int32_t>(list.size()); };
+  ErrorJob job = errors.jobs.front();
+  job.first_weight = first(errors_.values);
+  if (job.first_node >= 0) job.first_node += first(errors_.values);
+  job.first_ring = first(errors_.rings);
+  job.first_hot_pixel = first(errors_.hot_pixels);
+  if (job.reach > 0) job.rows = static_cast<std::int32_t>(blurred_images_++);
+  errors_.jobs.push_back(job);
+  errors_.values.insert(errors_.values.end(), errors.values.begin(), errors.values.end());
+  errors_.rings.insert(errors_.rings.end(), errors.rings.begin(), errors.rings.end());
+  errors_.hot_pixels.insert(errors_.hot_pixels.end(), errors.hot_pixels.begin(), errors.hot_pixels.end());
+}
+
 void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const {
   const optics::Motion lens_to_world = scene_->lens_to_world(*item.true_pose);
   optics::BackwardPath& path = fitter.path;
   optics::set_backward_path(path, item.lens->assembly(), lens_to_world);
   jobs.ops.assign(path.ops.begin(), path.ops.end());
-  jobs.ops.push_back(optics::last_frame_to_world(path));
+  clear(jobs.errors);
+  std::optional<optics::Motion> into_print;
+  if (kind == Kind::capture && fitter.errors && fitter.errors->draw(item.seed)) {
+    into_print = fitter.errors->into_print();
+    set_errors(*fitter.errors, jobs.errors);
+  }
+  jobs.ops.push_back(optics::last_frame_to_world(path, into_print));
   fitter.tiles.fit(*item.lens, lens_to_world, path, jobs.ops, scene_->emitter.plane());
   const bool fresnel = settings_.transport != imaging::Transport::refract;
   const double highest = fresnel ? path.highest_transmittance : 1.0;
@@ -71,7 +120,8 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
                 0,
                 static_cast<std::int32_t>(jobs.ops.size()),
                 static_cast<float>(highest),
-                0};
+                0,
+                -1};
   jobs.tiles.clear();
   jobs.thresholds.clear();
   const int samples = imaging::mse_samples(static_cast<double>(scene_->sensor.pixels()));
@@ -112,6 +162,8 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
   images_.clear();
   ops_.clear();
   thresholds_.clear();
+  clear(errors_);
+  blurred_images_ = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Jobs& jobs = jobs_[i];
     for (TileJob tile : jobs.tiles) {
@@ -122,6 +174,10 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
     images_.push_back(jobs.image);
     images_.back().first_op = static_cast<std::int32_t>(ops_.size());
     images_.back().place = places.empty() ? static_cast<std::uint32_t>(i) : places[i];
+    if (!jobs.errors.jobs.empty()) {
+      images_.back().errors = static_cast<std::int32_t>(errors_.jobs.size());
+      add_errors(jobs.errors);
+    }
     ops_.insert(ops_.end(), jobs.ops.begin(), jobs.ops.end());
     thresholds_.insert(thresholds_.end(), jobs.thresholds.begin(), jobs.thresholds.end());
   }
@@ -142,11 +198,28 @@ Batch CaptureBatch::batch(const imaging::Reference* reference) const {
           reference ? reference->mean.data() : nullptr};
 }
 
+ErrorBatch CaptureBatch::error_batch() const {
+  const imaging::Sensor& sensor = scene_->sensor;
+  ErrorBatch batch{};
+  batch.jobs = errors_.jobs.data();
+  batch.values = errors_.values.data();
+  batch.rings = errors_.rings.data();
+  batch.hot_pixels = errors_.hot_pixels.data();
+  batch.width = sensor.width;
+  batch.height = sensor.height;
+  if (sensor.electronics) batch.electronics = imaging::read_out_of(*sensor.electronics, imaging::ShotNoise::sampled);
+  return batch;
+}
+
 std::vector<float> CaptureBatch::capture_here() const {
   const Batch here = batch();
-  std::vector<float> images(images_.size() * scene_->sensor.pixels());
+  ErrorBatch errors = error_batch();
+  const std::size_t pixels = scene_->sensor.pixels();
+  std::vector<float> images(images_.size() * pixels), rows(blurred_images_ * pixels);
+  errors.rows = rows.data();
   for (const TileJob& tile : tiles_)
     for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) capture_pixel(here, tile, pixel, images.data());
+  for (const ImageJob& image : images_) read_out_image(OneThread(), here, errors, image, images.data());
   return images;
 }
 

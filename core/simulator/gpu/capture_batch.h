@@ -11,18 +11,20 @@
 #include "gpu/capture_kernel.h"
 #include "imaging/camera.h"
 #include "imaging/camera_batch.h"
+#include "imaging/drawn_errors.h"
 
 namespace relign::gpu {
 
 // Why the kernels cannot render a scene, or empty: they do captures at the paper's noise (transports refract and
-// fresnel) and noise-free MSE, through spheres and conics, at one wavelength, without diffraction, electronics and
-// windows.
+// fresnel), with electronics and imaging errors, and noise-free MSE, through spheres and conics, at one wavelength,
+// without diffraction and windows.
 std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings);
 
 class CaptureBatch {
  public:
-  // scene and parallel must outlive the batch. Throws Error(bad_input) if unsupported.
-  CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel);
+  // scene and parallel must outlive the batch. errors: of captures; copied. Throws Error(bad_input) if unsupported.
+  CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel,
+               const imaging::DrawnErrors* errors = nullptr);
   ~CaptureBatch();
 
   enum class Kind { capture, noise_free_mse };
@@ -34,8 +36,16 @@ class CaptureBatch {
   const std::vector<ImageJob>& images() const { return images_; }
   const std::vector<optics::Op>& ops() const { return ops_; }
   const std::vector<std::uint32_t>& thresholds() const { return thresholds_; }
+  const std::vector<ErrorJob>& errors() const { return errors_.jobs; }
+  const std::vector<float>& error_values() const { return errors_.values; }
+  const std::vector<imaging::Ring>& rings() const { return errors_.rings; }
+  const std::vector<std::uint32_t>& hot_pixels() const { return errors_.hot_pixels; }
+  std::size_t blurred_images() const { return blurred_images_; }  // that ErrorBatch::rows needs
+  // Whether captures change after their light is rendered.
+  bool reads_out() const { return scene_->sensor.electronics || !errors_.jobs.empty(); }
   // With the jobs in this memory. The reference: of an MSE.
   Batch batch(const imaging::Reference* reference = nullptr) const;
+  ErrorBatch error_batch() const;  // without rows
   const imaging::SceneFile& scene() const { return *scene_; }
 
   // What the kernels do, in this process: images, one after the other; and the MSE of each.
@@ -46,12 +56,22 @@ class CaptureBatch {
 
  private:
   struct Fitter;
+  struct Errors {
+    std::vector<ErrorJob> jobs;
+    std::vector<float> values;
+    std::vector<imaging::Ring> rings;
+    std::vector<std::uint32_t> hot_pixels;
+  };
   struct Jobs {  // of one image; indices count from its own first
     std::vector<TileJob> tiles;
     std::vector<optics::Op> ops;
     std::vector<std::uint32_t> thresholds;
+    Errors errors;  // of at most one job
     ImageJob image{};
   };
+  static void clear(Errors& errors);
+  static void set_errors(const imaging::DrawnErrors& drawn, Errors& errors);
+  void add_errors(const Errors& errors);
   void fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const;
   void add_thresholds(const imaging::Tile& tile, double highest_transmittance, TileJob& job, Jobs& jobs) const;
 
@@ -64,6 +84,8 @@ class CaptureBatch {
   std::vector<ImageJob> images_;
   std::vector<optics::Op> ops_;
   std::vector<std::uint32_t> thresholds_;
+  Errors errors_;
+  std::size_t blurred_images_ = 0;
 };
 
 }  // namespace relign::gpu

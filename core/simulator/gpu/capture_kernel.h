@@ -1,9 +1,10 @@
-// Captures at the paper's noise and noise-free MSE of many lenses and poses at once: what the GPU thread of a pixel
-// does, and the kernels themselves, which exist where NVRTC compiles this header. A plain loop over pixels runs the
-// same functions on the CPU (capture_batch.h). Random streams, arithmetic and the order of sums are those of
-// imaging/camera.h, so that images have its bits.
+// Captures at the paper's noise, with electronics and imaging errors, and noise-free MSE of many lenses and poses at
+// once: what the GPU thread of a pixel does, and the kernels themselves, which exist where NVRTC compiles this header.
+// A plain loop over pixels runs the same functions on the CPU (capture_batch.h). Random streams, arithmetic and the
+// order of sums are those of imaging/camera.h, so that images have its bits.
 #pragma once
 
+#include "gpu/read_out_steps.h"
 #include "imaging/mse_pixel.h"
 #include "imaging/streams.h"
 #include "optics/asphere_steps.h"
@@ -35,6 +36,7 @@ struct ImageJob {
   std::int32_t first_op, ops;
   float highest_transmittance;  // of any ray
   std::uint32_t place;          // captures: of the image in memory, counted in images
+  std::int32_t errors;          // captures: index of the ErrorJob; -1: none
 };
 
 // Where the jobs are, in the memory of the processor that runs them.
@@ -51,7 +53,7 @@ struct Batch {
 };
 
 // Both compilers must see the same layout.
-static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 24 && sizeof(Batch) == 112);
+static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 28 && sizeof(Batch) == 112);
 
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
@@ -103,6 +105,16 @@ RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::i
     sum += survives(ray, roulette, image.highest_transmittance) ? radiance : 0.0F;
   }
   image_at(batch, image, images)[from.number] = static_cast<float>(tile.scale * static_cast<double>(sum));
+}
+
+// Electronics and imaging errors of a rendered capture.
+template <class Block>
+RELIGN_DEVICE void read_out_image(const Block& block, const Batch& batch, const ErrorBatch& errors,
+                                  const ImageJob& image, float* images) {
+  float* const pixels = image_at(batch, image, images);
+  if (errors.electronics.present)
+    apply_electronics(block, errors, std::uint64_t{image.seed_high} << 32 | image.seed_low, pixels);
+  if (image.errors >= 0) apply_errors(block, errors, errors.jobs[image.errors], pixels);
 }
 
 // Sum of the weighted radiances of a lattice of rays: eight partial sums where their number allows, as in RaySource.
@@ -184,6 +196,39 @@ extern "C" __global__ void relign_capture(const Batch batch, float* images) {
   const TileJob& tile = batch.tiles[blockIdx.x];
   const auto pixel = static_cast<std::int32_t>(threadIdx.x);
   if (pixel < tile.lit_pixels) capture_pixel(batch, tile, pixel, images);
+}
+
+// The threads of a GPU block (read_out_steps.h).
+struct BlockOfThreads {
+  template <class Body>
+  RELIGN_DEVICE void for_each(std::int32_t count, const Body& body) const {
+    for (auto i = static_cast<std::int32_t>(threadIdx.x); i < count; i += kTileThreads) body(i);
+    __syncthreads();
+  }
+  template <class Terms>
+  RELIGN_DEVICE void sum(std::int32_t count, double (&sums)[2], const Terms& terms) const {
+    __shared__ double term[2][kTileThreads];
+    __shared__ double result[2];
+    const auto thread = static_cast<std::int32_t>(threadIdx.x);
+    double sum = 0;
+    for (std::int32_t first = 0; first < count; first += kTileThreads) {
+      const std::int32_t rest = count - first, here = rest < kTileThreads ? rest : kTileThreads;
+      if (thread < here) terms(first + thread, term[0][thread], term[1][thread]);
+      __syncthreads();
+      if (thread < 2)
+        for (std::int32_t i = 0; i < here; ++i) sum += term[thread][i];
+      __syncthreads();
+    }
+    if (thread < 2) result[thread] = sum;
+    __syncthreads();
+    sums[0] = result[0];
+    sums[1] = result[1];
+  }
+};
+
+// One block for each image. Errors are not in Batch, since the other kernels would need more registers.
+extern "C" __global__ void relign_read_out(const Batch batch, float* images, const ErrorBatch errors) {
+  read_out_image(BlockOfThreads(), batch, errors, batch.images[blockIdx.x], images);
 }
 
 // One block and one sum for each tile, added in the order of its pixels.

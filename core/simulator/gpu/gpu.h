@@ -54,8 +54,8 @@ class Gpu {
 
   const std::string& name() const { return name_; }
   const Driver& driver() const { return driver_; }
-  enum class Kernel { clear, capture, squares, mse };  // of capture_kernel.h
-  static constexpr std::size_t kKernels = 4;
+  enum class Kernel { clear, capture, read_out, squares, mse };  // of capture_kernel.h
+  static constexpr std::size_t kKernels = 5;
   // So many blocks of kTileThreads threads. Does not wait.
   void launch(Kernel kernel, std::size_t blocks, void** arguments);
   // Until all work in the context is done, that of other libraries too.

@@ -15,9 +15,9 @@ void send(Buffer& buffer, const std::vector<T>& values) {
 }  // namespace
 
 GpuCamera::GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::CaptureSettings& settings,
-                     Parallel& parallel)
+                     Parallel& parallel, const imaging::DrawnErrors* errors)
     : gpu_(&gpu),
-      jobs_(scene, settings, parallel),
+      jobs_(scene, settings, parallel, errors),
       tiles_(gpu),
       image_jobs_(gpu),
       ops_(gpu),
@@ -27,7 +27,12 @@ GpuCamera::GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::C
       sums_(gpu),
       first_(gpu),
       second_(gpu),
-      mean_(gpu) {
+      mean_(gpu),
+      errors_(gpu),
+      error_values_(gpu),
+      rings_(gpu),
+      hot_pixels_(gpu),
+      rows_(gpu) {
   if (scene.emitter.plane().texels_8_bit)
     send(texels_, scene.emitter.texels_8_bit);
   else
@@ -43,6 +48,11 @@ void GpuCamera::upload() {
   send(image_jobs_, jobs_.images());
   send(ops_, jobs_.ops());
   send(thresholds_, jobs_.thresholds());
+  send(errors_, jobs_.errors());
+  send(error_values_, jobs_.error_values());
+  send(rings_, jobs_.rings());
+  send(hot_pixels_, jobs_.hot_pixels());
+  rows_.reserve(jobs_.blurred_images() * jobs_.scene().sensor.pixels() * sizeof(float));
 }
 
 Batch GpuCamera::batch_on_gpu() const {
@@ -66,6 +76,15 @@ void GpuCamera::run(float* images) {
   void* arguments[] = {&batch, &images};
   gpu_->launch(Gpu::Kernel::clear, jobs_.images().size(), arguments);
   gpu_->launch(Gpu::Kernel::capture, jobs_.tiles().size(), arguments);
+  if (!jobs_.reads_out()) return;
+  ErrorBatch errors = jobs_.error_batch();
+  errors.jobs = errors_.as<const ErrorJob>();
+  errors.values = error_values_.as<const float>();
+  errors.rings = rings_.as<const imaging::Ring>();
+  errors.hot_pixels = hot_pixels_.as<const std::uint32_t>();
+  errors.rows = rows_.as<float>();
+  void* read_out_arguments[] = {&batch, &images, &errors};
+  gpu_->launch(Gpu::Kernel::read_out, jobs_.images().size(), read_out_arguments);
 }
 
 void GpuCamera::run() {

@@ -11,8 +11,10 @@ namespace relign::gpu {
 
 class GpuCamera {
  public:
-  // All must outlive the camera. Throws Error(bad_input) if the scene is not supported (capture_batch.h).
-  GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel);
+  // All but the errors, which captures get if there are any, must outlive the camera. Throws Error(bad_input) if the
+  // scene is not supported (capture_batch.h).
+  GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel,
+            const imaging::DrawnErrors* errors = nullptr);
 
   // Of squares and noise-free MSE. Throws Error(bad_input) if it is not of the scene.
   void set_reference(const imaging::Reference& reference);
@@ -40,6 +42,7 @@ class GpuCamera {
   Gpu* gpu_;
   CaptureBatch jobs_;
   Buffer tiles_, image_jobs_, ops_, thresholds_, texels_, images_, sums_, first_, second_, mean_;
+  Buffer errors_, error_values_, rings_, hot_pixels_, rows_;
 };
 
 }  // namespace relign::gpu

@@ -11,6 +11,9 @@ RELIGN_EMBEDDED(ray_steps);
 RELIGN_EMBEDDED(asphere_steps);
 RELIGN_EMBEDDED(streams);
 RELIGN_EMBEDDED(mse_pixel);
+RELIGN_EMBEDDED(error_math);
+RELIGN_EMBEDDED(pixel_steps);
+RELIGN_EMBEDDED(read_out_steps);
 RELIGN_EMBEDDED(capture_kernel);
 }
 
@@ -43,6 +46,9 @@ const std::vector<KernelSource>& kernel_sources() {
       source("optics/asphere_steps.h", relign_gpu_asphere_steps, relign_gpu_asphere_steps_size),
       source("imaging/streams.h", relign_gpu_streams, relign_gpu_streams_size),
       source("imaging/mse_pixel.h", relign_gpu_mse_pixel, relign_gpu_mse_pixel_size),
+      source("imaging/error_math.h", relign_gpu_error_math, relign_gpu_error_math_size),
+      source("imaging/pixel_steps.h", relign_gpu_pixel_steps, relign_gpu_pixel_steps_size),
+      source("gpu/read_out_steps.h", relign_gpu_read_out_steps, relign_gpu_read_out_steps_size),
       source("gpu/capture_kernel.h", relign_gpu_capture_kernel, relign_gpu_capture_kernel_size),
   };
   return all;

@@ -1,5 +1,5 @@
-// The loops over pixels of imaging errors: plain arrays and scalars, so that they vectorise. Internal to imaging; used
-// by capture_errors.cpp.
+// The loops over pixels of imaging errors (pixel_steps.h): plain arrays and scalars, so that they vectorise. Internal
+// to imaging; used by capture_errors.cpp.
 #pragma once
 
 #include <cstdint>
@@ -25,13 +25,10 @@ void add_offset(float* values, float offset, int count);
 // Limits to 0..full_scale and, if steps > 0, rounds to that many steps.
 void quantise(float* values, float full_scale, float steps, int count);
 
-// values[i] becomes quantum * k, k Poisson-distributed with mean values[i] / quantum; negative values stay. From random
-// words. Up to a mean of 12 by inversion of the distribution, cut at a probability of 1e-6; above, from a normal z with
-// mean, variance and, nearly, skewness of Poisson: m + sqrt(m - 5/36) z + (z^2 - 1) / 6, rounded.
+// values[i] becomes quantum * k, k Poisson-distributed with mean values[i] / quantum; negative values stay.
 void draw_photons(float* values, float quantum, const optics::RayBlock& words, int count);
 
-// Nearly normal values from random words: sums of uniform bytes, scaled to mean 0 and variance 1, whose tails end at
-// sqrt(3 bytes).
+// Nearly normal values of mean 0 and variance 1.
 void normals_of_8_bytes(float* values, const std::uint32_t* a, const std::uint32_t* b, int count);
 // values[i] += sigma z, z from 16 bytes.
 void add_normal(float* values, float sigma, const optics::RayBlock& words, int count);

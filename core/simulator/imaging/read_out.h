@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "imaging/pixel_steps.h"
 #include "imaging/sensor.h"
 #include "optics/ray_block.h"
 
@@ -12,6 +13,8 @@ enum class ShotNoise {
   sampled,  // already in the image: samplers whose rays are drawn like photons
   added     // the image is (nearly) an expectation
 };
+
+ReadOut read_out_of(const Electronics& electronics, ShotNoise shot_noise);
 
 // In place, for pixels `first` to first + count of a frame (row by row); values stay irradiances.
 //

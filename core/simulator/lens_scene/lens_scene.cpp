@@ -239,7 +239,6 @@ std::string LensScene::open_gpu() {
   if (on_gpu_) return "";
   const std::string start = "scene '" + scene_.name + "': the GPU simulator does not support ";
   if (tracer_) return start + "meshes";
-  if (shared_.errors) return start + "imaging errors";
   if (std::string problem = gpu::unsupported(scene_, settings_); !problem.empty()) return problem;
   try {
     on_gpu_ = std::make_unique<OnGpu>(*this);

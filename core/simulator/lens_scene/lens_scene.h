@@ -66,7 +66,9 @@ class LensScene : public Scene {
     imaging::FieldMtfMeter meter;
   };
   struct OnGpu {
-    explicit OnGpu(LensScene& of) : camera(gpu, of.scene_, of.settings_, of.parallel_) {
+    explicit OnGpu(LensScene& of)
+        : camera(gpu, of.scene_, of.settings_, of.parallel_,
+                 of.shared_.errors ? &of.shared_.errors->drawn() : nullptr) {
       camera.set_reference(of.reference_);
     }
     gpu::Gpu gpu;

@@ -110,6 +110,31 @@ TEST_F(BatchOnGpu, HasTheBitsOfTheCpu) {
   EXPECT_EQ(emulated.allocations(), 0U);
 }
 
+// Drawn for every capture, and once for the station.
+TEST_F(BatchOnGpu, HasTheBitsOfTheCpuWithImagingErrors) {
+  const gpu::EmulatedGpu emulated;
+  const std::string random = std::string(RELIGN_SOURCE_DIR) + "/python/relign_bench/training/randomisation.json";
+  const auto compare = [&](const std::string& scene, const Json& parameters) {
+    SCOPED_TRACE(scene);
+    Pair pair(setup(false, scene, parameters), setup(true, scene, parameters));
+    Batch ideal(setup(false));
+    for (Batch* batch : {&pair.cpu, &pair.gpu, &ideal})
+      batch->reset({{0, SeedDomain::training, 7},
+                    {1, SeedDomain::training, 8},
+                    {2, SeedDomain::tuning, 7},
+                    {3, SeedDomain::benchmark, 1}});
+    pair.expect_equal();
+    EXPECT_NE(pair.gpu.state(0).measured_rmse, ideal.state(0).measured_rmse);
+    const std::vector<double> moves = {0.01, -0.02, 0.03, 0, 0.1, -0.1, 0.02, 0.03, 0.04, 0.05};
+    for (Batch* batch : {&pair.cpu, &pair.gpu}) batch->move_by({3, 1}, moves.data());
+    pair.expect_equal();
+    EXPECT_EQ(pair.cpu.truths({0}).front().mse, pair.gpu.truths({0}).front().mse);
+    EXPECT_EQ(pair.gpu.truths({0}).front().mse, ideal.truths({0}).front().mse);
+  };
+  compare("relign_od", {{"pixels", 32}, {"imaging_errors", random}});
+  compare("relign_od-sensor", {{"pixels", 32}});
+}
+
 TEST_F(BatchOnGpu, RefusesWhatCannotRunThere) {
   const auto refusal = [&](const std::string& scene, const Json& parameters) {
     return error_text(ErrorKind::bad_input, [&] { Batch batch(setup(true, scene, parameters)); });

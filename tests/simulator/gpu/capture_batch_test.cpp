@@ -143,9 +143,9 @@ TEST(CaptureBatch, RefusesWhatTheKernelsLack) {
   SceneFile bent = paper;
   bent.lens.elements[1].faces[1].even_asphere = {1e-5};
   EXPECT_THAT(refused(bent, {}), HasSubstr("polynomial faces, such as face 2 of L2"));
-  SceneFile electronic = paper;
-  electronic.sensor.electronics = imaging::Electronics{1, 1000, 1, 8};
-  EXPECT_THAT(refused(electronic, {}), HasSubstr("'electronics'"));
+  SceneFile windowed = paper;
+  windowed.sensor.windows = {{0, 0, 12, 12}};
+  EXPECT_THAT(refused(windowed, {}), HasSubstr("a sensor with windows"));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ struct Allocation {
 
 std::recursive_mutex mutex;
 std::map<Address, Allocation> allocations;
-std::vector<int> kernels = {0, 1, 2, 3};
+std::vector<int> kernels = {0, 1, 2, 3, 4};
 int context = 0, users = 0, launches = 0;
 thread_local int current = 0;  // depth of the thread's stack of contexts
 
@@ -162,7 +162,7 @@ EXPORT int cuModuleLoadData(Handle* module, const void* image) {
 }
 EXPORT int cuModuleUnload(Handle module) { return module == &kernels ? 0 : kInvalidValue; }
 EXPORT int cuModuleGetFunction(Handle* function, Handle, const char* name) {
-  const char* const names[] = {"relign_clear", "relign_capture", "relign_squares", "relign_mse"};
+  const char* const names[] = {"relign_clear", "relign_capture", "relign_read_out", "relign_squares", "relign_mse"};
   for (std::size_t i = 0; i < kernels.size(); ++i)
     if (std::strcmp(name, names[i]) == 0) *function = &kernels[i];
   return *function != nullptr ? 0 : kInvalidValue;
@@ -228,6 +228,9 @@ EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned
     else if (function == &kernels[1])
       capture(batch, batch.tiles[block], static_cast<float*>(out));
     else if (function == &kernels[2])
+      gpu::read_out_image(gpu::OneThread(), batch, *static_cast<gpu::ErrorBatch*>(arguments[2]), batch.images[block],
+                          static_cast<float*>(out));
+    else if (function == &kernels[3])
       static_cast<double*>(*static_cast<void**>(arguments[2]))[block] =
           squares(batch, batch.images[block], static_cast<float*>(out));
     else

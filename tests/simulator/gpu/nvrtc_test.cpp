@@ -27,9 +27,9 @@ TEST_F(Nvrtc, CompilesKernelsThatRoundAsIeeeSays) {
   for (const char* architecture : {"compute_80", "compute_90"}) {
     const std::string ptx = compile_kernels(architecture);
     EXPECT_THAT(ptx, HasSubstr(".entry relign_capture("));
-    for (const char* kernel : {"clear", "squares", "mse"})
+    for (const char* kernel : {"clear", "read_out", "squares", "mse"})
       EXPECT_THAT(ptx, HasSubstr(std::string(".entry relign_") + kernel + "("));
-    for (const char* exact : {"sqrt.rn.f32", "div.rn.f32", "fma.rn.f32", "mul.rn.f64"})
+    for (const char* exact : {"sqrt.rn.f32", "div.rn.f32", "fma.rn.f32", "mul.rn.f64", "div.rn.f64"})
       EXPECT_THAT(ptx, HasSubstr(exact));
     // fma.rn.f64 is written nowhere: there it would be a fused product and sum.
     for (const char* inexact : {".approx", ".ftz", "fma.rn.f64", "mad.f32"}) EXPECT_THAT(ptx, Not(HasSubstr(inexact)));

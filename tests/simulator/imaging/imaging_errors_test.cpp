@@ -88,6 +88,16 @@ TEST(ImagingErrors, SmallCountsFollowPoisson) {
   }
 }
 
+// A loop over pixels does more steps than a pixel of its own needs, and GPU kernels fewer: no word counts on in them.
+TEST(ImagingErrors, PhotonLoopsEndAboveEveryWord) {
+  for (int i = 0; i <= 100'000; ++i) {
+    const float mean = kFewPhotons * static_cast<float>(i) / 100'000;
+    PoissonSum sum = no_photons(mean);
+    for (int k = 1; k <= photon_steps(mean); ++k) add_count(sum, mean, 1 / static_cast<float>(k));
+    ASSERT_GT(sum.below, poisson_word(0xFFFFFFFFU)) << mean;
+  }
+}
+
 TEST(ImagingErrors, NoiseAndPatternsHaveTheGivenDeviation) {
   const double white = static_cast<double>(kWhite);
   const auto normal = [&](const char* json, double mean, double sigma) {
