@@ -205,7 +205,10 @@ RELIGN_DEVICE float many_photons(float mean, std::uint32_t bytes) {
   const float z = normal_of<12>(bytes);
   const float root = optics::square_root(mean > kFewPhotons ? mean - 5.0F / 36 : 0.0F);
   const float drawn = mean + root * z + (z * z - 1) * (1.0F / 6) + 0.5F;
-  return static_cast<float>(static_cast<std::int32_t>(drawn < 0 ? 0.0F : drawn));
+  constexpr float kWhole = 0x1p30F;  // floats of this size are integers
+  const float limited = drawn > kWhole ? kWhole : drawn;
+  const auto whole = static_cast<float>(static_cast<std::int32_t>(limited < 0 ? 0.0F : limited));
+  return drawn > kWhole ? drawn : whole;
 }
 
 RELIGN_DEVICE std::uint32_t photon_bytes(std::uint32_t u1, std::uint32_t u2, std::uint32_t u3) {

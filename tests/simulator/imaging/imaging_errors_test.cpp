@@ -74,6 +74,8 @@ TEST(ImagingErrors, PhotonNoiseHasMeanAndVarianceOfPoisson) {
     expect_moments(counts, mean, mean, mean + 3 * mean * mean);
   }
   EXPECT_EQ(altered(R"({"photon": 0.25})", 0), Pixels(kSide * kSide, 0));
+  // More photons than an integer of 32 bits counts.
+  for (const float value : altered(R"({"photon": 1e-11})", kWhite)) ASSERT_NEAR(value, kWhite, 1e-4F * kWhite);
 }
 
 TEST(ImagingErrors, SmallCountsFollowPoisson) {
