@@ -237,7 +237,7 @@ class Completion {
     opening_reason_ = "radius; from " + stated_with_line();
     if (own <= 0 || std::fabs(opening - own) <= kDiffers * own) return;
     const auto f_number = [&](double radius) {
-      return "f/" + significant(std::fabs(data.focal_length) / (radius * pupil_per_opening), 3);
+      return "f/" + significant(std::fabs(data.focal_length) / (pupil_mm * radius / opening), 3);
     };
     opening_reason_ += ", not " + significant(own, 6) + " mm of the stop surface";
     remark(stop_surface().line, "not used: the semi-diameter of the stop, surface " + stop_surface().label + ", " +

@@ -1,0 +1,40 @@
+"""Figure of the exact recipe's training beside that of ppo-paper: `python3 reports/paper/training_exact.py`.
+
+Reads training_exact.csv and training.csv beside it and writes docs/images/training_exact.png; needs matplotlib.
+"""
+
+import csv
+import pathlib
+
+HERE = pathlib.Path(__file__).resolve().parent
+OUT = HERE.parents[1] / "docs" / "images" / "training_exact.png"
+PANELS = (("reward", "reward a step"), ("success", "share of episodes that reach the goal"),
+          ("rmse_12", "RMSE after twelve moves"))
+TRAININGS = (("training_exact.csv", "", "exact network, float32", "#0072b2"),
+             ("training.csv", "ppo-paper", "ppo-paper: no hidden layers, bytes", "#d55e00"))
+
+
+def main():
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot, ticker
+
+    figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 3.6), constrained_layout=True)
+    for name, training, label, colour in TRAININGS:
+        with (HERE / name).open(newline="") as file:
+            rows = [row for row in csv.DictReader(file) if training in ("", row["training"])]
+        for panel, (column, _) in zip(panels, PANELS):
+            shown = [row for row in rows if row[column]]
+            panel.plot([int(row["steps"]) for row in shown], [float(row[column]) for row in shown], color=colour, label=label)
+    for panel, (_, title) in zip(panels, PANELS):
+        panel.set_title(title, fontsize=10)
+        panel.set_xlabel("steps")
+        panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
+        panel.spines[["top", "right"]].set_visible(False)
+    panels[1].legend(frameon=False, loc="lower right")
+    figure.savefig(OUT, dpi=100)
+
+
+if __name__ == "__main__":
+    main()
