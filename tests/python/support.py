@@ -8,6 +8,7 @@ try:
     import gymnasium
     import numpy as np
 
+    import relign_bench  # noqa: F401 (for other tests)
     from relign_bench import _cuda
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: these tests need numpy, gymnasium and the compiled module of relign_bench") from None
