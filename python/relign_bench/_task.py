@@ -165,18 +165,16 @@ class AlignmentTask:
             return images
         return {"image": images, "actions": _cuda.on_device(actions) if self.batch.device == "cuda" else actions.copy()}
 
-    def infos(self, slots: Slots) -> list[dict[str, Any]]:
-        """The info dictionary of each slot, without the noise-free RMSE; see `AlignmentEnv`."""
-        true_poses, commanded = self.batch.true_poses(slots), self.batch.commanded_poses(slots)
-        measured = self.batch.measured_rmse(slots)
-        return [{
-            "true_pose": true_poses[k],
-            "commanded_pose": commanded[k],
-            "measured_rmse": float(measured[k]),
-            "score": float(self.scores[slot]),
-            "limits": self.batch.limits(slot),
-            "instance": int(self.numbers[slot]),
-        } for k, slot in enumerate(slots)]
+    def infos(self, slots: Slots) -> dict[str, AnyArray]:
+        """The infos of these slots, without the noise-free RMSE; see `AlignmentEnv`. Arrays with one row per slot."""
+        return {
+            "true_pose": self.batch.true_poses(slots),
+            "commanded_pose": self.batch.commanded_poses(slots),
+            "measured_rmse": self.batch.measured_rmse(slots),
+            "score": self.scores[slots],
+            "limits": self.batch.limits(slots),
+            "instance": self.numbers[slots],
+        }
 
     def noise_free_rmse(self, slots: Slots) -> Later:
         """The noise-free RMSE of each slot now, shape (n,), for whenever it is read.

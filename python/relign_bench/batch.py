@@ -10,7 +10,7 @@ import numpy as np
 from . import _cuda, _native
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import numpy.typing as npt
 
@@ -128,15 +128,22 @@ class Batch:
 
     def true_poses(self, slots: Slots) -> Float64Array:
         """True poses, shape (n, axes)."""
-        return np.array(self._core.true_poses(list(slots))).reshape(len(slots), self.axes)
+        return self._read(self._core.read_true_poses, slots)
 
     def commanded_poses(self, slots: Slots) -> Float64Array:
         """Poses by the stages' encoders, shape (n, axes). At the start they equal the true poses."""
-        return np.array(self._core.commanded_poses(list(slots))).reshape(len(slots), self.axes)
+        return self._read(self._core.read_commanded_poses, slots)
+
+    def _read(self, fill: Callable[[list[int], Float64Array], None], slots: Slots) -> Float64Array:
+        poses = np.empty((len(slots), self.axes))
+        fill(list(slots), poses)
+        return poses
 
     def measured_rmse(self, slots: Slots) -> Float64Array:
         """RMSE of the latest captures against the reference, noise included, shape (n,)."""
-        return np.array(self._core.measured_rmse(list(slots)))
+        rmse = np.empty(len(slots))
+        self._core.read_measured_rmse(list(slots), rmse)
+        return rmse
 
     def noise_free_mse(self, slots: Slots) -> tuple[Float64Array, Float64Array]:
         """Ground truth: unbiased estimates of the noise-free MSE at the true poses, and their standard errors.
@@ -164,10 +171,11 @@ class Batch:
         """Each instance's own optimum: (true pose, noise-free MSE), or None where the scene does not search for it."""
         return [None if found is None else (np.array(found[0]), found[1]) for found in self._core.optima(list(slots))]
 
-    def limits(self, slot: int) -> BoolArray:
-        """Which axes met a limit during the latest move, shape (axes,)."""
-        low, high = self._core.limits(slot)
-        return np.array([bool((low | high) >> axis & 1) for axis in range(self.axes)])
+    def limits(self, slots: Slots) -> BoolArray:
+        """Which axes met a limit during the latest move, shape (n, axes)."""
+        met = np.empty((len(slots), self.axes), np.uint8)
+        self._core.read_limits(list(slots), met)
+        return met.astype(bool)
 
     def instance(self, slot: int) -> dict[str, Any]:
         """The instance in a slot, with its perturbations.

@@ -135,7 +135,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         return self.task.observation_of(0), self._info()
 
     def _info(self) -> dict[str, Any]:
-        info = Info(self.task.infos([0])[0])
+        info = Info({key: rows[0] if rows.ndim > 1 else rows[0].item() for key, rows in self.task.infos([0]).items()})
         if self.task.noise_free:
             later = self.task.noise_free_rmse([0])
             info["noise_free_rmse"] = Later(lambda: float(later()[0]))

@@ -39,7 +39,7 @@ def draw_frame(task: AlignmentTask, slot: int) -> ByteArray:
     picture = np.full((height + 2 * _GAP + rows, total, 3), 32, np.uint8)
     picture[_GAP:_GAP + height, _GAP:_GAP + width] = image
     picture[_GAP:_GAP + height, 2 * _GAP + width:2 * _GAP + 2 * width] = reference
-    stopped = task.batch.limits(slot)
+    stopped = task.batch.limits([slot])[0]
     length = total - 2 * _GAP
     for axis, (pose, nominal) in enumerate(zip(task.batch.true_poses([slot])[0], task.nominal_pose)):
         top = height + 2 * _GAP + axis * (_BAR + _GAP)

@@ -163,15 +163,13 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
         """One array per key, with the mask "_key" that Gymnasium's vector environments add."""
         mask = np.zeros(self.num_envs, bool)
         mask[slots] = True
-        infos = self.task.infos(slots)
         gathered = Info()
-        for key in infos[0] if infos else ():
-            first = np.asarray(infos[0][key])
-            values = np.zeros((self.num_envs, *first.shape), first.dtype)
-            for slot, info in zip(slots, infos):
-                values[slot] = info[key]
-            gathered[key], gathered["_" + key] = values, mask
-        if infos and self.task.noise_free:
+        if not slots:
+            return gathered
+        for key, rows in self.task.infos(slots).items():
+            gathered[key], gathered["_" + key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype), mask
+            gathered[key][slots] = rows
+        if self.task.noise_free:
             later = self.task.noise_free_rmse(slots)
 
             def spread() -> Float64Array:

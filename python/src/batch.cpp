@@ -124,12 +124,30 @@ py::list optima(Batch& batch, const Slots& slots) {
   return list;
 }
 
-// One row per slot.
-std::vector<std::vector<double>> rows(const Batch& batch, const Slots& slots,
-                                      const std::vector<double> Batch::State::*member) {
-  std::vector<std::vector<double>> values;
-  for (const unsigned slot : slots) values.push_back(batch.state(slot).*member);
-  return values;
+// Writes one row per slot.
+void read_poses(const Batch& batch, const Slots& slots, const std::vector<double> Batch::State::*member,
+                const py::buffer& into) {
+  double* row = numbers_of<double>(into, {slots.size(), batch.facts().axes.size()}, true, "into");
+  for (const unsigned slot : slots) {
+    const std::vector<double>& pose = batch.state(slot).*member;
+    row = std::copy(pose.begin(), pose.end(), row);
+  }
+}
+
+// One number per slot.
+void read_measured_rmse(const Batch& batch, const Slots& slots, const py::buffer& into) {
+  double* value = numbers_of<double>(into, {slots.size()}, true, "into");
+  for (const unsigned slot : slots) *value++ = batch.state(slot).measured_rmse;
+}
+
+// One row per slot: 1 for an axis that met a limit.
+void read_limits(const Batch& batch, const Slots& slots, const py::buffer& into) {
+  const std::size_t axes = batch.facts().axes.size();
+  auto* met = numbers_of<std::uint8_t>(into, {slots.size(), axes}, true, "into");
+  for (const unsigned slot : slots) {
+    const auto either = batch.state(slot).limits_low | batch.state(slot).limits_high;
+    for (std::size_t axis = 0; axis < axes; ++axis) *met++ = static_cast<std::uint8_t>(either >> axis & 1U);
+  }
 }
 
 // Not on a GPU: the latest frames, read-only and valid as long as the batch: slots x height x width.
@@ -203,19 +221,20 @@ void bind_batch(py::module_& module) {
       .def("noise_free_mse_at", &noise_free_mse_at, arg("slots"), arg("poses"), arg("steps"))
       .def("optima", &optima, arg("slots"))
       .def("instance", &instance, arg("slot"))
-      .def("true_poses",
-           [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::true_pose); })
-      .def("commanded_poses",
-           [](const Batch& batch, const Slots& slots) { return rows(batch, slots, &Batch::State::commanded_pose); })
-      .def("measured_rmse",
-           [](const Batch& batch, const Slots& slots) {
-             std::vector<double> values;
-             for (const unsigned slot : slots) values.push_back(batch.state(slot).measured_rmse);
-             return values;
-           })
-      .def("limits", [](const Batch& batch, unsigned slot) {
-        return py::make_tuple(batch.state(slot).limits_low, batch.state(slot).limits_high);
-      });
+      .def(
+          "read_true_poses",
+          [](const Batch& batch, const Slots& slots, const py::buffer& into) {
+            read_poses(batch, slots, &Batch::State::true_pose, into);
+          },
+          arg("slots"), arg("into"))
+      .def(
+          "read_commanded_poses",
+          [](const Batch& batch, const Slots& slots, const py::buffer& into) {
+            read_poses(batch, slots, &Batch::State::commanded_pose, into);
+          },
+          arg("slots"), arg("into"))
+      .def("read_measured_rmse", &read_measured_rmse, arg("slots"), arg("into"))
+      .def("read_limits", &read_limits, arg("slots"), arg("into"));
 }
 
 }  // namespace relign::python
