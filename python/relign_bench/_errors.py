@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from collections.abc import Iterable
+from typing import Any
+
+LARGEST_INTEGER = 2**63 - 1
 
 
 def unknown_name(what: str, name: object, allowed: Iterable[str]) -> str:
@@ -28,3 +32,37 @@ def check_name(name: str, allowed: Iterable[str], what: str) -> None:
     names = list(allowed)
     if name not in names:
         raise ValueError(unknown_name(what, name, names))
+
+
+def require_integer(number: Any, name: str, least: int, most: int = LARGEST_INTEGER) -> int:
+    """`number` as an int.
+
+    Args:
+        number: What was given.
+        name: Its name, for the message.
+        least: The smallest number allowed, 0 or 1.
+        most: The largest number allowed.
+
+    Raises:
+        ValueError: It is not an integer, or out of range.
+    """
+    try:
+        value = operator.index(number)
+    except TypeError:
+        value = least - 1
+    if not least <= value <= most:
+        allowed = f"an integer from {least} to {most}" if value > most else (
+            "a positive integer" if least else "a non-negative integer")
+        raise ValueError(f"{name} must be {allowed}, not {number!r}")
+    return value
+
+
+def require_flag(flag: Any, name: str) -> bool:
+    """`flag` as a bool.
+
+    Raises:
+        ValueError: It is neither True nor False (or 1 or 0); the message has its name.
+    """
+    if flag not in (True, False):
+        raise ValueError(f"{name} must be True or False, not {flag!r}")
+    return bool(flag)

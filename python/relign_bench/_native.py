@@ -17,6 +17,8 @@ except ImportError as problem:
         f"CMake and put BUILD_FOLDER/python on PYTHONPATH ({problem})"
     ) from problem
 
+from ._errors import require_integer
+
 if TYPE_CHECKING:
     from ._typing import Parameters
 
@@ -77,11 +79,10 @@ def sized_parameters(scene: str, parameters: Parameters | None, size: int | None
     given = dict(parameters or {})
     if size is None:
         return given
-    if int(size) < 1:
-        raise ValueError(f"size must be a positive integer, not {size}")
+    size = require_integer(size, "size", 1)
     if "pixels" not in json.loads(catalog().parameters("scene", str(scene))):
         raise ValueError(f"scene '{scene}' has a fixed sensor: size={size} is not supported; leave size out")
-    return {"pixels": int(size), **given}
+    return {"pixels": size, **given}
 
 
 def binned_parameters(scene: str, size: int) -> dict[str, Any]:
@@ -121,3 +122,12 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def chosen_threads(threads: int | None) -> int:
+    """A number of threads; None: one for each core.
+
+    Raises:
+        ValueError: It is not a positive integer.
+    """
+    return available_cores() if threads is None else require_integer(threads, "threads", 1, 2**31 - 1)

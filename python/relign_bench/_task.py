@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import functools
+import math
+import numbers
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from gymnasium import spaces
 
 from . import _cuda
 from . import rewards as _rewards
-from ._errors import check_name
+from ._errors import check_name, require_flag, require_integer
 from ._info import Later
 from ._stacks import DeviceStacks, Stacks
 from .batch import Batch
@@ -46,19 +48,19 @@ class AlignmentTask:
         check_name(action, ACTIONS, "action")
         if reward == "minus_one_plus" and goal is None:
             raise ValueError("reward 'minus_one_plus' needs a goal, such as goal=0.05")
-        if int(frame_stack) < 1:
-            raise ValueError(f"frame_stack must be a positive integer, not {frame_stack}")
-        if max_episode_steps is not None and int(max_episode_steps) < 1:
-            raise ValueError(f"max_episode_steps must be a positive integer or None, not {max_episode_steps}")
+        if goal is not None and not (isinstance(goal, numbers.Real) and math.isfinite(goal)):
+            raise ValueError(f"goal must be a finite number or None, not {goal!r}")
         check_family(instances)
         self.reward, self.score, self.observation, self.action = reward, score, observation, action
-        self.frame_stack, self.include_actions = int(frame_stack), bool(include_actions)
+        self.frame_stack = require_integer(frame_stack, "frame_stack", 1)
+        self.include_actions = require_flag(include_actions, "include_actions")
         self.goal = goal
-        self.max_episode_steps = np.inf if max_episode_steps is None else int(max_episode_steps)
+        self.max_episode_steps = (
+            np.inf if max_episode_steps is None else require_integer(max_episode_steps, "max_episode_steps", 1))
         self.instances = instances
         self.batch = Batch(slots, scene, noise_level, clipping, suite_seed, size, scene_parameters,
                            noise_level_parameters, threads, device)
-        self.noise_free = bool(noise_free) and self.batch.has_ground_truth
+        self.noise_free = require_flag(noise_free, "noise_free") and self.batch.has_ground_truth
         self.axes, self.white = self.batch.axes, self.batch.white
         self.nominal_pose, self.reference = self.batch.nominal_pose, self.batch.reference
         self.frames = self.batch.frames  # a view: always the latest captures
@@ -87,8 +89,8 @@ class AlignmentTask:
 
     def _observed_shape(self, columns: int | None) -> tuple[int, int]:
         height, width = self.reference.shape
-        columns = width if columns is None else int(columns)
-        if columns < 1 or width % columns or height % (width // columns):
+        columns = width if columns is None else require_integer(columns, "observation_size", 1)
+        if width % columns or height % (width // columns):
             sizes = [str(width // k) for k in range(1, LARGEST_BINNING + 1) if width % k == height % k == 0]
             raise ValueError(f"observation_size={columns} does not divide captures of {width} x {height} pixels; "
                              f"possible sizes: {', '.join(sizes)}")
@@ -220,15 +222,11 @@ def choose_instance(options: dict[str, Any] | None, task: AlignmentTask, random:
         Number and family.
 
     Raises:
-        ValueError: An option is unknown, or the number is negative.
+        ValueError: An option is unknown.
     """
     options = dict(options or {})
     family = options.pop("instances", task.instances)
-    number = options.pop("instance", None)
+    number = options.pop("instance", None)  # Batch.reset checks it
     if options:
         raise ValueError(f"unknown reset option {', '.join(map(repr, options))}; options: instance, instances")
-    if number is None:
-        number = task.draw_number(random)
-    if int(number) < 0:
-        raise ValueError(f"instance must be a non-negative integer, not {number}")
-    return int(number), family
+    return task.draw_number(random) if number is None else number, family

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _cuda, _native
+from ._errors import require_integer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -62,7 +63,8 @@ class Batch:
             _cuda.find_compiler()
         self._core = _native.make_batch(
             scene, _native.sized_parameters(scene, scene_parameters, size), noise_level, noise_level_parameters,
-            clipping, int(suite_seed), int(slots), threads or _native.available_cores(), device)
+            clipping, require_integer(suite_seed, "suite_seed", 0), require_integer(slots, "slots", 1, 2**31 - 1),
+            _native.chosen_threads(threads), device)
         self.device = device
         self.slots, self.axes, self.threads = self._core.slots, self._core.axes, self._core.threads
         self.description: dict[str, Any] = json.loads(self._core.facts)
@@ -88,8 +90,11 @@ class Batch:
             slots: The slots.
             numbers: The number of each slot's instance.
             instances: Family of the instances: "training", "tuning" or "benchmark".
+
+        Raises:
+            ValueError: A number is not a non-negative integer below 2**63, or there is no such family.
         """
-        self._core.reset(list(slots), instances, [int(number) for number in numbers])
+        self._core.reset(list(slots), instances, [require_integer(number, "instance", 0) for number in numbers])
 
     def move_by(self, slots: Slots, moves: npt.ArrayLike) -> None:
         """Moves the stages by commanded moves, shape (n, axes), and captures each slot once."""

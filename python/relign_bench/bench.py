@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import operator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import _native
-from ._errors import check_name
+from ._errors import check_name, require_integer
 from .batch import Batch
 
 if TYPE_CHECKING:
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
     from ._typing import Float32Array, Float64Array, Parameters
 
+LARGEST_BUDGET = 100_000  # steps, as of suites (core/foundation/base/limits.h)
 TRACKS = ("recommended", "commanded", "measured")
 
 
@@ -72,7 +72,7 @@ class Bench:
         self._scene, self._noise_level, self._clipping, self._suite_seed = scene, noise_level, clipping, suite_seed
         self._scene_parameters, self._noise_level_parameters = scene_parameters, noise_level_parameters
         self._size = size
-        self._threads = threads or _native.available_cores()
+        self._threads = _native.chosen_threads(threads)
         self._trials: Any = None  # made by the first run
         batch = self.batch(1)
         self.description = batch.description
@@ -104,7 +104,7 @@ class Bench:
         Args:
             algorithm: Id, preset or path of an algorithm.
             instance: Number of the benchmark instance.
-            steps: Budget, in steps after the capture at the start pose.
+            steps: Budget, in steps after the capture at the start pose; at most 100,000, as in suites.
             protocol: "paper" or "blind".
             merit: "combined", "rmse", "mtf" or "edge_energy"; None: the protocol's own.
             parameters: Parameters of the algorithm.
@@ -116,7 +116,7 @@ class Bench:
         Raises:
             ValueError: An argument is not valid.
         """
-        instance, steps = require_integer(instance, "instance", 0), require_integer(steps, "steps", 1)
+        instance, steps = require_integer(instance, "instance", 0), require_integer(steps, "steps", 1, LARGEST_BUDGET)
         if self._trials is None:
             scene_parameters = _native.sized_parameters(self._scene, self._scene_parameters, self._size)
             self._trials = _native.make_trials(self._scene, scene_parameters, self._noise_level,
@@ -142,7 +142,7 @@ class Instance:
 
     def __init__(self, batch: Batch, number: int, instances: str) -> None:
         self._batch = batch
-        batch.reset([0], [require_integer(number, "instance", 0)], instances)
+        batch.reset([0], [number], instances)
         drawn = batch.instance(0)
         self.number: int = drawn["number"]
         self.seed: int = drawn["seed"]
@@ -220,21 +220,6 @@ class Instance:
         """
         found = self._batch.optima([0])[0]
         return None if found is None else (found[0], float(np.sqrt(max(0.0, found[1]))))
-
-
-def require_integer(number: Any, name: str, least: int) -> int:
-    """`number` as an int.
-
-    Raises:
-        ValueError: It is not an integer, or less than `least`, which is 0 or 1; the message has its name.
-    """
-    try:
-        value = operator.index(number)
-    except TypeError:
-        value = least - 1
-    if value < least:
-        raise ValueError(f"{name} must be a {'positive' if least else 'non-negative'} integer, not {number!r}")
-    return value
 
 
 def _frame_seed(seed: int, frame: int) -> int:

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ._cuda import on_host
-from ._errors import check_name
+from ._errors import check_name, require_integer
 from ._info import Info, Later
 from ._task import AlignmentTask, choose_instance
 from .environment import AlignmentEnv
@@ -53,7 +53,7 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
                  device: str = "cpu", **arguments: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, ("rgb_array",), "render mode")
-        self.num_envs, self.render_mode = int(num_envs), render_mode
+        self.num_envs, self.render_mode = require_integer(num_envs, "num_envs", 1), render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
         self.task = AlignmentTask(self.num_envs, scene=scene, noise_level=noise_level, device=device, **arguments)

@@ -30,7 +30,7 @@ def named(label, value):
 
 def curve(panel, run, most_steps, **style):
     shown = [row for row in run if not most_steps or int(row["steps"]) <= most_steps]
-    panel.plot([int(row["steps"]) for row in shown], [float(row["reward"]) for row in shown], **style)
+    panel.plot([int(row["steps"]) for row in shown], [float(row["reward"] or "nan") for row in shown], **style)
 
 
 def draw(rows, out):

@@ -1,5 +1,7 @@
 """Shared by the tests of the package. By hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
 
+import contextlib
+import io
 import os
 import unittest
 from unittest import mock
@@ -32,6 +34,17 @@ def same(one, other):
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
     return np.array_equal(one, other)
+
+
+def failure(*arguments):
+    """The message of a command of relign-train that fails."""
+    from relign_bench.training import cli
+
+    with contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO()):
+        status = cli.main([str(argument) for argument in arguments])
+    if status != 2:
+        raise AssertionError(f"status {status} of {arguments}: {errors.getvalue()}")
+    return errors.getvalue()
 
 
 REAL_GPU = os.environ.get("RELIGN_TEST_GPU") == "1"

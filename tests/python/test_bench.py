@@ -6,8 +6,9 @@ import subprocess
 import sys
 import unittest
 
-from support import SMALL, np, relign_bench
+from support import SMALL, np
 
+import relign_bench
 from relign_bench import Bench
 
 
@@ -83,6 +84,8 @@ class Trials(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "first_stride"):
             bench.run("nlopt-sbplx", parameters={"first_strid": 0.1})
         for wrong, why in (({"steps": 0}, "steps must be a positive integer, not 0"),
+                           ({"steps": 10**7}, "steps must be an integer from 1 to 100000, not 10000000"),
+                           ({"instance": 2**63}, "instance must be an integer from 0 to 9223372036854775807"),
                            ({"instance": -1}, "instance must be a non-negative integer, not -1"),
                            ({"instance": 1.5}, "instance must be a non-negative integer, not 1.5")):
             with self.assertRaisesRegex(ValueError, why):

@@ -76,7 +76,8 @@ class ImagesOnTheGpu(OnGpu):
 
     def test_tuned_recipe(self):
         warm = Training(IMITATE, self.folder / "warm", 1, quiet)
-        warm._save(0, torch.optim.Adam(warm.net.parameters()))
+        with warm.folder.alone():
+            warm._save(0, torch.optim.Adam(warm.net.parameters()))
         self.reinforce(TUNED, self.folder / "warm")
 
 

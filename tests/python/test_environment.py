@@ -70,11 +70,26 @@ class Rules(unittest.TestCase):
             ({"scene": "gaussian_spot", "noise_level": "rho0"}, "scene 'gaussian_spot' has a fixed sensor"),
             ({"reward": "minus_one_plus"}, "needs a goal, such as goal=0.05"),
             ({"frame_stack": 0}, "frame_stack must be a positive integer, not 0"),
+            ({"frame_stack": 1.5}, "frame_stack must be a positive integer, not 1.5"),
+            ({"size": 20.5}, "size must be a positive integer, not 20.5"),
+            ({"observation_size": 10.5}, "observation_size must be a positive integer, not 10.5"),
+            ({"goal": float("nan")}, "goal must be a finite number or None, not nan"),
+            ({"goal": "x"}, "goal must be a finite number or None, not 'x'"),
+            ({"noise_free": "no"}, "noise_free must be True or False, not 'no'"),
+            ({"include_actions": "no"}, "include_actions must be True or False, not 'no'"),
+            ({"suite_seed": -1}, "suite_seed must be a non-negative integer, not -1"),
+            ({"threads": -3}, "threads must be a positive integer, not -3"),
             ({"observation_size": 3}, "does not divide captures of 20 x 20 pixels; possible sizes: 20, 10, 5, 4, 2"),
         ):
             with self.subTest(arguments), self.assertRaisesRegex(ValueError, words):
                 make(**arguments)
+        with self.assertRaisesRegex(ValueError, "max_episode_steps must be a positive integer, not 2.5"):
+            AlignmentEnv(max_episode_steps=2.5, **SMALL)
         env = make()
+        for number, words in ((3.7, "a non-negative integer, not 3.7"), (-1, "a non-negative integer, not -1"),
+                              (2**63, "an integer from 0 to 9223372036854775807, not 9223372036854775808")):
+            with self.assertRaisesRegex(ValueError, f"instance must be {words}"):
+                env.reset(options={"instance": number})
         with self.assertRaises(gymnasium.error.ResetNeeded):
             env.step(np.zeros(5, np.float32))
         env.reset(seed=1)

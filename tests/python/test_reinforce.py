@@ -1,14 +1,18 @@
 """relign-train ppo: runs of a minute, interrupted and resumed. Needs torch and Stable-Baselines3."""
 
+import contextlib
+import csv
 import dataclasses
+import io
 import json
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 
-from support import np
+from support import failure, np
 
 try:
     import stable_baselines3  # noqa: F401
@@ -16,16 +20,16 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
-from relign_bench.training import export
+from relign_bench.training import cli, export
 from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import PRESETS
+from relign_bench.training.recipe import PRESETS, Recipe
 from relign_bench.training.reinforce import Reinforcement
-from relign_bench.training.settings import with_goal, with_settings
+from relign_bench.training.settings import kept_recipe, with_goal, with_settings
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -49,7 +53,8 @@ class Folder(unittest.TestCase):
         recipe = ImitateRecipe(size=40, levels=(0.0,), optimum_samples=32)
         training = Training(recipe, self.folder / "warm", threads=1, log=quiet)
         training.seconds = 1800.0
-        training._save(0, torch.optim.Adam(training.net.parameters()))
+        with training.folder.alone():
+            training._save(0, torch.optim.Adam(training.net.parameters()))
         return self.folder / "warm"
 
     def expect_same(self, whole, resumed):
@@ -78,12 +83,13 @@ class Segments(Folder):
         less = dataclasses.replace(PAPER, total=80)
         Reinforcement(less, self.folder / "longer", threads=1, log=quiet).run()
         longer = Reinforcement(PAPER, self.folder / "longer", threads=1, log=quiet)
-        self.assertEqual((longer.done, json.loads((self.folder / "longer/recipe.json").read_text())["total"]), (2, PAPER.total))
+        self.assertEqual((longer.done, kept_recipe(Recipe, self.folder / "longer").total), (2, less.total))
         longer.run()
+        self.assertEqual(kept_recipe(Recipe, self.folder / "longer").total, PAPER.total)
         self.expect_same(whole, longer)
         with self.assertRaisesRegex(ValueError, "another recipe \\(total: 120 in the folder, 80 given\\)"):
             Reinforcement(less, self.folder / "longer", threads=1, log=quiet)
-        Reinforcement(dataclasses.replace(less, last_rate=0.0), self.folder / "falls", threads=1, log=quiet)
+        Reinforcement(dataclasses.replace(less, last_rate=0.0), self.folder / "falls", threads=1, log=quiet).run(until=0)
         with self.assertRaisesRegex(ValueError, "another recipe \\(total: 80 in the folder, 120 given\\)"):
             Reinforcement(dataclasses.replace(PAPER, last_rate=0.0), self.folder / "falls", threads=1, log=quiet)
 
@@ -129,15 +135,144 @@ class Segments(Folder):
     def test_wrong_recipes_are_refused(self):
         with self.assertRaisesRegex(ValueError, "unknown input 'bytes'; inputs: float32, uint8"):
             Reinforcement(dataclasses.replace(PAPER, input="bytes"), self.folder / "z", threads=1, log=quiet)
-        with self.assertRaisesRegex(ValueError, "device 'mps' is not supported; expected 'cpu' or 'cuda'"):
+        with self.assertRaisesRegex(ValueError, "device 'mps' is not supported; expected 'cpu', 'cuda' or 'cuda:N'"):
             Reinforcement(PAPER, self.folder / "z", threads=1, log=quiet, device="mps")
         with self.assertRaisesRegex(ValueError, "size=40.*at least 64 columns"):
             Reinforcement(dataclasses.replace(PAPER, size=40), self.folder / "z", threads=1, log=quiet)
         with self.assertRaisesRegex(ValueError, "needs --warm-start FOLDER"):
             Reinforcement(TUNED, self.folder / "x", threads=1, log=quiet)
-        Reinforcement(PAPER, self.folder / "y", threads=1, log=quiet)
+        Reinforcement(PAPER, self.folder / "y", threads=1, log=quiet).run(until=0)
         with self.assertRaisesRegex(ValueError, "another recipe"):
             Reinforcement(dataclasses.replace(PAPER, rate=1e-3), self.folder / "y", threads=1, log=quiet)
+
+
+class Commands(unittest.TestCase):
+    """Of a run of one training segment, in which no episode ends."""
+
+    SETTINGS = ("size=100", "input=uint8", "frames=1", "environments=2", "steps=10", "stretch=20", "total=20", "batch=20",
+                "epochs=1", "goal=0")
+
+    @classmethod
+    def setUpClass(cls):
+        kept = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(kept.cleanup)
+        cls.trained, cls.log = pathlib.Path(kept.name) / "trained", io.StringIO()
+        with contextlib.redirect_stderr(cls.log), contextlib.redirect_stdout(io.StringIO()):
+            assert cli.main(cls.command(cls.trained)) == 0, cls.log.getvalue()
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name) / "run"
+
+    @classmethod
+    def command(cls, folder, *settings):
+        chosen = (part for setting in (*cls.SETTINGS, *settings) for part in ("--set", setting))
+        return ["ppo", "--preset", "paper", "--threads", "1", *chosen, "-o", str(folder)]
+
+    def opened(self, *settings, log=quiet):
+        return Reinforcement(with_settings(PRESETS["paper"], [*self.SETTINGS, *settings]), self.folder, threads=1, log=log)
+
+    def test_segment_without_episodes_has_no_reward(self):
+        self.assertIn("reward - per step, - steps per episode", self.log.getvalue())
+        with (self.trained / "curve.csv").open(newline="") as file:
+            row = next(csv.DictReader(file))
+        self.assertEqual([row[name] for name in ("episodes", "reward", "episode", "success")], ["0", "", "", ""])
+        self.assertNotIn("nan", self.log.getvalue() + (self.trained / "curve.csv").read_text())
+        self.assertTrue((self.trained / "curve.png").is_file())
+        report = pathlib.Path(__file__).parents[2] / "reports" / "paper" / "training.py"
+        figure = self.folder.with_suffix(".png")
+        subprocess.run([sys.executable, report, self.trained, "-o", self.folder.with_suffix(".csv"), "--figure", figure],
+                       check=True, capture_output=True)
+        self.assertTrue(figure.is_file())
+
+    def test_corrected_command_uses_the_same_folder(self):
+        tuned = ("--preset", "tuned", "--set")
+        for wrong, why in ((("--scene", "nope"), "unknown scene 'nope'"), (("--set", "size=70"), "does not divide captures"),
+                           (("--set", "noise_level=foo"), "unknown noise level 'foo'"),
+                           (("--threads", "-1"), "--threads must be a positive integer, not -1"),
+                           (("--seed", "-1"), "seed must be a non-negative"),
+                           (("--set", "seed=99999999999999999999"), "seed must be from 0 to"),
+                           (("--set", "steps=50"), r"stretch=20 must be a multiple of environments \* steps, here 100"),
+                           (("--set", "warm_start=x"), "'warm_start' is not a setting; use --warm-start"),
+                           (("--set", "preset=x"), "'preset' is not a setting; use --preset"),
+                           (("--set", "first_log_std=nan"), "first_log_std must be a finite number"),
+                           (("--warm-start", self.trained), "preset 'paper' starts from nothing; leave --warm-start out"),
+                           ((*tuned, "environments=5", "--set", "stretch=50", "--warm-start", self.trained),
+                            "is the folder of a run of relign-train ppo; expected one of relign-train imitate"),
+                           ((*tuned, "environments=7"), "environments=7 must be a multiple of 5"),
+                           (("--until", "0"), "--until must be a positive integer, not 0"),
+                           (("--until", "-1"), "--until must be a positive integer, not -1"),
+                           (("--minutes", "nan"), "--minutes must be a non-negative number, not nan")):
+            with self.subTest(wrong):
+                self.assertRegex(failure(*self.command(self.folder), *wrong), why)
+                self.assertFalse(self.folder.exists())
+
+    def test_warm_start_of_another_size_is_refused_at_once(self):
+        warm = Training(ImitateRecipe(size=40, levels=(0.0,)), self.folder, 1, quiet)
+        with warm.folder.alone():
+            message = failure("ppo", "--warm-start", self.folder, "-o", self.folder / "x")
+            self.assertIn("has a network for size=40, not 100; add --set size=40", message)
+            again = ("ppo", "--warm-start", self.folder, "--set", "size=40", "-o", self.folder / "x")
+            self.assertIn("nothing trained yet: --warm-start", failure(*again))
+            torch.save({"policy": {}}, self.folder / "checkpoint.pt")
+            self.assertRegex(failure(*again), "checkpoint.pt' is damaged or of another run")
+
+    def test_run_without_a_checkpoint_has_nothing_to_export(self):
+        run = self.opened()
+        run.run(minutes=0)
+        self.assertEqual(run.untrained(), f"nothing trained yet in '{self.folder}': it has no checkpoint.pt")
+        self.assertRegex(failure("export", self.folder, "-o", self.folder / "x.onnx"), "^error: nothing trained yet in ")
+        self.assertEqual(list(self.folder.glob("x*")), [])
+
+    def test_missing_network_with_the_best_score_is_named(self):
+        shutil.copytree(self.trained, self.folder)
+        (self.folder / "best.pt").unlink()
+        (self.folder / "ppo.onnx").unlink()
+        self.assertIn("best.pt' is missing, the network with the best score", failure(*self.command(self.folder)))
+        self.assertFalse((self.folder / "ppo.onnx").exists())
+
+    def test_damaged_checkpoints_are_named(self):
+        shutil.copytree(self.trained, self.folder)
+        run = self.opened()
+        for name in ("checkpoint.pt", "best.pt"):
+            whole, foreign = (self.folder / name).read_bytes(), io.BytesIO()
+            torch.save([1], foreign)
+            for content in (b"", b"garbage", whole[:len(whole) // 2], foreign.getvalue()):
+                (self.folder / name).write_bytes(content)
+                with self.subTest(name), self.assertRaisesRegex(ValueError, f"{name}' is damaged or of another run"):
+                    run._load(name)
+
+    def test_complete_run_writes_its_curves_anew(self):
+        shutil.copytree(self.trained, self.folder)
+        for name in ("curve.csv", "errors.csv"):
+            (self.folder / name).unlink()
+        self.opened().run()
+        for name in ("curve.csv", "errors.csv", "recipe.json"):
+            self.assertEqual((self.folder / name).read_bytes(), (self.trained / name).read_bytes(), name)
+
+    def test_longer_run_keeps_the_recipe_while_another_process_trains(self):
+        shutil.copytree(self.trained, self.folder)
+        with self.opened().folder.alone():
+            message = failure(*self.command(self.folder, "total=40"))
+        self.assertRegex(message, "another process trains in ")
+        self.assertEqual(kept_recipe(Recipe, self.folder).total, 20)
+
+    def test_resumed_run_knows_how_long_a_segment_takes(self):
+        shutil.copytree(self.trained, self.folder)
+        lines = []
+        run = self.opened("total=30", log=lines.append)
+        run.rows[-1]["hours"] = 1.0
+        run.run(minutes=59)
+        self.assertEqual(run.done, 1)
+        self.assertEqual(lines[-2:], ["the run ends at step 40: training segments are of 20 steps",
+                                      "stopped at step 20 of 40; the same command resumes"])
+
+    def test_folder_of_imitation_is_named(self):
+        with Training(ImitateRecipe(size=40, levels=(0.0,)), self.folder, 1, quiet).folder.alone():
+            pass
+        self.assertRegex(failure(*self.command(self.folder)),
+                         "^error: '.*' is the folder of a run of relign-train imitate; expected one of relign-train ppo$")
 
 
 class Export(Folder):

@@ -9,8 +9,9 @@ import sys
 import tempfile
 import time
 import unittest
+from unittest import mock
 
-from support import np
+from support import failure, np
 
 from relign_bench.training import sweep_report
 from relign_bench.training.sweep import Sweep, read_sweep
@@ -35,9 +36,10 @@ while len(lines) < 3:
         f"{20 * k},{after},0.0{after},0.02" + chr(10) for k in range(1, len(lines)) for after in (6, 12)))
     curve.write_text(chr(10).join(lines) + chr(10))
     print(f"{steps} of 40 steps", file=sys.stderr, flush=True)
-(folder / "ppo.json").write_text("{}")
+(folder / "ppo.json").write_text('{"trained": {"steps": 20}}')
+(folder / "ppo.onnx").write_text("")
 """
-TOTAL = {"total": 40, "stretch": 20}
+TOTAL = {"total": 40, "stretch": 20, "environments": 1, "steps": 20}
 
 
 class Files(unittest.TestCase):
@@ -86,6 +88,10 @@ class Reading(Files):
             ([{**good, "settings": {"scene": "toy"}}], "use the key 'scene' of the file"),
             ([{**good, "vary": {"rate": []}}], "vary: rate: expected a list of values"),
             ([{**good, "settings": {"level": 0.3}}], "add --set goal="), ([good, good], "'x/seed-0' is there twice"),
+            ([{**good, "settings": {"warm_start": "w"}}], "use the key 'warm_start' of the file"),
+            ([{**good, "settings": {"stretch": 20}}], "stretch=20 must be a multiple of environments \\* steps, here 500"),
+            ([{**good, "vary": {"rate": [1, 1.0]}}], r"trainings\[0\]: vary: x-rate=1.0 is the same training as another one"),
+            ('{"trainings": [], "trainings": [{"name": "x", "seeds": [0]}]}', "study.json: key 'trainings' is there twice"),
         ]:
             with self.subTest(words), self.assertRaisesRegex(ValueError, words):
                 self.read(content)
@@ -151,7 +157,60 @@ class Running(Files):
         lines = []
         failures = Sweep(jobs, 1, log=lines.append,
                          program=(sys.executable, "-c", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")).run()
-        self.assertEqual(failures, {"a/seed-0": "ended by signal SIGKILL; the same command resumes it"})
+        self.assertRegex(failures["a/seed-0"], "^ended by signal SIGKILL, which often means too little memory: .*resumes it$")
+
+    def test_initial_weights_are_required_before_anything_starts(self):
+        jobs = self.read([{"name": "a", "settings": TOTAL, "seeds": [0]}, {"name": "b", "preset": "tuned", "seeds": [0]}])
+        with self.assertRaisesRegex(ValueError, "^b/seed-0: preset 'tuned' needs --warm-start"):
+            self.run_stub(jobs)
+        self.assertFalse((self.folder / "out").exists())
+        jobs = self.read([{"name": "b", "preset": "tuned", "warm_start": "nowhere", "seeds": [0]}])
+        with self.assertRaisesRegex(ValueError, "^b/seed-0: .*nowhere' is not the folder of a run"):
+            self.run_stub(jobs)
+
+    def test_network_of_an_earlier_session_is_not_complete(self):
+        job = self.read([{"name": "a", "settings": TOTAL, "seeds": [0]}])[0]
+        self.run_stub([job])
+        self.assertTrue(job.complete())
+        curve = job.folder / "curve.csv"
+        curve.write_text(curve.read_text().removesuffix("0.04\n") + "0.03\n")
+        self.assertFalse(job.complete())  # ppo.json is of step 20, and step 40 is better
+        (job.folder / "ppo.json").write_text('{"trained": {"steps": 40}}')
+        self.assertTrue(job.complete())
+        (job.folder / "ppo.onnx").unlink()
+        self.assertFalse(job.complete())
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed: it draws the figure")
+    def test_report_of_segments_without_episodes_and_of_damaged_files(self):
+        job = self.read([{"name": "a", "settings": TOTAL, "seeds": [0]}])[0]
+        self.run_stub([job])
+        curve, errors = job.folder / "curve.csv", job.folder / "errors.csv"
+        good = curve.read_text()
+        curve.write_text(good.replace("-0.025,200,0.5", ",,"))
+        table = sweep_report.write([job], self.folder)[1].read_text()
+        self.assertIn("| a | 1 of 1 complete | 40 | 0.5 | - | - | 0.0400 |", table)
+        self.assertNotIn("nan", (self.folder / "sweep.csv").read_text())
+        report = ("sweep", self.folder / "study.json", "-o", self.folder / "out", "--report")
+        for text, words in ((good.replace(",success", ""), "curve.csv:2: success: expected a number, found None"),
+                            (good.replace("-0.025", "fast"), "curve.csv:3: reward: expected a number, found 'fast'"),
+                            (good[:-12], "curve.csv:3: under_0.01: expected a number, found None")):
+            curve.write_text(text)
+            self.assertIn(words, failure(*report))
+            self.assertFalse(job.complete())  # the same command writes it anew
+        curve.write_text(good)
+        self.assertTrue(job.complete())
+        errors.unlink()
+        self.assertFalse(job.complete())
+        self.assertRegex(failure(*report), "errors.csv' has 0 training segments, and curve.csv 2")
+
+    @unittest.skipUnless(importlib.util.find_spec("stable_baselines3"), "stable_baselines3 is not installed")
+    def test_damaged_report_does_not_hide_the_reason(self):
+        jobs = self.read([{"name": "x", "settings": TOTAL, "seeds": [0]}])
+        jobs[0].folder.mkdir(parents=True)
+        (jobs[0].folder / "curve.csv").write_text("steps\nx\n")
+        with mock.patch("relign_bench.training.sweep.Sweep.run", return_value={"x/seed-0": "no GPU here"}):
+            message = failure("sweep", self.folder / "study.json", "-o", self.folder / "out")
+        self.assertEqual(message, "error: 1 of 1 trainings failed, first x/seed-0: no GPU here\n")
 
 
 class Intervals(unittest.TestCase):

@@ -1,5 +1,7 @@
 """relign-train imitate: a run of a minute, killed and resumed. Needs torch."""
 
+import dataclasses
+import io
 import json
 import pathlib
 import signal
@@ -9,7 +11,7 @@ import tempfile
 import time
 import unittest
 
-from support import np
+from support import failure, np
 
 try:
     import torch
@@ -17,10 +19,13 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
 
 from relign_bench.training import cli, policy
+from relign_bench.training.adapt import Recipe as AdaptRecipe
 from relign_bench.training.adapt import check_captures, moments_loss, read_captures
 from relign_bench.training.doubt import Belief, Doubt
 from relign_bench.training.folder import RunFolder
-from relign_bench.training.imitate import Recipe, Training, loss_of, near_poses, recipe_of
+from relign_bench.training.imitate import Recipe, Training, loss_of, near_poses
+from relign_bench.training.recipe import Recipe as PpoRecipe
+from relign_bench.training.settings import kept_recipe
 
 TINY = dict(size=40, levels="0,0.5", lenses=80, pictures=4, passes=4, moves=3, optimum_samples=32, batch=32)
 
@@ -64,9 +69,10 @@ class Imitation(unittest.TestCase):
         self.assertIn("--randomise FILE", json.loads((run / "imitation.json").read_text())["command"])
         errors.write_text('{"format": 1, "drawn": "capture", "gain": [0.7, 1.2]}')
         with self.assertRaisesRegex(ValueError, "another recipe"):
-            Training(recipe_of(run), run, 1, quiet, errors)
+            Training(kept_recipe(Recipe, run), run, 1, quiet, errors)
 
         instances = Training.open(run, 1).instances(10)
+        instances.reset(0)
         captures = instances.frames() * (instances.white / 85)  # of 20 instances at their starts, in the scene's units
         images = self.folder / "captures"
         images.mkdir()
@@ -97,7 +103,8 @@ class Imitation(unittest.TestCase):
 
     def test_folder_with_another_recipe_is_refused(self):
         recipe = Recipe(size=40, levels=(0.0,), optimum_samples=32)
-        Training(recipe, self.folder, threads=1)
+        with Training(recipe, self.folder, threads=1).folder.alone():
+            pass
         with self.assertRaisesRegex(ValueError, "another recipe"):
             Training(cli.with_settings(recipe, ["lenses=3"]), self.folder, threads=1)
 
@@ -118,10 +125,70 @@ class Imitation(unittest.TestCase):
 
     def test_message_about_another_recipe_lists_the_differences(self):
         folder = self.folder / "kept"
-        RunFolder(folder, Recipe())
-        RunFolder(folder, Recipe())
+        for _ in range(2):
+            with RunFolder(folder, Recipe()).alone():
+                pass
         with self.assertRaisesRegex(ValueError, "another recipe \\(rate: 0.001 in the folder, 0.1 given\\)"):
             RunFolder(folder, Recipe(rate=0.1))
+
+    def test_mistakes_leave_no_folder(self):
+        run = self.folder / "refused"
+        for wrong, why in ((("--scene", "nope"), "unknown scene 'nope'"),
+                           (("--seed", "-1"), "seed must be a non-negative number, not -1"),
+                           (("--set", "seed=99999999999999999999"), "seed must be from 0 to 536870911"),
+                           (("--threads", "0"), "--threads must be a positive integer, not 0"),
+                           (("--set", "randomise=x"), "'randomise' is not a setting; use --randomise"),
+                           (("--scene", "gaussian_spot"), "scene 'gaussian_spot' has a fixed sensor"),
+                           (("--randomise", self.folder / "no.json"), "cannot use '.*no.json': no such file or directory; ch"),
+                           (("--device", "cpu:x"), "device 'cpu:x' is not supported; expected 'cpu', 'cuda' or 'cuda:N'")):
+            with self.subTest(wrong):
+                self.assertRegex(failure("imitate", "-o", run, *wrong), why)
+                self.assertFalse(run.exists())
+        run.write_text("")
+        message = failure("imitate", "-o", run, *command(run)[6:], "--set", "passes=1")
+        self.assertEqual(message.splitlines()[-1], f"error: cannot use '{run}': file exists; a folder is expected here")
+
+    def test_run_without_a_checkpoint_has_nothing_to_export(self):
+        with Training(Recipe(size=40, levels=(0.0,)), self.folder, 1, quiet).folder.alone():
+            pass
+        self.assertRegex(failure("export", self.folder, "-o", self.folder / "x.onnx"), "^error: nothing trained yet in ")
+        self.assertEqual(list(self.folder.glob("x*")), [])
+
+    def test_damaged_recipes_are_named(self):
+        kept = dataclasses.asdict(Recipe())
+        for content, why in (("{", "cannot be read: Expecting"), ("[]", "cannot be read: not a recipe of relign-train"),
+                             (json.dumps({**kept, "colour": 1}), "of this version of relign-train imitate: colour missing or"),
+                             (json.dumps({**kept, "size": "100"}), "recipe.json': size cannot be '100'"),
+                             (json.dumps({**kept, "levels": []}), r"recipe.json': levels cannot be \[\]"),
+                             (json.dumps({**kept, "size": -1}), "recipe.json': size must be a positive number, not -1")):
+            (self.folder / "recipe.json").write_text(content)
+            with self.subTest(content), self.assertRaisesRegex(ValueError, why):
+                kept_recipe(Recipe, self.folder)
+        (self.folder / "recipe.json").write_text("{")
+        with self.assertRaisesRegex(ValueError, "recipe.json' cannot be read: .*; restore it from a copy, or choose another"):
+            RunFolder(self.folder, Recipe())
+
+    def test_folder_of_another_verb_is_named(self):
+        for recipe, verb in ((PpoRecipe(), "ppo"), (AdaptRecipe(), "adapt")):
+            with RunFolder(self.folder / verb, recipe).alone():
+                pass
+            with self.assertRaisesRegex(ValueError, f"folder of a run of relign-train {verb}; expected one of .* imitate$"):
+                RunFolder(self.folder / verb, Recipe())
+            message = failure("adapt", self.folder / verb, "--images", self.folder, "-o", self.folder / "x")
+            self.assertIn(f"is the folder of a run of relign-train {verb}; expected one of relign-train imitate", message)
+        self.assertIn("expected one of relign-train imitate or ppo", failure("export", self.folder / "adapt", "-o", "x.onnx"))
+
+    def test_damaged_checkpoints_are_named(self):
+        training = Training(Recipe(size=40, levels=(0.0,)), self.folder, 1, quiet)
+        checkpoint = self.folder / "checkpoint.pt"
+        with training.folder.alone():
+            training._save(1, torch.optim.Adam(training.net.parameters()))
+        whole, foreign = checkpoint.read_bytes(), io.BytesIO()
+        torch.save({"policy": {}}, foreign)
+        for content in (b"", b"garbage", whole[:len(whole) // 2], foreign.getvalue()):
+            checkpoint.write_bytes(content)
+            with self.subTest(content[:9]), self.assertRaisesRegex(ValueError, "checkpoint.pt' is damaged or of another run"):
+                training.load()
 
 
 def quiet(_):

@@ -2,7 +2,9 @@
 
 import unittest
 
-from support import ID, gymnasium, make, make_vector, np, same
+from support import ID, SMALL, gymnasium, make, make_vector, np, same
+
+from relign_bench import AlignmentVectorEnv
 
 AutoresetMode = gymnasium.vector.AutoresetMode
 
@@ -35,6 +37,13 @@ class Vector(unittest.TestCase):
                 self.assertTrue(same(observation, observations[k]))
                 self.assertEqual((reward, ends, cut), (rewards[k], terminated[k], truncated[k]))
                 self.assertTrue(same(info, {key: infos[key][k] for key in info}))
+
+    def test_wrong_numbers_are_named(self):
+        for count in (-1, 1.5):
+            with self.assertRaisesRegex(ValueError, f"num_envs must be a positive integer, not {count}"):
+                AlignmentVectorEnv(count, **SMALL)
+        with self.assertRaisesRegex(ValueError, "instance must be a non-negative integer, not 3.7"):
+            make_vector(2).reset(options={"instance": 3.7})
 
     def test_does_not_depend_on_the_number_of_threads(self):
         one, many = (rollout(make_vector(5, threads=threads, max_episode_steps=2), 4, 3) for threads in (1, 4))

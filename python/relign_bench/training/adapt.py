@@ -164,12 +164,11 @@ class Adaptation:
             raise ValueError(f"found {len(captures)} capture; moments need at least two")
         if settings.batch < 8:
             raise ValueError(f"batch {settings.batch} must be at least 8: half of it gives a mean and a standard deviation")
-        source = pathlib.Path(trained)
-        settings.trained = hashlib.sha256((source / "checkpoint.pt").read_bytes()).hexdigest()
+        self.training = Training.open(trained, threads, log)
+        settings.trained = hashlib.sha256((self.training.folder / "checkpoint.pt").read_bytes()).hexdigest()
         settings.images, settings.captures = hashlib.sha256(captures.tobytes()).hexdigest(), len(captures)
         self.settings, self.captures, self.log = settings, captures, log
-        self.out = RunFolder(pathlib.Path(folder), settings)
-        self.training = Training.open(source, threads, log)
+        self.out = RunFolder(folder, settings)
 
     def run(self) -> Training:
         """Adapts the network; returns the run with it."""
@@ -216,7 +215,8 @@ class Adaptation:
                 last = np.mean(rows[-100:], axis=0)
                 self.log(f"step {step + 1} of {settings.steps}: loss {last[1]:.4f}, moments {last[2]:.4f}")
         training.seconds += time.monotonic() - begun
-        self.out.keep_text("curve.csv", "step,loss,moments\n" + "".join(f"{k},{a:.6f},{b:.6f}\n" for k, a, b in rows))
+        with self.out.alone():
+            self.out.keep_text("curve.csv", "step,loss,moments\n" + "".join(f"{k},{a:.6f},{b:.6f}\n" for k, a, b in rows))
         return training
 
     def cost(self) -> dict[str, Any]:

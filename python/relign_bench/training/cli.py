@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import errno
 import fnmatch
@@ -13,7 +14,9 @@ import shlex
 import sys
 from typing import TYPE_CHECKING, Any
 
-from .settings import with_goal, with_settings
+from .._errors import require_integer
+from .folder import kind_of, read_recipe
+from .settings import kept_recipe, with_goal, with_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,6 +81,10 @@ example:
   relign-train sweep python/recipes/paper_study.json --only 'ppo-*' --jobs 15 --device cuda --minutes 9 -o training/study
 """
 
+HINTS = {errno.ENOENT: "; check the path",
+         errno.EEXIST: "; a folder is expected here", errno.ENOTDIR: "; a folder is expected here",
+         errno.EISDIR: "; a file is expected here", errno.EROFS: "; choose a folder that can be written",
+         errno.EACCES: "; choose another one, or change its permissions"}
 RECURRENT = "relign-bench's agents do not run recurrent networks"
 
 
@@ -92,6 +99,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = make_parser().parse_args(arguments)
     try:
+        check_numbers(given)
         return {"imitate": _imitate, "ppo": _ppo, "adapt": _adapt, "export": _export, "sweep": _sweep}[given.verb](given)
     except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
         print(f"error: {sentence(problem)}", file=sys.stderr)
@@ -183,6 +191,20 @@ def make_parser() -> argparse.ArgumentParser:
     return parser
 
 
+def check_numbers(given: argparse.Namespace) -> None:
+    """Checks the numbers of options, where they are given; `settings.check_value` checks seeds.
+
+    Raises:
+        ValueError: One is not allowed.
+    """
+    for option in ("threads", "jobs", "until"):
+        if getattr(given, option, None) is not None:
+            require_integer(getattr(given, option), f"--{option}", 1, 2**31 - 1)
+    minutes = getattr(given, "minutes", None)
+    if minutes is not None and not minutes >= 0:  # nan is refused, too
+        raise ValueError(f"--minutes must be a non-negative number, not {minutes}")
+
+
 def log(text: str) -> None:
     """Prints a line of progress."""
     print(text, file=sys.stderr, flush=True)
@@ -222,6 +244,9 @@ def sentence(problem: BaseException) -> str:
     if isinstance(problem, OSError) and problem.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
         return (f"cannot write '{problem.filename or 'a file of the run'}': {problem.strerror}; the last checkpoint is kept, "
                 "and the same command resumes")
+    if isinstance(problem, OSError) and problem.filename is not None and problem.strerror:
+        hint = HINTS.get(problem.errno or 0, "")
+        return f"cannot use '{problem.filename}': {problem.strerror.lower()}{hint}"
     return " ".join(str(problem).split())
 
 
@@ -252,8 +277,9 @@ def _ppo(given: argparse.Namespace) -> int:
     training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device,
                              render=given.render)
     training.run(given.until, given.minutes)
-    if training.recurrent:
-        log(f"not exported: {RECURRENT}")
+    why = RECURRENT if training.recurrent else training.untrained()
+    if why:
+        log(f"not exported: {why}")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
 
@@ -267,10 +293,7 @@ def _sweep(given: argparse.Namespace) -> int:
         jobs = [job for job in jobs if fnmatch.fnmatchcase(job.name, given.only)]
         if not jobs:
             raise ValueError(f"--only '{given.only}' matches no training of {given.file}")
-    for option in ("jobs", "threads"):
-        if getattr(given, option) is not None and getattr(given, option) < 1:
-            raise ValueError(f"--{option} must be a positive integer, not {getattr(given, option)}")
-    failures: dict[str, str] = {}
+    require("matplotlib", "matplotlib")
     try:
         if not given.report:
             require_learner(any(job.recipe.algorithm in ("trpo", "recurrent-ppo") for job in jobs))
@@ -279,34 +302,30 @@ def _sweep(given: argparse.Namespace) -> int:
             check_device(given.device, given.render)
             failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log,
                                    render=given.render).run()
-    finally:
-        require("matplotlib", "matplotlib")
-        files = sweep_report.write(jobs, out)
-    if failures:
-        name, reason = next(iter(failures.items()))
-        raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")
-    return show(given, files, {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
+            if failures:
+                name, reason = next(iter(failures.items()))
+                raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")
+    except BaseException:
+        with contextlib.suppress(ValueError, OSError):  # what hinders the report shall not hide why the sweep ended
+            sweep_report.write(jobs, out)
+        raise
+    return show(given, sweep_report.write(jobs, out), {"complete": sum(job.complete() for job in jobs), "trainings": len(jobs)})
 
 
 def _export(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
     folder, out = pathlib.Path(given.folder), pathlib.Path(given.out)
-    kept = folder / "recipe.json"
-    if not kept.is_file():
-        raise ValueError(f"'{folder}' is not the folder of a run: it has no recipe.json")
+    kind = kind_of(read_recipe(folder, "imitate", "ppo"))
     if out.suffix != ".onnx":
         raise ValueError(f"--out '{out}' must end with .onnx")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    recipe = json.loads(kept.read_text())
-    if "preset" in recipe:
-        if "heads" not in recipe:
-            raise ValueError(f"'{folder}' was trained by an earlier version, with another network; export it with that version")
+    if kind == "ppo":
         require("stable_baselines3", "stable-baselines3")
         from .recipe import Recipe as PpoRecipe
         from .reinforce import Reinforcement
 
-        return show(given, export_reinforcement(Reinforcement.open(PpoRecipe(**recipe), folder, log=lambda _: None), out), {})
+        run = Reinforcement.open(kept_recipe(PpoRecipe, folder), folder, log=lambda _: None)
+        return show(given, export_reinforcement(run, out), {})
     from .imitate import Training
 
     return show(given, export_imitation(Training.open(folder), out), {})
@@ -317,12 +336,10 @@ def _adapt(given: argparse.Namespace) -> int:
     require("onnx", "onnx")  # torch would report it only at the end
     from ..conventions import to_bytes
     from . import adapt
-    from .imitate import recipe_of
+    from .imitate import Recipe as ImitateRecipe
     from .instances import InstanceSet
 
-    recipe = recipe_of(given.folder)
-    if not (pathlib.Path(given.folder) / "checkpoint.pt").is_file():
-        raise ValueError(f"'{given.folder}' has no checkpoint.pt: the run has not made a pass yet")
+    recipe = kept_recipe(ImitateRecipe, given.folder)
     scene = InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size)
     captures = adapt.read_captures(given.images, given.white, recipe.size, scene.white)
     adapt.check_captures(captures, to_bytes(scene.reference, scene.white), f"'{given.images}'")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import pathlib
     from collections.abc import Mapping, Sequence
 
     from .folder import RunFolder
@@ -22,13 +25,14 @@ def write_csv(folder: RunFolder, rows: Rows) -> None:
     episodes     that ended in the segment
     reward       mean reward per step of these episodes
     episode      mean length of these episodes, in steps
-    success      share of these episodes that reached the goal
+    success      share of these episodes that reached the goal; these three are empty where no episode ended
     rmse_6, _12  median noise-free RMSE on tuning instances after 6 and 12 steps of the policy, without exploration
     under_0.01   share of tuning instances below 0.01 after 12 steps
     score        smaller is better; selects the best checkpoint (evaluation.py)
     """
     lines = [",".join(COLUMNS)]
-    lines += [",".join(f"{row[name]:.6g}" if name != "steps" else str(row[name]) for name in COLUMNS) for row in rows]
+    lines += [",".join("" if row[name] is None else f"{row[name]:.6g}" if name != "steps" else str(row[name])
+                       for name in COLUMNS) for row in rows]
     folder.keep_text("curve.csv", "\n".join(lines) + "\n")
 
 
@@ -47,6 +51,30 @@ def write_errors(folder: RunFolder, rows: Rows) -> None:
     folder.keep_text("errors.csv", "\n".join([",".join(["steps", "after", *map(str, instances)]), *lines]) + "\n")
 
 
+def read_csv(path: pathlib.Path, columns: Sequence[str]) -> list[dict[str, str]]:
+    """The rows of curve.csv or errors.csv; none where there is no such file.
+
+    Args:
+        path: The file.
+        columns: Columns that it must have, in every row, as all others, with a number or nothing.
+
+    Raises:
+        ValueError: It has not.
+    """
+    if not path.is_file():
+        return []
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for line, row in enumerate(rows, 2):
+        for name in (*columns, *row):
+            try:
+                float(row[name] if row[name] != "" else "nan")
+            except (KeyError, TypeError, ValueError):
+                raise ValueError(f"{path}:{line}: {name}: expected a number, found {row.get(name)!r}; the command that trained "
+                                 "there writes the file anew") from None
+    return rows
+
+
 def draw(folder: RunFolder, title: str, rows: Rows) -> None:
     """Writes curve.png: reward, success and error against steps, as in the paper's figure. Needs matplotlib."""
     from matplotlib import ticker
@@ -57,7 +85,7 @@ def draw(folder: RunFolder, title: str, rows: Rows) -> None:
     panels = figure.subplots(1, 3)
     for panel, (name, label) in zip(panels, (("reward", "reward per step (training)"),
                                              ("success", "episodes that reach the goal (training)"))):
-        panel.plot(steps, [row[name] for row in rows], color="#0072b2")
+        panel.plot(steps, [math.nan if row[name] is None else row[name] for row in rows], color="#0072b2")
         panel.set_ylabel(label)
     for name, label, style in (("rmse_6", "after 6 steps", "--"), ("rmse_12", "after 12 steps", "-")):
         panels[2].plot(steps, [row[name] for row in rows], style, color="#d55e00", label=label)

@@ -114,6 +114,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         The two paths.
     """
     path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
     net = net.cpu().eval()
     graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
     half = path.with_suffix(".half.onnx")

@@ -9,11 +9,10 @@ it is. From a fraction of the passes on, a part of the images are those that the
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import pathlib
 import time
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,9 +23,10 @@ from .devices import check_device
 from .directions import Directions
 from .doubt import Doubt
 from .evaluation import belief_policy, rmse_after_steps
-from .folder import RunFolder
+from .folder import RunFolder, reading
 from .instances import InstanceSet, OptimumModel, joined
 from .nets import StridedNet
+from .settings import kept_recipe
 
 if TYPE_CHECKING:
     import os
@@ -59,23 +59,6 @@ class Recipe:
     precision: str = "float32"  # of the convolutions: or "bfloat16"
     optimum_samples: int = 384
     seed: int = 0
-
-
-def recipe_of(folder: str | os.PathLike[str]) -> Recipe:
-    """The recipe of a run.
-
-    Raises:
-        ValueError: The folder is not that of a run of `relign-train imitate`, or its recipe is of another version.
-    """
-    kept = pathlib.Path(folder) / "recipe.json"
-    if not kept.is_file():
-        raise ValueError(f"'{folder}' is not the folder of a run: it has no recipe.json")
-    values = json.loads(kept.read_text())
-    names = {field.name for field in fields(Recipe)}
-    if set(values) != names:
-        raise ValueError(f"'{kept}' is not a recipe of this version of relign-train imitate: "
-                         f"{', '.join(sorted(names ^ set(values)))} missing or unknown")
-    return Recipe(**{**values, "levels": tuple(values["levels"])})
 
 
 SLOTS = 20  # instances of each level that are held at once
@@ -187,7 +170,7 @@ class Training:
         check_device(device, render)
         self.device, self.render = device, render
         errors = pathlib.Path(randomise).read_bytes() if randomise else b""
-        if randomise:  # before the folder has a recipe: a mistake in the file shall not be part of one
+        if randomise:
             InstanceSet(recipe.scene, recipe.levels[:1], 1, recipe.size, threads=threads,
                         scene_parameters={"imaging_errors": str(pathlib.Path(randomise).resolve())}, device=render)
         recipe.randomise = hashlib.sha256(errors).hexdigest() if errors else recipe.randomise
@@ -195,9 +178,7 @@ class Training:
             raise ValueError(f"precision '{recipe.precision}' must be one of {', '.join(PRECISIONS)}")
         self.recipe, self.threads, self.log = recipe, threads, log
         self.folder = RunFolder(folder, recipe)
-        self.imaging_errors = ""
-        if errors:
-            self.folder.keep("randomisation.json", lambda out: out.write(errors))
+        self._errors, self.imaging_errors = errors, ""
         if recipe.randomise:
             self.imaging_errors = str((self.folder / "randomisation.json").resolve())
         torch.manual_seed(recipe.seed)
@@ -217,10 +198,11 @@ class Training:
         """Opens a run, complete or not.
 
         Raises:
-            ValueError: The folder is not that of a run of `relign-train imitate`.
+            ValueError: The folder is not that of a run of `relign-train imitate`, or it has no checkpoint yet.
         """
-        training = cls(recipe_of(folder), folder, threads, log)
-        training.load()
+        training = cls(kept_recipe(Recipe, folder), folder, threads, log)
+        if not training.load():
+            raise ValueError(f"nothing trained yet in '{folder}': it has no checkpoint.pt")
         return training
 
     @property
@@ -240,25 +222,36 @@ class Training:
                            device=self.render)
 
     def run(self) -> StridedNet:
-        """Trains to the end; returns the network."""
+        """Trains to the end; returns the network.
+
+        Raises:
+            ValueError: Another process trains in the folder.
+        """
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.recipe.rate)
         done = self.load(optimizer)
         if done <= self.recipe.passes:
-            instances = self.instances()
-            for number in range(done, self.recipe.passes):
-                begun = time.monotonic()
-                images, residuals = self._data(instances, number)
-                rendered = time.monotonic() - begun
-                loss = self._pass(images, residuals, optimizer, number)
-                seconds = time.monotonic() - begun
-                self.curve.append([number + 1, loss])
-                self.seconds += seconds
-                self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(images)} images in "
-                         f"{rendered:.0f} + {seconds - rendered:.0f} s")
-                self._save(number + 1, optimizer)
-            self._calibrate()
-            self._save(self.recipe.passes + 1, optimizer)
+            _ = self.optimum  # before the folder exists: the scene may have none
+            with self.folder.alone():
+                if self._errors:
+                    self.folder.keep("randomisation.json", lambda out: out.write(self._errors))
+                self._train(done, optimizer)
         return self.net
+
+    def _train(self, done: int, optimizer: torch.optim.Optimizer) -> None:
+        instances = self.instances()
+        for number in range(done, self.recipe.passes):
+            begun = time.monotonic()
+            images, residuals = self._data(instances, number)
+            rendered = time.monotonic() - begun
+            loss = self._pass(images, residuals, optimizer, number)
+            seconds = time.monotonic() - begun
+            self.curve.append([number + 1, loss])
+            self.seconds += seconds
+            self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(images)} images in "
+                     f"{rendered:.0f} + {seconds - rendered:.0f} s")
+            self._save(number + 1, optimizer)
+        self._calibrate()
+        self._save(self.recipe.passes + 1, optimizer)
 
     def _data(self, instances: InstanceSet, number: int) -> Data:
         """The images of pass `number`, from 0."""
@@ -345,12 +338,13 @@ class Training:
         path = self.folder / "checkpoint.pt"
         if not path.is_file():
             return 0
-        state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
-        self.net.load_state_dict(state["net"])
-        self.curve, self.seconds = state["curve"], state["seconds"]
-        self.doubt.floor = np.array(state["floor"])
-        if optimizer:
-            optimizer.load_state_dict(state["optimizer"])
-        done: int = state["done"]
+        with reading(path):
+            state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
+            self.net.load_state_dict(state["net"])
+            self.curve, self.seconds = state["curve"], state["seconds"]
+            self.doubt.floor = np.array(state["floor"])
+            if optimizer:
+                optimizer.load_state_dict(state["optimizer"])
+            done: int = state["done"]
         self.log(f"resuming after pass {min(done, self.recipe.passes)}")
         return done

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import pathlib
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._errors import check_name, unknown_name
 from ..rewards import REWARDS
+from .folder import read_recipe
+
+if TYPE_CHECKING:
+    from .folder import Path
 
 ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compares
 INPUTS = ("float32", "uint8")
 SHAPED = "shaped"
 """Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
+TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
+"""Noise levels N of the preset "tuned"."""
 SMALLEST = 64  # columns: the package's network halves the image six times
 
 
@@ -104,3 +111,34 @@ def check_recipe(recipe: Recipe) -> None:
                          f"{SMALLEST} columns")
     if recipe.preset == "tuned" and recipe.algorithm != "ppo":
         raise ValueError(f"preset 'tuned' has no algorithm '{recipe.algorithm}'; use ppo, or --preset paper")
+    if recipe.preset == "tuned" and recipe.environments % len(TUNED_LEVELS):
+        raise ValueError(f"environments={recipe.environments} must be a multiple of {len(TUNED_LEVELS)}, the number of noise "
+                         "levels of preset 'tuned'")
+    if recipe.stretch % (recipe.environments * recipe.steps):
+        raise ValueError(f"stretch={recipe.stretch} must be a multiple of environments * steps, here "
+                         f"{recipe.environments * recipe.steps}: a training segment consists of whole rollouts")
+
+
+def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None:
+    """The checkpoint of the initial weights; None for presets that start from nothing.
+
+    Args:
+        recipe: The recipe.
+        folder: Folder of a run of relign-train imitate; None: none was given.
+
+    Raises:
+        ValueError: The preset needs a folder and there is none, or the other way round, or it is not one that suits.
+    """
+    if recipe.preset != "tuned":
+        if folder:
+            raise ValueError(f"preset '{recipe.preset}' starts from nothing; leave --warm-start out, or use --preset tuned")
+        return None
+    if not folder:
+        raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
+    size = read_recipe(folder, "imitate").get("size")
+    if size != recipe.size:
+        raise ValueError(f"--warm-start '{folder}' has a network for size={size}, not {recipe.size}; add --set size={size}")
+    checkpoint = pathlib.Path(folder) / "checkpoint.pt"
+    if not checkpoint.is_file():
+        raise ValueError(f"nothing trained yet: --warm-start '{folder}' has no checkpoint.pt")
+    return checkpoint

@@ -21,16 +21,14 @@ from .._cuda import on_host
 from . import curves
 from .devices import check_device
 from .evaluation import evaluate
-from .folder import RunFolder
-from .recipe import SHAPED, Recipe, check_recipe
+from .folder import RunFolder, reading
+from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 
 if TYPE_CHECKING:
     import os
     from collections.abc import Callable
 
     from .._typing import Float64Array
-
-TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 
 
 def weights_hash(path: str | os.PathLike[str]) -> str:
@@ -60,6 +58,7 @@ class Reinforcement:
         warm_seconds: Time that training the initial weights took.
         rows: Rows of the learning curve; curves.write_csv documents the columns.
         best: Lowest score so far, None before the first evaluation.
+        segments: Training segments of the whole run. The last one is as long as the others, even if `total` is reached before.
 
     Raises:
         ValueError: The recipe is not valid, or the folder has a run with another one.
@@ -77,15 +76,13 @@ class Reinforcement:
         check_device(device, render)
         if render != "cpu" and recipe.algorithm == "recurrent-ppo":
             raise ValueError("algorithm 'recurrent-ppo' keeps its images in host memory; use --render cpu")
-        self._warm: pathlib.Path | None = None
-        if recipe.preset == "tuned" and not opened:
-            if not warm_start:
-                raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
-            self._warm = pathlib.Path(warm_start) / "checkpoint.pt"
-            if not self._warm.is_file():
-                raise ValueError(f"--warm-start '{warm_start}' has no checkpoint.pt; expected the folder of a run of "
-                                 "relign-train imitate")
-            recipe = replace(recipe, warm_start=weights_hash(self._warm))
+        initial: dict[str, Any] | None = None
+        checkpoint = None if opened else check_warm_start(recipe, warm_start)
+        if checkpoint:
+            with reading(checkpoint):
+                initial = torch.load(checkpoint, weights_only=True, map_location=device)
+                initial["net"].items()
+            recipe = replace(recipe, warm_start=weights_hash(checkpoint))
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
@@ -94,13 +91,13 @@ class Reinforcement:
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
         self.rows: list[dict[str, Any]] = []
         self.best: float | None = None
+        self.segments = -(-recipe.total // recipe.stretch)
         self.levels: tuple[float, ...]
         torch.manual_seed(recipe.seed)
         if recipe.preset == "tuned":
-            self._make_tuned()
+            self._make_tuned(initial)
         else:
             self._make_package()
-        self._open_log()
         self._load()
         if self.done and not opened:
             self.log(f"resuming at step {self.model.num_timesteps}")
@@ -139,7 +136,7 @@ class Reinforcement:
                             "log_std_init": recipe.first_log_std,
                             "net_arch": {"pi": list(recipe.heads), "vf": list(recipe.heads)}})
 
-    def _make_tuned(self) -> None:
+    def _make_tuned(self, initial: dict[str, Any] | None) -> None:
         from .directions import Directions
         from .instances import OptimumModel
         from .policies import PrivilegedCriticPolicy
@@ -153,10 +150,9 @@ class Reinforcement:
                                  optimum, recipe.seed, self.threads, self.render)
         self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
                                                     "spread": self.env.spread, "log_std_init": recipe.first_log_std})
-        if self._warm:
-            imitation = torch.load(self._warm, weights_only=True, map_location=self.device)
-            self.model.policy.net.load_residual(imitation["net"])
-            self.warm_seconds = imitation.get("seconds", 0.0)
+        if initial:
+            self.model.policy.net.load_residual(initial["net"])
+            self.warm_seconds = initial.get("seconds", 0.0)
 
     def _make_learner(self, policy: Any, policy_arguments: dict[str, Any]) -> None:
         recipe = self.recipe
@@ -236,6 +232,9 @@ class Reinforcement:
             ValueError: Another process trains in the folder.
         """
         with self.folder.alone():
+            self._open_log()
+            if self.rows:  # the process may have been killed after the last checkpoint
+                self._write_curves()
             self._run(until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
         return self.model
 
@@ -252,12 +251,14 @@ class Reinforcement:
                 self.infos += [info for info in self.locals["infos"] if "episode" in info]
                 return True
 
-        last = -(-self.recipe.total // self.recipe.stretch)
-        lasted = 0.0
-        while self.done < min(last, until or last):
+        steps = self.segments * self.recipe.stretch
+        if steps > self.recipe.total and self.done < self.segments:
+            self.log(f"the run ends at step {steps}: training segments are of {self.recipe.stretch} steps")
+        while self.done < min(self.segments, self.segments if until is None else until):
             begun = time.monotonic()
-            if begun + lasted > end:
-                self.log(f"stopped at step {self.model.num_timesteps} of {self.recipe.total}; the same command resumes")
+            hours = [0.0, *(row["hours"] for row in self.rows)]
+            if begun + 3600 * (hours[-1] - hours[-2:][0]) > end:
+                self.log(f"stopped at step {self.model.num_timesteps} of {steps}; the same command resumes")
                 return
             self._seed(self.done)
             self._freeze_actor(self.done < self.recipe.warm_up)
@@ -274,10 +275,10 @@ class Reinforcement:
             self.rows.append(row)
             self.done += 1
             self._save()
-            self.log(f"{row['steps']} of {self.recipe.total} steps, {self.recipe.stretch / trained:.0f} steps/s; "
-                     f"reward {row['reward']:.4f} per step, {row['episode']:.0f} steps per episode; tuning RMSE "
-                     f"{row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; "
-                     f"{(last - self.done) * lasted / 60:.0f} min left")
+            self.log(f"{row['steps']} of {steps} steps, {self.recipe.stretch / trained:.0f} steps/s; "
+                     f"reward {shown(row['reward'], '.4f')} per step, {shown(row['episode'], '.0f')} steps per episode; "
+                     f"tuning RMSE {row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; "
+                     f"{(self.segments - self.done) * lasted / 60:.0f} min left")
 
     def _seed(self, segment: int) -> None:
         seed = self.recipe.seed * 1_000_003 + segment + 1
@@ -304,6 +305,9 @@ class Reinforcement:
             best = {name: value for name, value in state.items() if name not in ("optimizer", "rows")}
             self.folder.keep("best.pt", lambda out: torch.save(best, out))
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
+        self._write_curves()
+
+    def _write_curves(self) -> None:
         curves.write_csv(self.folder, self.rows)
         curves.write_errors(self.folder, self.rows)
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
@@ -312,31 +316,57 @@ class Reinforcement:
         path = self.folder / name
         if not path.is_file():
             return
-        state = torch.load(path, weights_only=True, map_location=self.device)
-        self.model.policy.load_state_dict(state["policy"])
-        if "optimizer" in state:
-            self.model.policy.optimizer.load_state_dict(state["optimizer"])
-        self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
-        self.done, self.seconds, self.best = state["done"], state["seconds"], state["best"]
-        self.rows = state.get("rows", self.rows)
-        self.warm_seconds = state.get("warm_seconds", 0.0)
+        with reading(path):
+            state = torch.load(path, weights_only=True, map_location=self.device)
+            self.model.policy.load_state_dict(state["policy"])
+            if "optimizer" in state:
+                self.model.policy.optimizer.load_state_dict(state["optimizer"])
+            self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
+            self.done, self.seconds, self.best = state["done"], state["seconds"], state["best"]
+            self.rows = state.get("rows", self.rows)
+            self.warm_seconds = state.get("warm_seconds", 0.0)
+        if self.best is not None and not (self.folder / "best.pt").is_file():
+            raise ValueError(f"'{self.folder / 'best.pt'}' is missing, the network with the best score; restore it from a "
+                             "copy, or train in another folder")
+
+    def untrained(self) -> str:
+        """Why there is no network to export; "" where there is one."""
+        if self.best is not None:
+            return ""
+        why = "its first training segments train the critic only" if self.done else "it has no checkpoint.pt"
+        return f"nothing trained yet in '{self.folder.path}': {why}"
 
     def load_best(self) -> int:
         """Loads the policy with the best score, for export.
 
         Returns:
             Its number of steps.
+
+        Raises:
+            ValueError: There is none yet.
         """
+        if self.untrained():
+            raise ValueError(self.untrained())
         self._load("best.pt")
         return self.model.num_timesteps
 
 
-def episode_means(infos: list[dict[str, Any]]) -> dict[str, float]:
-    """Means over the episodes that ended: episodes (their number), reward (per step), episode (length) and success (share)."""
+def episode_means(infos: list[dict[str, Any]]) -> dict[str, float | None]:
+    """Means over the episodes that ended: episodes (their number), reward (per step), episode (length) and success (share).
+
+    Without episodes all but their number are None.
+    """
+    if not infos:
+        return {"episodes": 0, "reward": None, "episode": None, "success": None}
     length = sum(info["episode"]["l"] for info in infos)
     return {
         "episodes": len(infos),
-        "reward": sum(info["episode"]["r"] for info in infos) / max(1, length),
-        "episode": length / max(1, len(infos)),
-        "success": float(np.mean([info["is_success"] for info in infos])) if infos else 0.0,
+        "reward": sum(info["episode"]["r"] for info in infos) / length,
+        "episode": length / len(infos),
+        "success": float(np.mean([info["is_success"] for info in infos])),
     }
+
+
+def shown(value: float | None, form: str) -> str:
+    """A number as text; "-" for None."""
+    return "-" if value is None else format(value, form)

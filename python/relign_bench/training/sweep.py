@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 
 from .._errors import unknown_name
 from .._native import available_cores
+from .curves import read_csv
 from .folder import check_same
-from .recipe import Recipe, preset_recipe
+from .recipe import Recipe, check_recipe, check_warm_start, preset_recipe
 from .settings import with_goal, with_settings
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Job:
         recipe: The recipe.
         folder: Folder of the run.
         arguments: Of `relign-train`, without threads and device.
+        warm_start: Folder of the initial weights, or None.
     """
 
     group: str
@@ -51,24 +53,27 @@ class Job:
     recipe: Recipe
     folder: pathlib.Path
     arguments: tuple[str, ...]
+    warm_start: pathlib.Path | None = None
 
     @property
     def name(self) -> str:
         """Name of the training."""
         return f"{self.group}/seed-{self.recipe.seed}"
 
-    def steps(self) -> int:
-        """Steps that are complete, by the learning curve."""
-        try:
-            lines = (self.folder / "curve.csv").read_text().splitlines()
-        except FileNotFoundError:
-            return 0
-        return int(lines[-1].partition(",")[0]) if len(lines) > 1 else 0
-
     def complete(self) -> bool:
-        """Whether the training has ended and its network has been written."""
-        written = self.recipe.algorithm == "recurrent-ppo" or (self.folder / "ppo.json").is_file()
-        return self.steps() >= self.recipe.total and written
+        """Whether the training has ended and the network with the best score has been written."""
+        try:
+            rows = read_csv(self.folder / "curve.csv", ("steps", "score"))
+            errors = read_csv(self.folder / "errors.csv", ("steps", "after"))
+            if int(rows[-1]["steps"]) < self.recipe.total or errors[-1]["steps"] != rows[-1]["steps"]:
+                return False
+            if self.recipe.algorithm == "recurrent-ppo":
+                return True
+            written = json.loads((self.folder / "ppo.json").read_text())["trained"]["steps"]
+            scores = {int(row["steps"]): float(row["score"]) for row in rows[self.recipe.warm_up:]}
+            return (self.folder / "ppo.onnx").is_file() and scores[written] == min(scores.values())
+        except (OSError, ValueError, LookupError, TypeError):  # files that the training writes anew
+            return False
 
 
 def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[Job]:
@@ -83,9 +88,11 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
     """
     path = pathlib.Path(path)
     try:
-        content = json.loads(path.read_text())
-    except ValueError as problem:
+        content = json.loads(path.read_text(), object_pairs_hook=_object)
+    except json.JSONDecodeError as problem:
         raise ValueError(f"{path}: not JSON: {problem}") from None
+    except ValueError as problem:
+        raise ValueError(f"{path}: {problem}") from None
     if isinstance(content, list):
         content = {"trainings": content}
     with _at(f"{path}"):
@@ -105,6 +112,14 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
             grows = ("total",) if job.recipe.rate == job.recipe.last_rate else ()
             check_same(job.folder, job.recipe, grows, ignored=("warm_start",))
     return jobs
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    for key, _ in pairs:
+        if sum(key == other for other, _ in pairs) > 1:
+            raise ValueError(f"key '{key}' is there twice in one object")
+    return found
 
 
 @contextlib.contextmanager
@@ -145,26 +160,30 @@ def _jobs_of(training: Any, scene: str, folder: pathlib.Path, out: pathlib.Path)
     for key, values in (("settings", settings), ("vary", vary)):
         if not isinstance(values, dict):
             raise ValueError(f"{key}: expected an object, found {json.dumps(values)}")
-    for key in ("scene", "seed"):
+    for key in ("scene", "seed", "preset", "algorithm", "warm_start"):
         if key in settings or key in vary:
             raise ValueError(f"settings: {key}: use the key '{'seeds' if key == 'seed' else key}' of the file instead")
     for key, values in vary.items():
         if not isinstance(values, list) or not values:
             raise ValueError(f"vary: {key}: expected a list of values, found {json.dumps(values)}")
     preset, algorithm = str(training.get("preset", "paper")), str(training.get("algorithm", "ppo"))
-    jobs = []
+    jobs: list[Job] = []
     for varied in itertools.product(*vary.values()):
         of_group = {**settings, **dict(zip(vary, varied))}
         texts = [_setting(key, value) for key, value in of_group.items()]
         group = "-".join([name, *(_setting(key, value) for key, value in zip(vary, varied))]).replace(",", "+")
         for seed in seeds:
             recipe = with_goal(with_settings(preset_recipe(preset, algorithm, scene, seed), texts), texts)
+            check_recipe(recipe)
+            if any(recipe == job.recipe for job in jobs):
+                raise ValueError(f"vary: {group} is the same training as another one")
             arguments = ["ppo", "--preset", preset, "--algorithm", algorithm, "--scene", scene, "--seed", str(seed),
                          *(part for text in texts for part in ("--set", text))]
-            if "warm_start" in training:
-                arguments += ["--warm-start", str(folder / str(training["warm_start"]))]
+            warm = folder / str(training["warm_start"]) if "warm_start" in training else None
+            if warm:
+                arguments += ["--warm-start", str(warm)]
             place = out / group / f"seed-{seed}"
-            jobs.append(Job(group, str(training.get("figure", name)), recipe, place, (*arguments, "-o", str(place))))
+            jobs.append(Job(group, str(training.get("figure", name)), recipe, place, (*arguments, "-o", str(place)), warm))
     return jobs
 
 
@@ -199,10 +218,14 @@ class Sweep:
             The reason of each failure, by name of the training.
 
         Raises:
+            ValueError: The folder of initial weights does not suit.
             KeyboardInterrupt: The process was interrupted or told to end; the trainings have been ended before.
         """
-        before = signal.signal(signal.SIGTERM, _interrupt) if threading.current_thread() is threading.main_thread() else None
         missing = [job for job in self._jobs if not job.complete()]
+        for job in missing:
+            with _at(job.name):
+                check_warm_start(job.recipe, job.warm_start)
+        before = signal.signal(signal.SIGTERM, _interrupt) if threading.current_thread() is threading.main_thread() else None
         if len(missing) < len(self._jobs):
             self._log(f"{len(self._jobs) - len(missing)} of {len(self._jobs)} trainings are complete already")
         with ThreadPoolExecutor(self._side_by_side) as pool:
@@ -229,7 +252,7 @@ class Sweep:
             if left <= 0:
                 self._log(f"{job.name}: not started, the time is over")
                 return ""
-            further += ["--minutes", f"{left:.2f}"]
+            further += ["--minutes", f"{left:.4f}"]
         environment = {**os.environ, "OMP_NUM_THREADS": str(self._threads), "PYTHONUNBUFFERED": "1"}
         job.folder.mkdir(parents=True, exist_ok=True)
         last: deque[str] = deque(maxlen=KEPT_LINES)
@@ -264,6 +287,8 @@ def _interrupt(*_: object) -> None:
 
 def _reason(status: int, lines: list[str]) -> str:
     if status < 0:
-        return f"ended by signal {signal.Signals(-status).name}; the same command resumes it"
+        name = signal.Signals(-status).name
+        why = ", which often means too little memory: run fewer at once (--jobs), or set a smaller size or environments"
+        return f"ended by signal {name}{why if name == 'SIGKILL' else ''}; the same command resumes it"
     errors = [line for line in lines if line.startswith("error: ")]
     return errors[-1].removeprefix("error: ") if errors else f"ended with status {status}; see log.txt"

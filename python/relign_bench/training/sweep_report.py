@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .curves import read_csv
+
 if TYPE_CHECKING:
     import pathlib
     from collections.abc import Callable, Sequence
@@ -34,23 +36,30 @@ class Curves:
     """
 
     def __init__(self, jobs: Sequence[Job]) -> None:
-        tables = [table for table in (_rows(job.folder / "curve.csv") for job in jobs) if table]
+        tables = [table for table in map(_curve, jobs) if table]
         self.count = len(tables)
         length = min(map(len, tables), default=0)
         self.steps = np.array([int(row["steps"]) for row in tables[0][:length]]) if tables else np.zeros(0, int)
-        self.values = {name: np.array([[float(row[name]) for row in table[:length]] for table in tables]) for name in CURVE[1:]}
+        self.values = {name: np.array([[float(row[name] or "nan") for row in table[:length]] for table in tables])
+                       for name in CURVE[1:]}
         self.errors = {}
         for after in ("6", "12"):
-            errors = [[list(row.values())[2:] for row in _rows(job.folder / "errors.csv") if row["after"] == after][:length]
-                      for job in jobs if _rows(job.folder / "curve.csv")]
+            errors = [_errors(job, after, length) for job in jobs if _curve(job)]
             self.errors[after] = np.array(errors, float) if length else np.zeros((self.count, 0, 0))
 
 
-def _rows(path: pathlib.Path) -> list[dict[str, str]]:
-    if not path.is_file():
-        return []
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
+def _curve(job: Job) -> list[dict[str, str]]:
+    return read_csv(job.folder / "curve.csv", CURVE)
+
+
+def _errors(job: Job, after: str, length: int) -> list[list[str]]:
+    """Errors on the tuning instances after this many moves, in the first `length` training segments."""
+    path = job.folder / "errors.csv"
+    found = [list(row.values())[2:] for row in read_csv(path, ("steps", "after")) if row["after"] == after]
+    if len(found) < length:
+        raise ValueError(f"'{path}' has {len(found)} training segments, and curve.csv {length}; the command that trained there "
+                         "writes the file anew")
+    return found[:length]
 
 
 def over_trainings(values: Float64Array, seed: int = 0) -> tuple[float, float]:
@@ -94,7 +103,7 @@ def write(jobs: Sequence[Job], out: pathlib.Path) -> list[pathlib.Path]:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["training", *SETTINGS, *CURVE])
         for job in jobs:
-            for row in _rows(job.folder / "curve.csv"):
+            for row in _curve(job):
                 table.writerow([job.group, *(getattr(job.recipe, name) for name in SETTINGS), *(row[name] for name in CURVE)])
     lines = ["| " + " | ".join(HEADINGS) + " |", "|---" * len(HEADINGS) + "|"]
     lines += ["| " + " | ".join(_summary(group, groups[group], found)) + " |" for group, found in curves.items()]
@@ -111,6 +120,8 @@ def _summary(group: str, jobs: Sequence[Job], curves: Curves) -> list[str]:
         return [group, seeds, "0", *["-"] * (len(HEADINGS) - 3)]
 
     def mean(values: Float64Array, interval: Callable[[Float64Array], tuple[float, float]], middle: float, digits: int) -> str:
+        if np.isnan(middle):  # no episode ended in one of the segments
+            return "-"
         text = f"{middle:.{digits}f}"
         if curves.count >= FEWEST_SEEDS:
             low, high = interval(values)
