@@ -22,6 +22,14 @@ cp -R "$here/plugins/scenes/lens_system/relign_od" "$here/python/relign_bench/tr
 if [ $# -gt 2 ]; then
   cp "$here/benchmarks/gpu_environment.py" "$out/"
   python3 -m zipfile -e "$3" "$out/python"
+  # Of the wheel, only the plugins of the environment and the libraries that they and the module need: a quarter of it.
+  package=$out/python/relign_bench
+  rm -rf "$package/bin" "$package/training"
+  find "$package/lib/relign-bench/plugins" -mindepth 1 -maxdepth 1 ! -name lens_system ! -name rho -exec rm -r {} +
+  needed=$(find "$package" -name '*.so' -exec ldd {} + | awk '$3 ~ /relign_bench\.libs/ {print $3}' | xargs -n 1 basename | sort -u)
+  for library in "$out"/python/relign_bench.libs/*; do
+    echo "$needed" | grep -qx "$(basename "$library")" || rm "$library"
+  done
 fi
 cat > "$out/run" <<'RUN'
 #!/bin/sh
