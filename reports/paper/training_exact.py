@@ -32,7 +32,7 @@ def main():
         panel.set_xlabel("steps")
         panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
         panel.spines[["top", "right"]].set_visible(False)
-    panels[1].legend(frameon=False, loc="lower right")
+    panels[0].legend(frameon=False, loc="lower right")
     figure.savefig(OUT, dpi=100)
 
 
