@@ -92,7 +92,7 @@ class Batch:
             instances: Family of the instances: "training", "tuning" or "benchmark".
 
         Raises:
-            ValueError: A number is not a non-negative integer below 2**63, or there is no such family.
+            ValueError: A number is not a non-negative integer below 2**63, or the family is unknown.
         """
         self._core.reset(list(slots), instances, [require_integer(number, "instance", 0) for number in numbers])
 

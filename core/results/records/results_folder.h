@@ -89,7 +89,7 @@ std::string log_file(const std::string& trial);
 
 // Throws Error unless `folder` is a results folder of a format that this version reads.
 void require_results(const std::filesystem::path& folder);
-// Throws Error(io) if there is no folder of this name.
+// Throws Error(io) unless this is a folder.
 void require_folder(const std::filesystem::path& folder);
 
 // manifest.json of a folder, with its format checked; null when there is none.

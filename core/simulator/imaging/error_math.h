@@ -10,12 +10,10 @@ namespace relign::imaging {
 #if defined(__CUDACC_RTC__)
 RELIGN_DEVICE std::int32_t bits_of(float x) { return __float_as_int(x); }
 RELIGN_DEVICE float float_of(std::int32_t bits) { return __int_as_float(bits); }
-RELIGN_DEVICE double square_root(double x) { return __dsqrt_rn(x); }
 RELIGN_DEVICE double round_down(double x) { return floor(x); }
 #else
 RELIGN_DEVICE std::int32_t bits_of(float x) { return __builtin_bit_cast(std::int32_t, x); }
 RELIGN_DEVICE float float_of(std::int32_t bits) { return __builtin_bit_cast(float, bits); }
-RELIGN_DEVICE double square_root(double x) { return __builtin_sqrt(x); }
 RELIGN_DEVICE double round_down(double x) { return __builtin_floor(x); }
 #endif
 

@@ -52,10 +52,10 @@ struct ReadOut {
 
 RELIGN_DEVICE float read_out_pixel(const ReadOut& electronics, float value, std::uint32_t bytes) {
   constexpr double kMeanOfBytes = 16 * 127.5, kVarianceOfBytes = 16 * (256.0 * 256.0 - 1) / 12;
-  const double unit = 1 / square_root(kVarianceOfBytes);
+  const double unit = 1 / optics::square_root(kVarianceOfBytes);
   double electrons = static_cast<double>(value) * electronics.electrons_per_unit;
   const double variance = electronics.read_variance + (electronics.adds_shot_noise ? electrons : 0);
-  electrons += (static_cast<double>(bytes) - kMeanOfBytes) * unit * square_root(variance);
+  electrons += (static_cast<double>(bytes) - kMeanOfBytes) * unit * optics::square_root(variance);
   double filled = electrons / electronics.full_well;
   filled = filled < 0 ? 0.0 : filled;
   filled = filled > 1 ? 1.0 : filled;

@@ -52,7 +52,7 @@ def write_errors(folder: RunFolder, rows: Rows) -> None:
 
 
 def read_csv(path: pathlib.Path, columns: Sequence[str]) -> list[dict[str, str]]:
-    """The rows of curve.csv or errors.csv; none where there is no such file.
+    """The rows of curve.csv or errors.csv; none if the file is missing.
 
     Args:
         path: The file.

@@ -127,7 +127,7 @@ def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None
         folder: Folder of a run of relign-train imitate; None: none was given.
 
     Raises:
-        ValueError: The preset needs a folder and there is none, or the other way round, or it is not one that suits.
+        ValueError: The preset needs a folder and none is given, or the other way round, or the folder does not suit.
     """
     if recipe.preset != "tuned":
         if folder:

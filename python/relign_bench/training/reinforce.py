@@ -330,7 +330,7 @@ class Reinforcement:
                              "copy, or train in another folder")
 
     def untrained(self) -> str:
-        """Why there is no network to export; "" where there is one."""
+        """Why no network can be exported yet; "" if one can."""
         if self.best is not None:
             return ""
         why = "its first training segments train the critic only" if self.done else "it has no checkpoint.pt"
