@@ -116,6 +116,7 @@ int run(int count, char** words) {
   while (last >= 0 && last <= 5);
   ::close(last);
   Arguments arguments = read(count, words);
+  outrank_plugin();  // outside, where root has the right to
   enter_namespaces();
   FileView view(std::move(arguments.mounts));
   int report[2];

@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <linux/capability.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -26,8 +27,10 @@ constexpr rlim_t kOpenFiles = 1024;
 // What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
 // one more message of half its size.
 constexpr std::size_t kSocketBytes = 320'000;
-constexpr rlim_t kTasks = 1024;                           // processes and threads
+constexpr rlim_t kThreads = 1024;                         // of all processes; RLIMIT_NPROC does not hold for root
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
+
+bool outranks = false;  // outrank_plugin() succeeded
 
 void drop_capabilities() {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
@@ -46,10 +49,12 @@ void limit(int what, rlim_t most) {
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
+  const sched_param ordinary{};
+  if (outranks) require(::sched_setscheduler(0, SCHED_OTHER, &ordinary) == 0, "cannot lower its priority");
   require(::setsid() >= 0, "cannot start a session");
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, kOpenFiles);
-  limit(RLIMIT_NPROC, kTasks);
+  limit(RLIMIT_NPROC, kThreads);
   limit(RLIMIT_FSIZE, limits.disk_bytes);
   limit(RLIMIT_MSGQUEUE, 0);
   if (limits.memory_bytes > 0) limit(RLIMIT_DATA, limits.memory_bytes);
@@ -63,9 +68,13 @@ void limit(int what, rlim_t most) {
 
 // Processes of the sandbox apart from this one, and the memory that they use.
 struct Use {
-  std::size_t processes = 0, bytes = 0;
+  std::size_t processes = 0, threads = 0, bytes = 0;
   const char* unknown = nullptr;  // what could not be read
 };
+
+// In /proc/PID/stat after the name: fields 20 and 24 of proc(5).
+constexpr const char* kThreadsAndPages =
+    ") %*c %*d %*d %*d %*d %*d %*u %*u %*u %*u %*u %*u %*u %*d %*d %*d %*d %lu %*d %*u %*u %lu";
 
 // The text of a file of /proc up to `size` bytes; false with errno.
 bool read_start(const char* path, char* text, std::size_t size) {
@@ -93,21 +102,27 @@ bool count_sockets(std::size_t& sockets) {
   return count == 0 && lines > 0;
 }
 
-Use use() {
+// Stops counting at more processes than `most`: where they are thousands, a look at all of them would take seconds of
+// waiting for a processor.
+Use use(std::size_t most) {
+  constexpr const char* kMemory = "the memory of its processes";
   static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   Use all;
   DIR* const folder = ::opendir("/proc");
-  if (!folder) return {0, 0, "its processes"};
+  if (!folder) return {0, 0, 0, "its processes"};
   while (const dirent* entry = ::readdir(folder)) {
     if (entry->d_name[0] < '1' || entry->d_name[0] > '9' || std::strcmp(entry->d_name, "1") == 0) continue;
-    ++all.processes;
-    const std::string path = std::string("/proc/") + entry->d_name + "/statm";
-    char text[128];
-    unsigned long size = 0, resident = 0;
+    if (++all.processes > most) break;
+    const std::string path = std::string("/proc/") + entry->d_name + "/stat";
+    char text[1024];
+    unsigned long threads = 0, resident = 0;
     if (read_start(path.c_str(), text, sizeof text)) {
-      if (std::sscanf(text, "%lu %lu", &size, &resident) == 2) all.bytes += resident * page;
+      const char* const rest = std::strrchr(text, ')');  // the plugin chooses the name before it
+      if (rest && std::sscanf(rest, kThreadsAndPages, &threads, &resident) != 2) all.unknown = kMemory;
+      all.threads += threads;
+      all.bytes += resident * page;
     } else if (errno != ENOENT && errno != ESRCH) {  // it ended
-      all.unknown = "the memory of its processes";
+      all.unknown = kMemory;
     }
   }
   ::closedir(folder);
@@ -118,12 +133,13 @@ Use use() {
 }
 
 bool within(const Limits& limits) {
-  const Use now = use();
+  const Use now = use(limits.processes);
   if (now.unknown)
     std::fprintf(stderr, "sandbox: ended because %s cannot be counted: %s\n", now.unknown, std::strerror(errno));
   else if (now.processes > limits.processes)
-    std::fprintf(stderr, "sandbox: ended for %zu processes; at most %zu are allowed\n", now.processes,
-                 limits.processes);
+    std::fprintf(stderr, "sandbox: ended for more than %zu processes\n", limits.processes);
+  else if (now.threads > kThreads)
+    std::fprintf(stderr, "sandbox: ended for more than %zu threads\n", static_cast<std::size_t>(kThreads));
   else if (limits.memory_bytes > 0 && now.bytes > limits.memory_bytes)
     std::fprintf(stderr, "sandbox: ended for %zu MB of memory; at most %zu MB are allowed\n", now.bytes / 1'000'000,
                  limits.memory_bytes / 1'000'000);
@@ -133,6 +149,11 @@ bool within(const Limits& limits) {
 }
 
 }  // namespace
+
+void outrank_plugin() {
+  const sched_param lowest{1};
+  outranks = ::sched_getscheduler(0) == SCHED_OTHER && ::sched_setscheduler(0, SCHED_RR, &lowest) == 0;
+}
 
 int supervise(char** command, const char* folder, const Limits& limits) {
   // Blocked here and awaited below: no signal is lost between a look at the children and the wait.

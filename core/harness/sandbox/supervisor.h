@@ -12,6 +12,11 @@ struct Limits {
   std::size_t disk_bytes = std::size_t{256} << 20;
 };
 
+// Gives this process and the supervisor that it forks priority over ordinary processes, where the system allows it (to
+// root): the children of a plugin that forks without end come before a process that waits, and RLIMIT_NPROC does not
+// hold for root. The plugin does not inherit it. Does nothing in a process that has a real-time priority already.
+void outrank_plugin();
+
 // Starts `command` in `folder`, with the descriptors of a plugin, and returns its wait status once it has ended or was
 // ended. Everything else in the process namespace ends with the caller.
 int supervise(char** command, const char* folder, const Limits& limits);

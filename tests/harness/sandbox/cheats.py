@@ -15,6 +15,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from relign_bench.plugin import Optimizer, parameter, serve
@@ -377,6 +378,15 @@ def forks_without_end(trial, secrets):
     end = time.monotonic() + 20
     while time.monotonic() < end:
         os.fork()
+
+
+@cheat
+def starts_threads_without_end(trial, secrets):
+    threads = []
+    while len(threads) < 4000:
+        threads.append(threading.Thread(target=time.sleep, args=(20,), daemon=True))
+        threads[-1].start()
+    time.sleep(1)
 
 
 @cheat

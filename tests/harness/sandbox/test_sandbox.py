@@ -67,14 +67,16 @@ EXPECTED = {
     "makes_a_memory_file": FORBIDDEN,
     "uses_a_second_door": "Function not implemented",
     "fills_the_disk": "No space left on device|File too large",
-    "forks_without_end": r"sandbox: ended for \d+ processes; at most 64 are allowed",
+    "forks_without_end": "sandbox: ended for more than 64 processes",
+    "starts_threads_without_end": "sandbox: ended for more than 1024 threads|can't start new thread",
     "takes_all_memory": r"MemoryError|sandbox: ended for \d+ MB of memory",
     "takes_memory_of_the_kernel": r"sandbox: ended for \d+ MB of memory; at most 200 MB are allowed",
 }
 # Need the limit of a suite in MB.
 MEMORY_LIMITS = {"takes_all_memory": 500, "takes_memory_of_the_kernel": 200}
 TWICE = {"keeps_a_file", "keeps_shared_memory", "keeps_system_v_memory", "keeps_a_key"}
-SANDBOX_ONLY = {"forks_without_end", "blinds_the_watcher", "slows_the_watcher", *MEMORY_LIMITS}
+SANDBOX_ONLY = {"forks_without_end", "starts_threads_without_end", "blinds_the_watcher", "slows_the_watcher",
+                *MEMORY_LIMITS}
 # Refused in ordinary trials as well, by the host or by some systems (ptrace_scope of Yama, disabled user namespaces).
 REFUSED_ANYWAY = {"makes_more_steps", "inherits_files", "leaves_a_daemon"}
 DEPENDS_ON_SYSTEM = {"reads_host_memory", "traces_the_host", "reads_memory_of_others", "takes_files_of_others",
