@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdlib>
 #include <ctime>
 
@@ -22,7 +23,9 @@
 namespace relign::sandbox {
 namespace {
 
-constexpr long kTickNanoseconds = 50'000'000;  // between looks at processes and memory
+using Nanoseconds = std::int64_t;
+
+constexpr Nanoseconds kTick = 50'000'000;  // between looks at processes and memory
 constexpr rlim_t kOpenFiles = 1024;
 // What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
 // one more message of half its size.
@@ -31,6 +34,12 @@ constexpr rlim_t kThreads = 1024;                         // of all processes; R
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
 
 bool outranks = false;  // outrank_plugin() succeeded
+
+Nanoseconds now() {
+  timespec time{};
+  ::clock_gettime(CLOCK_MONOTONIC, &time);
+  return time.tv_sec * Nanoseconds{1'000'000'000} + time.tv_nsec;
+}
 
 void drop_capabilities() {
   __user_cap_header_struct header{_LINUX_CAPABILITY_VERSION_3, 0};
@@ -133,15 +142,15 @@ Use use(std::size_t most) {
 }
 
 bool within(const Limits& limits) {
-  const Use now = use(limits.processes);
-  if (now.unknown)
-    std::fprintf(stderr, "sandbox: ended because %s cannot be counted: %s\n", now.unknown, std::strerror(errno));
-  else if (now.processes > limits.processes)
+  const Use used = use(limits.processes);
+  if (used.unknown)
+    std::fprintf(stderr, "sandbox: ended because %s cannot be counted: %s\n", used.unknown, std::strerror(errno));
+  else if (used.processes > limits.processes)
     std::fprintf(stderr, "sandbox: ended for more than %zu processes\n", limits.processes);
-  else if (now.threads > kThreads)
+  else if (used.threads > kThreads)
     std::fprintf(stderr, "sandbox: ended for more than %zu threads\n", static_cast<std::size_t>(kThreads));
-  else if (limits.memory_bytes > 0 && now.bytes > limits.memory_bytes)
-    std::fprintf(stderr, "sandbox: ended for %zu MB of memory; at most %zu MB are allowed\n", now.bytes / 1'000'000,
+  else if (limits.memory_bytes > 0 && used.bytes > limits.memory_bytes)
+    std::fprintf(stderr, "sandbox: ended for %zu MB of memory; at most %zu MB are allowed\n", used.bytes / 1'000'000,
                  limits.memory_bytes / 1'000'000);
   else
     return true;
@@ -167,13 +176,19 @@ int supervise(char** command, const char* folder, const Limits& limits) {
   ::close_range(kFirstOfPlugin, kFirstUnused - 1, 0);  // the connection ends with the plugin
   drop_capabilities();
   constexpr int kEnded = 1 << 8;  // the wait status of exit(1)
+  Nanoseconds next_look = now();
   while (true) {
     int status = 0;
-    for (pid_t ended; (ended = ::waitpid(-1, &status, WNOHANG)) > 0;)
-      if (ended == plugin) return status;
-    if (!within(limits)) return kEnded;
-    const timespec tick{0, kTickNanoseconds};
-    ::sigtimedwait(&child, nullptr, &tick);
+    const pid_t ended = ::waitpid(-1, &status, WNOHANG);
+    if (ended == plugin) return status;
+    // Not at every death: orphans without end would keep a process of high priority busy.
+    if (now() >= next_look) {
+      if (!within(limits)) return kEnded;
+      next_look = now() + kTick;
+    }
+    if (ended > 0) continue;
+    const timespec wait{0, std::max<Nanoseconds>(next_look - now(), 0)};
+    ::sigtimedwait(&child, nullptr, &wait);
   }
 }
 
