@@ -258,6 +258,16 @@ class Commands(unittest.TestCase):
         self.assertRegex(message, "another process trains in ")
         self.assertEqual(kept_recipe(Recipe, self.folder).total, 20)
 
+    def test_run_opened_before_another_process_trained_is_refused(self):
+        shutil.copytree(self.trained, self.folder)
+        late, first = self.opened("total=60"), self.opened("total=60")
+        first.run(until=2)
+        first.run(until=3)
+        before = (self.folder / "checkpoint.pt").read_bytes()
+        with self.assertRaisesRegex(ValueError, "another process has trained in '.*' meanwhile; run the same command again"):
+            late.run()
+        self.assertEqual((self.folder / "checkpoint.pt").read_bytes(), before)
+
     def test_resumed_run_knows_how_long_a_segment_takes(self):
         shutil.copytree(self.trained, self.folder)
         lines = []

@@ -105,6 +105,7 @@ class RunFolder:
     def __init__(self, path: Path, recipe: Any, may_grow: Collection[str] = ()) -> None:
         self.path = pathlib.Path(path)
         self._recipe, self._may_grow = recipe, may_grow
+        self._checkpoint = self._version()
         check_same(path, recipe, may_grow)
 
     def __truediv__(self, name: str) -> pathlib.Path:
@@ -117,7 +118,8 @@ class RunFolder:
         What can fail without training is done before, so that a mistake can be corrected with the same folder.
 
         Raises:
-            ValueError: Another process trains there, or the folder has a run with another recipe by now.
+            ValueError: Another process trains there, or has trained since this folder was opened, or it has a run with
+                another recipe by now.
         """
         self.path.mkdir(parents=True, exist_ok=True)
         with open(self.path / "lock", "wb") as lock:
@@ -125,9 +127,21 @@ class RunFolder:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 raise ValueError(f"another process trains in '{self.path}'; wait for it, or end it") from None
+            if self._version() != self._checkpoint:
+                raise ValueError(f"another process has trained in '{self.path}' meanwhile; run the same command again")
             check_same(self.path, self._recipe, self._may_grow)
             self.keep_text("recipe.json", json.dumps(_as_json(self._recipe), indent=1) + "\n")
-            yield
+            try:
+                yield
+            finally:
+                self._checkpoint = self._version()
+
+    def _version(self) -> tuple[int, int]:
+        try:
+            file = (self.path / "checkpoint.pt").stat()
+        except OSError:
+            return 0, 0
+        return file.st_ino, file.st_mtime_ns
 
     def keep(self, name: str, write: Callable[[BinaryIO], object]) -> None:
         """Replaces a file atomically: after a crash it has its old content or the new one.
