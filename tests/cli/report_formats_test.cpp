@@ -137,6 +137,7 @@ TEST_F(CliReportFormats, HaveTheCostOfAGoodModule) {
   const std::string page = place_->read("results/priced/report.html");
   EXPECT_THAT(page, HasSubstr(">Cost</h3>"));
   EXPECT_THAT(page, HasSubstr("cost of a good module, &lt;EUR&gt;"));
+  EXPECT_THAT(page, Not(HasSubstr("\u2013-"))) << "a negative end of an interval comes after a word";
 }
 
 TEST_F(CliReportFormats, HaveTheCycleOfTheSuite) {

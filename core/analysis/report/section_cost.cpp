@@ -21,9 +21,11 @@ void band_cell(HtmlWriter& html, const Band& band, int digits, double scale = 1,
   if (band.n == 0) return interval_cell(html, "number quiet", "", "-", "");
   if (!std::isfinite(band.estimate)) return interval_cell(html, "number quiet", "", "no good module", "");
   std::string text;
-  if (std::isfinite(band.interval.low))
+  if (std::isfinite(band.interval.low)) {
+    const char* const until = band.interval.low < 0 ? " to " : kUntil;  // a minus sign after a dash is hard to read
     text = number_text(scale * band.interval.low, digits) +
-           (std::isfinite(band.interval.high) ? kUntil + number_text(scale * band.interval.high, digits) : " or more");
+           (std::isfinite(band.interval.high) ? until + number_text(scale * band.interval.high, digits) : " or more");
+  }
   interval_cell(html, "number", sort_value(scale * band.estimate), number_text(scale * band.estimate, digits) + unit,
                 text);
 }
