@@ -45,7 +45,8 @@ std::string one_of(ObjectReader& reader, const std::string& key, const std::vect
 }
 
 std::string name_mistake(const std::string& name) {
-  if (name.empty()) return "a name must not be empty";
+  if (name.find_first_not_of(' ') == std::string::npos) return "a name must not be empty";
+  if (name.front() == ' ' || name.back() == ' ') return "a name must not begin or end with a space";
   if (name.size() > 80) return "a name must have at most 80 characters";
   if (name.front() == '.') return "a name must not start with a dot";
   if (name.find_first_of("/\\") != std::string::npos) return "a name must not contain slashes";

@@ -320,6 +320,8 @@ TEST_F(SuiteReaderTest, NamesEachMistake) {
               HasSubstr("duplicate name 'bo-gp', already used by /algorithms/0"));
   EXPECT_THAT(mistakes(with(R"("bo-gp", {"use": "home", "name": "bo-gp"})")), HasSubstr("duplicate name"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "a/b"})")), HasSubstr("slashes"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": " "})")), HasSubstr("must not be empty"));
+  EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": "bo-gp "})")), HasSubstr("begin or end with a space"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "name": ""})")), HasSubstr("must not be empty"));
   EXPECT_THAT(mistakes(with(R"({"use": "bo-gp", "merit": "rms"})")), HasSubstr("did you mean 'rmse'?"));
   EXPECT_THAT(mistakes(with(R"("rho0")")), HasSubstr("noise level"));
