@@ -6,6 +6,7 @@ import dataclasses
 import io
 import json
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
@@ -21,13 +22,14 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
 from relign_bench.training import cli, export
+from relign_bench.training.devices import processor
 from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import PRESETS, Recipe
+from relign_bench.training.recipe import PRESETS, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import kept_recipe, with_goal, with_settings
 from relign_bench.training.stable_baselines import StableBaselinesEnv
@@ -286,6 +288,16 @@ class Commands(unittest.TestCase):
 
 
 class Export(Folder):
+    def assert_repeats(self, command, recipe):
+        """The command of a side file makes the recipe."""
+        words = iter(shlex.split(command)[2:])
+        given = {"--algorithm": ["ppo"]}
+        for option in words:
+            given.setdefault(option, []).append(next(words))
+        usual = preset_recipe(given["--preset"][0], given["--algorithm"][0], given["--scene"][0], int(given["--seed"][0]))
+        self.assertEqual(with_goal(with_settings(usual, given["--set"]), given["--set"]), recipe)
+        self.assertEqual(given["--threads"], ["1"])
+
     def test_side_files_of_both_recipes(self):
         command = [sys.executable, "-m", "relign_bench.training"]
         Reinforcement(PAPER, self.folder / "paper", threads=1, log=quiet).run(until=1)
@@ -293,11 +305,15 @@ class Export(Folder):
                        capture_output=True)
         side = json.loads((self.folder / "paper.json").read_text())
         self.assertEqual((side["output"], side["observation"]["frames"], side["trained"]["steps"]), ("move", 5, 40))
+        self.assertEqual(side["trained"]["threads"], 1)
+        self.assertEqual(side["trained"]["machine"], processor())
+        self.assert_repeats(side["command"], PAPER)
         Reinforcement(TUNED, self.folder / "tuned", self.warm_start(), threads=1, log=quiet).run(until=2)
         subprocess.run([*command, "export", self.folder / "tuned", "-o", self.folder / "tuned.onnx"], check=True,
                        capture_output=True)
         side = json.loads((self.folder / "tuned.json").read_text())
         self.assertEqual((side["output"], side["observation"]["frames"]), ("way", 1))
+        self.assert_repeats(side["command"], TUNED)
         self.assertEqual(side["trained"]["warm_start"], {"hours": 0.5})  # part of the network's cost
         self.assertEqual(len(side["parity"]["inputs"]), 64)
         self.assertEqual(len(side["reference"]["means"]), 400)

@@ -8,7 +8,6 @@ import dataclasses
 import errno
 import fnmatch
 import json
-import os
 import pathlib
 import shlex
 import sys
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._errors import require_integer
 from .folder import kind_of, read_recipe
-from .settings import kept_recipe, with_goal, with_settings
+from .settings import changed_settings, kept_recipe, with_goal, with_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -354,10 +353,11 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
     from . import export
 
     recipe = training.recipe
-    randomise = " --randomise FILE" if recipe.randomise else ""
+    usual = type(recipe)(scene=recipe.scene, seed=recipe.seed)
     return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
                         {**cost_of(recipe, training), **(further or {})},
-                        f"relign-train imitate{randomise} --scene {shlex.quote(recipe.scene)} -o FOLDER", doubt=training.doubt)
+                        command_of(training, usual, "imitate", *(("--randomise", "FILE") if recipe.randomise else ())),
+                        doubt=training.doubt)
 
 
 def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
@@ -367,6 +367,7 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
         ValueError: The policy is recurrent.
     """
     from . import export
+    from .recipe import preset_recipe
 
     if training.recurrent:
         raise ValueError(f"'{training.folder.path}' cannot be exported: {RECURRENT}")
@@ -375,20 +376,28 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     trained = cost_of(recipe, training, steps)
     if training.warm_seconds > 0:
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
+    usual = preset_recipe(recipe.preset, recipe.algorithm, recipe.scene, recipe.seed)
+    words = ["ppo", "--preset", recipe.preset, *(("--algorithm", recipe.algorithm) if recipe.algorithm != "ppo" else ())]
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            f"relign-train ppo --scene {shlex.quote(recipe.scene)} --warm-start FOLDER_OF_IMITATE -o FOLDER")
-    again = f"relign-train ppo --preset {recipe.preset} --scene {shlex.quote(recipe.scene)} -o FOLDER"
+                            command_of(training, usual, *words, "--warm-start", "FOLDER_OF_IMITATE"))
     return export.write(export.Actor(training.model.policy, recipe.input), path, recipe.scene, recipe.size, recipe.frames,
-                        "move", trained, again, values=export.VALUES[recipe.input])
+                        "move", trained, command_of(training, usual, *words), values=export.VALUES[recipe.input])
+
+
+def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> str:
+    """The command that repeats a run whose options `words` make the recipe `usual`."""
+    recipe, threads = training.recipe, training.trained_on.get("threads")
+    settings = [word for setting in changed_settings(recipe, usual) for word in ("--set", setting)]
+    return shlex.join(["relign-train", *words, "--scene", recipe.scene, "--seed", str(recipe.seed), *settings,
+                       *(("--threads", str(threads)) if threads else ()), "-o", "FOLDER"])
 
 
 def cost_of(recipe: Any, training: Training | Reinforcement, steps: int | None = None) -> dict[str, Any]:
     """Recipe and cost of a run, as the side file has them."""
     import torch
 
-    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3),
-            "threads": training.threads or os.cpu_count()}
+    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3), **training.trained_on}
     if steps is not None:
         cost["steps"] = steps
     if training.device != "cpu":

@@ -1,8 +1,12 @@
-"""Where trainings run: the learner's device, and the one that renders images."""
+"""Where trainings run: the learner's device, the one that renders images, and the machine."""
 
 from __future__ import annotations
 
 import contextlib
+import os
+import pathlib
+import platform
+from typing import Any
 
 import torch
 
@@ -36,3 +40,27 @@ def check_device(device: str, render: str = "cpu") -> None:
     if render == "cuda" and (chosen.type, chosen.index or 0) != (there.type, there.index or 0):
         raise ValueError("images that are rendered on the first GPU stay there, and the learner is on "
                          f"'{device}'; use --device cuda, or --render cpu")
+
+
+def processor() -> str:
+    """Name of the processor."""
+    try:
+        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
+        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()
+
+
+def trained_on(before: dict[str, Any], threads: int | None) -> dict[str, Any]:
+    """Where a run was trained, for its checkpoint and side file.
+
+    Args:
+        before: As returned for the run's beginning, or empty.
+        threads: Threads that train; None: all cores.
+
+    Returns:
+        threads and torch, both of this process, and machine: the processors of the whole run, separated by commas.
+    """
+    machines = before["machine"].split(", ") if before else []
+    return {"threads": threads or os.cpu_count(), "torch": str(torch.__version__),
+            "machine": ", ".join(dict.fromkeys([*machines, processor()]))}

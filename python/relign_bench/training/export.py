@@ -6,7 +6,6 @@ import hashlib
 import json
 import os
 import pathlib
-import platform
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,15 +76,6 @@ def doubt_numbers(doubt: Doubt) -> dict[str, Any]:
             "floor": [float(f"{value:.6g}") for value in doubt.floor], "drift": DRIFT}
 
 
-def machine() -> str:
-    """Name of the processor."""
-    try:
-        lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
-
-
 def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, frames: int, output: str,
           trained: dict[str, Any], command: str, reproducible: str = "anywhere", doubt: Doubt | None = None,
           values: str = "bytes") -> list[pathlib.Path]:
@@ -104,7 +94,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         frames: Images in one input.
         output: "way" or "move".
         trained: Recipe and cost of the training, for the side file.
-        command: The command that trains such a network.
+        command: The command that repeats the training.
         reproducible: "anywhere" for a graph of the operators that relign-bench runs itself (plugins/policies/README.md), as
             those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
         doubt: How answers are combined, for networks that predict their own errors.
@@ -139,8 +129,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         **({} if doubt is None else {"doubt": doubt_numbers(doubt)}),
         "reproducible": reproducible,
         "command": command,
-        "trained": {**trained, "instances": {"weights": "training", "checkpoint": "tuning"}, "torch": torch.__version__,
-                    "machine": machine()},
+        "trained": {**trained, "instances": {"weights": "training", "checkpoint": "tuning"}},
         "weights_sha256": hashlib.sha256(graph.read_bytes()).hexdigest(),
         "reference": {"blocks": REFERENCE_BLOCKS,
                       "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, REFERENCE_BLOCKS).ravel()]},

@@ -19,7 +19,7 @@ import numpy as np
 import torch
 
 from . import policy
-from .devices import check_device
+from .devices import check_device, trained_on
 from .directions import Directions
 from .doubt import Doubt
 from .evaluation import belief_policy, rmse_after_steps
@@ -159,6 +159,7 @@ class Training:
         doubt: How the network's answers are combined; calibrated at the end of the run.
         curve: [pass, mean loss] of each pass.
         seconds: Time spent so far, over all sessions of the run.
+        trained_on: As devices.trained_on returns it; empty before the first checkpoint.
 
     Raises:
         ValueError: The folder has a run with another recipe, or the scene does not suit.
@@ -191,6 +192,7 @@ class Training:
         self._optimum: OptimumModel | None = None
         self.curve: list[list[Any]] = []
         self.seconds = 0.0
+        self.trained_on: dict[str, Any] = {}
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str], threads: int | None = None,
@@ -324,8 +326,9 @@ class Training:
 
     def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
         # The curve is kept with the weights, so that a resumed run does not write a line twice.
+        self.trained_on = trained_on(self.trained_on, self.threads)
         state = {"net": self.net.state_dict(), "done": done, "curve": self.curve, "seconds": self.seconds,
-                 "floor": self.doubt.floor.tolist(), "optimizer": optimizer.state_dict()}
+                 "trained_on": self.trained_on, "floor": self.doubt.floor.tolist(), "optimizer": optimizer.state_dict()}
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
         self.folder.keep_text("curve.csv", "pass,loss\n" + "".join(f"{row[0]},{row[1]:.6f}\n" for row in self.curve))
 
@@ -342,6 +345,7 @@ class Training:
             state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
             self.net.load_state_dict(state["net"])
             self.curve, self.seconds = state["curve"], state["seconds"]
+            self.trained_on = state.get("trained_on", {})
             self.doubt.floor = np.array(state["floor"])
             if optimizer:
                 optimizer.load_state_dict(state["optimizer"])

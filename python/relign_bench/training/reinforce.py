@@ -19,7 +19,7 @@ import torch
 
 from .._cuda import on_host
 from . import curves
-from .devices import check_device
+from .devices import check_device, trained_on
 from .evaluation import evaluate
 from .folder import RunFolder, reading
 from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
@@ -56,6 +56,7 @@ class Reinforcement:
         done: Training segments that are complete.
         seconds: Time spent so far, over all sessions of the run.
         warm_seconds: Time that training the initial weights took.
+        trained_on: As devices.trained_on returns it; empty before the first checkpoint.
         rows: Rows of the learning curve; curves.write_csv documents the columns.
         best: Lowest score so far, None before the first evaluation.
         segments: Training segments of the whole run. The last one is as long as the others, even if `total` is reached before.
@@ -89,6 +90,7 @@ class Reinforcement:
         if threads:
             torch.set_num_threads(threads)
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
+        self.trained_on: dict[str, Any] = {}
         self.rows: list[dict[str, Any]] = []
         self.best: float | None = None
         self.segments = -(-recipe.total // recipe.stretch)
@@ -296,9 +298,11 @@ class Reinforcement:
                 parameter.requires_grad_(not frozen)
 
     def _save(self) -> None:
+        self.trained_on = trained_on(self.trained_on, self.threads)
         state = {"policy": self.model.policy.state_dict(), "optimizer": self.model.policy.optimizer.state_dict(),
                  "steps": self.model.num_timesteps, "updates": self.model._n_updates, "done": self.done,
-                 "seconds": self.seconds, "warm_seconds": self.warm_seconds, "rows": self.rows, "best": self.best}
+                 "seconds": self.seconds, "warm_seconds": self.warm_seconds, "trained_on": self.trained_on,
+                 "rows": self.rows, "best": self.best}
         score = self.rows[-1]["score"]
         if self.done > self.recipe.warm_up and (self.best is None or score < self.best):
             self.best = state["best"] = score
@@ -324,7 +328,7 @@ class Reinforcement:
             self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
             self.done, self.seconds, self.best = state["done"], state["seconds"], state["best"]
             self.rows = state.get("rows", self.rows)
-            self.warm_seconds = state.get("warm_seconds", 0.0)
+            self.warm_seconds, self.trained_on = state.get("warm_seconds", 0.0), state.get("trained_on", self.trained_on)
         if self.best is not None and not (self.folder / "best.pt").is_file():
             raise ValueError(f"'{self.folder / 'best.pt'}' is missing, the network with the best score; restore it from a "
                              "copy, or train in another folder")

@@ -59,6 +59,14 @@ def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
     return dataclasses.replace(recipe, **values)  # type: ignore[type-var]
 
 
+def changed_settings(recipe: AnyRecipe, usual: AnyRecipe) -> list[str]:
+    """What `with_settings` needs to make `recipe` of `usual`."""
+    names = [field.name for field in dataclasses.fields(recipe) if field.name not in OPTIONS]  # type: ignore[arg-type]
+    texts = {name: ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
+             for name, value in ((name, getattr(recipe, name)) for name in names) if value != getattr(usual, name)}
+    return [f"{name}={text}" for name, text in texts.items()]
+
+
 def kept_recipe(kind: type[AnyRecipe], path: Path) -> AnyRecipe:
     """The recipe of the run in a folder.
 
