@@ -16,6 +16,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
+#include <string>
+#include <vector>
 
 #include "sandbox/failure.h"
 #include "sandbox/system_calls.h"
@@ -159,22 +161,22 @@ bool count_sockets(std::size_t& sockets) {
   return count == 0 && lines > 0;
 }
 
-// Stops counting at more processes than `most`: where they are thousands, a look at all of them would take seconds of
-// waiting for a processor.
+// Reads nothing of them where there are more processes than `most`: among thousands, each wait for a processor may take
+// seconds.
 Use use(std::size_t most) {
   Use all;
+  std::vector<std::string> names;
   DIR* const folder = ::opendir("/proc");
-  if (!folder) {
-    all.miss("its processes");
-    return all;
-  }
-  while (const dirent* entry = ::readdir(folder)) {
-    if (entry->d_name[0] < '1' || entry->d_name[0] > '9' || std::strcmp(entry->d_name, "1") == 0) continue;
-    if (++all.processes > most) break;
-    if (!add_process(std::string("/proc/") + entry->d_name, all) && errno != ENOENT && errno != ESRCH)  // it ended
-      all.miss("the memory of its processes");
-  }
+  if (!folder) return all.miss("its processes"), all;
+  while (const dirent* entry = names.size() <= most ? ::readdir(folder) : nullptr)
+    if (entry->d_name[0] >= '1' && entry->d_name[0] <= '9' && std::strcmp(entry->d_name, "1") != 0)
+      names.emplace_back(entry->d_name);
   ::closedir(folder);
+  all.processes = names.size();
+  if (all.processes > most) return all;
+  for (const std::string& name : names)
+    if (!add_process("/proc/" + name, all) && errno != ENOENT && errno != ESRCH)  // it ended
+      all.miss("the memory of its processes");
   std::size_t sockets = 0;
   if (!count_sockets(sockets)) all.miss("its sockets");
   all.bytes += sockets * kSocketBytes;
