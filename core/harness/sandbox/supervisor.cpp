@@ -30,6 +30,7 @@ using Nanoseconds = std::int64_t;
 constexpr Nanoseconds kTick = 50'000'000;  // between looks at processes and memory
 // Bounds what the kernel keeps for epoll and for descriptors in flight: a process can watch each pair of two files.
 constexpr rlim_t kOpenFiles = 256;
+constexpr int kHiddenLooks = 3;   // threads that are ending show no memory, either, but soon are gone
 constexpr rlim_t kSignals = 256;  // that wait, timers included
 // What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
 // one more message of half its size.
@@ -87,6 +88,7 @@ struct Use {
   std::size_t processes = 0, threads = 0, bytes = 0;
   const char* unknown = nullptr;  // what could not be read, with errno in `problem`
   int problem = 0;
+  bool hidden = false;  // a process has threads, none of which showed its memory
 
   void miss(const char* what) {
     unknown = what;
@@ -144,6 +146,7 @@ bool add_process(const std::string& process, Use& all) {
   if (bytes == 0 && threads > 1 && !memory_of_threads(process, bytes)) return false;
   all.threads += threads;
   all.bytes += bytes;
+  all.hidden = all.hidden || (bytes == 0 && threads > 1);
   return true;
 }
 
@@ -186,7 +189,10 @@ Use use(std::size_t most) {
 // The reason to end it, in Ending; false if there is none.
 template <std::size_t size>
 bool exceeds(const Limits& limits, char (&reason)[size]) {
-  const Use used = use(limits.processes);
+  static int hidden_looks = 0;
+  Use used = use(limits.processes);
+  hidden_looks = used.hidden ? hidden_looks + 1 : 0;
+  if (hidden_looks == kHiddenLooks) errno = ESRCH, used.miss("the memory of short-lived threads");
   if (used.unknown)
     std::snprintf(reason, size, "%s cannot be counted: %s", used.unknown, std::strerror(used.problem));
   else if (used.processes > limits.processes)
