@@ -18,6 +18,7 @@
 
 #include "base/error.h"
 #include "plugin_host/process_session.h"
+#include "sandbox/exit_status.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -28,6 +29,7 @@ constexpr int kFromHost = 4;
 constexpr int kPixels = 5;
 constexpr int kFirstUnused = 6;
 
+constexpr const char* kCrashOfSandbox = "crashed(sandbox)";
 constexpr double kStopPollSeconds = 0.1;
 constexpr std::chrono::microseconds kAwake{100};
 constexpr std::size_t kMaxLineBytes = std::size_t{1} << 20;  // bytes of one message
@@ -332,6 +334,7 @@ void ChildProcess::end(double timeout_seconds) {
   reap();
   take_output();
   if (!output_line_.empty()) take_output_line(std::exchange(output_line_, {}));
+  if (crash_ == kCrashOfSandbox) take_reason_of_sandbox();
   output_.reset();
   pixel_file_.reset();
 }
@@ -346,7 +349,9 @@ void ChildProcess::reap() {
   process_ = -1;
   if (reaped < 0)
     how_it_ended_ = "ended";
-  else if (WIFEXITED(status)) {
+  else if (WIFEXITED(status) && options_.is_confined && WEXITSTATUS(status) == sandbox::kEndedBySandbox) {
+    crash_ = kCrashOfSandbox;
+  } else if (WIFEXITED(status)) {
     how_it_ended_ = "ended with exit status " + std::to_string(WEXITSTATUS(status));
     crash_ = "crashed(exit " + std::to_string(WEXITSTATUS(status)) + ")";
   } else if (killed_by_us_) {
@@ -355,6 +360,13 @@ void ChildProcess::reap() {
     how_it_ended_ = "was killed by " + signal_text(WTERMSIG(status));
     crash_ = "crashed(" + signal_text(WTERMSIG(status)) + ")";
   }
+}
+
+// The last line, which relign-sandbox wrote when nothing else could write any more.
+void ChildProcess::take_reason_of_sandbox() {
+  how_it_ended_ = "was " + (last_output_.empty() ? sandbox::kEndedPrefix : last_output_.back());
+  if (!last_output_.empty()) last_output_.pop_back();
+  if (!last_output_.empty() && last_output_.back().empty()) last_output_.pop_back();  // separates it from others
 }
 
 }  // namespace relign::plugin_host

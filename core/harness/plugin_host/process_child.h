@@ -52,6 +52,7 @@ class ChildProcess {
     bool inherits_environment = true;      // false: not added to the host's own, of which the child gets nothing
     bool reads_pixels_only = false;        // the child cannot write into the pixel file
     bool leads_session = false;            // all processes of its session are killed with it
+    bool is_confined = false;              // started by relign-sandbox
     double seconds_for_a_line = 5;         // from the first byte of a message to its end
     // Once it is true, every wait ends within `seconds_after_stop`. May be null.
     const std::atomic<bool>* stop = nullptr;
@@ -80,12 +81,14 @@ class ChildProcess {
   // the group and reaps the child. Has no effect when called again.
   void end(double timeout_seconds);
 
-  // After end: "ended with exit status 3", "was killed by SIGSEGV".
+  // After end: "ended with exit status 3", "was killed by SIGSEGV", "was ended by the sandbox: more than 64 processes".
   const std::string& how_it_ended() const { return how_it_ended_; }
-  // After end, for a child that ended by itself: "crashed(SIGSEGV)", "crashed(exit 3)"; empty when we killed it.
+  // After end, for a child that ended by itself: "crashed(SIGSEGV)", "crashed(exit 3)"; "crashed(sandbox)" when its
+  // sandbox ended it; empty when we killed it.
   const std::string& crash() const { return crash_; }
   // Killed by a SIGKILL that we did not send: by a user, or by a system short of memory.
   bool was_lost() const { return crash_ == "crashed(SIGKILL)"; }
+  bool is_confined() const { return options_.is_confined; }
   pid_t process() const { return process_; }  // -1 after end
   // The last lines of stdout and stderr, shortened for messages.
   const std::deque<std::string>& last_output() const { return last_output_; }
@@ -107,6 +110,7 @@ class ChildProcess {
   void take_output_line(std::string line);
   bool has_ended();  // without reaping it
   void reap();
+  void take_reason_of_sandbox();
 
   Options options_;
   pid_t process_ = -1;

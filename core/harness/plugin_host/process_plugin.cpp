@@ -37,6 +37,13 @@ std::string excerpt(const std::string& line) {
   return "'" + shown + (line.size() > kMaxLength ? "...' (" + std::to_string(line.size()) + " bytes)" : "'");
 }
 
+// With its lines after the first set off from the lines of others.
+std::string indented(const std::string& text) {
+  std::string shown;
+  for (const char letter : text) shown += letter == '\n' ? "\n  " : std::string(1, letter);
+  return shown;
+}
+
 // Nesting depth of lists and objects; limits the recursion of code that walks over a message.
 int nesting(const std::string& line) {
   int depth = 0, deepest = 0;
@@ -290,9 +297,10 @@ std::vector<double> ProcessPlugin::numbers(const Json& message, const char* name
 
 void ProcessPlugin::fail(const char* during, const std::string& message, Cause cause) {
   // A process that has just closed the connection is about to end by itself: wait for its exit status.
-  constexpr double kSecondsToEnd = 1;
-  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + message;
-  child_->end(kSecondsToEnd);
+  // In a sandbox the kernel ends all others first, which may be thousands.
+  constexpr double kSecondsToEnd = 1, kSecondsToEndAll = 10;
+  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + indented(message);
+  child_->end(cause == Cause::ended && child_->is_confined() ? kSecondsToEndAll : kSecondsToEnd);
   failure_ += ending_text(*child_);
   outcome_ = cause == Cause::reported ? "failed" : cause == Cause::timeout ? "timeout" : "protocol_error";
   if (cause == Cause::ended && !child_->crash().empty()) outcome_ = child_->crash();

@@ -190,6 +190,7 @@ void confine(ChildProcess::Options& options, const std::vector<fs::path>& grante
   options.command.insert(options.command.end(), command.begin(), command.end());
   options.environment = confined_environment(options.environment);
   options.inherits_environment = false;
+  options.is_confined = true;
 }
 
 std::vector<fs::path> files_of_script(const fs::path& script) {

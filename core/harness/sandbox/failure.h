@@ -8,9 +8,9 @@
 #include <cstring>
 #include <string>
 
-namespace relign::sandbox {
+#include "sandbox/exit_status.h"
 
-inline constexpr int kCannotConfine = 125;  // exit status
+namespace relign::sandbox {
 
 [[noreturn]] inline void refuse(const std::string& what, int code = errno) {
   std::fprintf(stderr, "sandbox: %s%s%s\n", what.c_str(), code ? ": " : "", code ? std::strerror(code) : "");

@@ -17,7 +17,8 @@ namespace {
 constexpr const char* kSystemFolders[] = {"/usr", "/bin", "/sbin", "/lib", "/lib32", "/lib64", "/libx32"};
 // What programs need of the configuration: the loader's, and Debian's choice of libraries (BLAS).
 constexpr const char* kSystemFiles[] = {"/etc/ld.so.cache", "/etc/alternatives", "/etc/localtime"};
-constexpr const char* kDevices[] = {"null", "zero", "full", "random", "urandom"};
+// Without zero: mapped, it is shared memory that escapes the limit.
+constexpr const char* kDevices[] = {"null", "full", "random", "urandom"};
 constexpr const char* kMountPoint = "/usr";  // a folder that every system has; covered by the new root
 
 constexpr std::uint64_t kReadOnly = MOUNT_ATTR_RDONLY | MOUNT_ATTR_NOSUID;  // devices can be written nevertheless

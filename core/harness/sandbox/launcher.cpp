@@ -19,6 +19,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sandbox/exit_status.h"
 #include "sandbox/failure.h"
 #include "sandbox/file_view.h"
 #include "sandbox/supervisor.h"
@@ -84,6 +85,13 @@ void enter_namespaces() {
   require(::sethostname("sandbox", 7) == 0, "cannot change the host name");
 }
 
+// Once every process of the sandbox is dead: what they left in the pipe comes before, and none of them takes it away.
+[[noreturn]] void end_for(const char* reason) {
+  ::fcntl(STDERR_FILENO, F_SETFL, 0);                          // the plugin may have made it O_NONBLOCK
+  ::dprintf(STDERR_FILENO, "\n%s%s\n", kEndedPrefix, reason);  // it may have left a line without an end
+  ::_exit(kEndedBySandbox);
+}
+
 // Ends as the plugin did, so that the message on the trial names its signal or exit status.
 [[noreturn]] void end_as(int status) {
   if (WIFSIGNALED(status)) {
@@ -92,7 +100,8 @@ void enter_namespaces() {
     ::signal(WTERMSIG(status), SIG_DFL);
     ::kill(::getpid(), WTERMSIG(status));
   }
-  ::_exit(WIFEXITED(status) ? WEXITSTATUS(status) : kCannotConfine);
+  const int exited = WIFEXITED(status) ? WEXITSTATUS(status) : kCannotConfine;
+  ::_exit(exited == kEndedBySandbox ? EXIT_FAILURE : exited);
 }
 
 [[noreturn]] void wait_for(pid_t supervisor, int report, pid_t parent) {
@@ -100,12 +109,13 @@ void enter_namespaces() {
   pollfd watched{report, POLLIN, 0};
   while (::poll(&watched, 1, kMilliseconds) <= 0)
     if (::getppid() != parent) ::_exit(kCannotConfine);  // its result is not needed any more; ends the supervisor
-  int status = 0;
-  const bool reported = ::read(report, &status, sizeof status) == sizeof status;
+  Ending ending;
+  const bool reported = ::read(report, &ending, sizeof ending) == sizeof ending;
   int own = 0;
   while (::waitpid(supervisor, &own, 0) < 0 && errno == EINTR) {
   }
-  end_as(reported ? status : own);
+  if (reported && ending.reason[0]) end_for(ending.reason);
+  end_as(reported ? ending.status : own);
 }
 
 int run(int count, char** words) {
@@ -134,16 +144,16 @@ int run(int count, char** words) {
   pollfd gone{report[1], 0, 0};
   if (::poll(&gone, 1, 0) > 0) ::_exit(kCannotConfine);  // the launcher died before the line above
   view.enter(arguments.limits.disk_bytes);
-  int status = 0;
+  Ending ending;
   if (arguments.command.empty()) {
     filter_system_calls();
   } else {
     std::vector<char*> command;
     for (std::string& word : arguments.command) command.push_back(word.data());
     command.push_back(nullptr);
-    status = supervise(command.data(), arguments.folder.c_str(), arguments.limits);
+    ending = supervise(command.data(), arguments.folder.c_str(), arguments.limits);
   }
-  if (::write(report[1], &status, sizeof status) != sizeof status) return kCannotConfine;
+  if (::write(report[1], &ending, sizeof ending) != sizeof ending) return kCannotConfine;
   return 0;
 }
 

@@ -16,6 +16,8 @@
 #include <cstdint>
 #include <cstdlib>
 #include <ctime>
+#include <string>
+#include <vector>
 
 #include "sandbox/failure.h"
 #include "sandbox/system_calls.h"
@@ -26,14 +28,17 @@ namespace {
 using Nanoseconds = std::int64_t;
 
 constexpr Nanoseconds kTick = 50'000'000;  // between looks at processes and memory
-constexpr rlim_t kOpenFiles = 1024;
+// Bounds what the kernel keeps for epoll and for descriptors in flight: a process can watch each pair of two files.
+constexpr rlim_t kOpenFiles = 256;
+constexpr int kHiddenLooks = 3;   // threads that are ending show no memory, either, but soon are gone
+constexpr rlim_t kSignals = 256;  // that wait, timers included
 // What a Unix socket may hold in the kernel: the default send buffer, which is the limit as SO_SNDBUF is refused, and
 // one more message of half its size.
 constexpr std::size_t kSocketBytes = 320'000;
 constexpr rlim_t kThreads = 1024;                         // of all processes; RLIMIT_NPROC does not hold for root
 constexpr unsigned kFirstOfPlugin = 3, kFirstUnused = 6;  // descriptors, as in plugin_host/process_child.cpp
 
-bool outranks = false;  // outrank_plugin() succeeded
+int plugins_policy = SCHED_OTHER;  // by outrank_plugin()
 
 Nanoseconds now() {
   timespec time{};
@@ -59,13 +64,14 @@ void limit(int what, rlim_t most) {
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
   const sched_param ordinary{};
-  if (outranks) require(::sched_setscheduler(0, SCHED_OTHER, &ordinary) == 0, "cannot lower its priority");
+  require(::sched_setscheduler(0, plugins_policy, &ordinary) == 0, "cannot lower its priority");
   require(::setsid() >= 0, "cannot start a session");
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_NOFILE, kOpenFiles);
   limit(RLIMIT_NPROC, kThreads);
   limit(RLIMIT_FSIZE, limits.disk_bytes);
-  limit(RLIMIT_MSGQUEUE, 0);
+  for (const int unused : {RLIMIT_MSGQUEUE, RLIMIT_RTPRIO, RLIMIT_NICE}) limit(unused, 0);
+  limit(RLIMIT_SIGPENDING, kSignals);
   if (limits.memory_bytes > 0) limit(RLIMIT_DATA, limits.memory_bytes);
   require(::chdir(folder) == 0, "cannot enter the plugin's folder");
   ::close_range(kFirstUnused, ~0U, 0);
@@ -75,15 +81,20 @@ void limit(int what, rlim_t most) {
   refuse(std::string("cannot start '") + command[0] + "'");
 }
 
+constexpr std::size_t kStatusBytes = 16384;  // lists the groups of the user
+
 // Processes of the sandbox apart from this one, and the memory that they use.
 struct Use {
   std::size_t processes = 0, threads = 0, bytes = 0;
-  const char* unknown = nullptr;  // what could not be read
-};
+  const char* unknown = nullptr;  // what could not be read, with errno in `problem`
+  int problem = 0;
+  bool hidden = false;  // a process has threads, none of which showed its memory
 
-// In /proc/PID/stat after the name: fields 20 and 24 of proc(5).
-constexpr const char* kThreadsAndPages =
-    ") %*c %*d %*d %*d %*d %*d %*u %*u %*u %*u %*u %*u %*u %*d %*d %*d %*d %lu %*d %*u %*u %lu";
+  void miss(const char* what) {
+    unknown = what;
+    problem = errno;
+  }
+};
 
 // The text of a file of /proc up to `size` bytes; false with errno.
 bool read_start(const char* path, char* text, std::size_t size) {
@@ -95,6 +106,48 @@ bool read_start(const char* path, char* text, std::size_t size) {
   errno = problem;
   text[count > 0 ? count : 0] = 0;
   return count >= 0;
+}
+
+// A number in the text of a status file of proc(5), 0 without it. The plugin chooses the name in the first line, whose
+// line ends the kernel escapes.
+std::size_t number_after(const char* text, const char* name) {
+  const char* const line = std::strstr(text, name);
+  return line ? std::strtoull(line + std::strlen(name), nullptr, 10) : 0;
+}
+
+// A thread that has ended has none.
+std::size_t memory_of(const char* text) {
+  std::size_t kilobytes = 0;
+  for (const char* name : {"\nVmRSS:", "\nVmPTE:", "\nVmSwap:", "\nHugetlbPages:"})
+    kilobytes += number_after(text, name);
+  return kilobytes * 1024;
+}
+
+// Of a process whose first thread has ended, by the entry of one that has not: they share all memory.
+bool memory_of_threads(const std::string& process, std::size_t& bytes) {
+  const std::string tasks = process + "/task";
+  DIR* const folder = ::opendir(tasks.c_str());
+  if (!folder) return false;
+  char text[kStatusBytes];
+  while (const dirent* entry = bytes == 0 ? ::readdir(folder) : nullptr)
+    if (entry->d_name[0] != '.' && read_start((tasks + "/" + entry->d_name + "/status").c_str(), text, sizeof text))
+      bytes = memory_of(text);
+  ::closedir(folder);
+  return true;
+}
+
+bool add_process(const std::string& process, Use& all) {
+  char text[kStatusBytes];
+  if (!read_start((process + "/status").c_str(), text, sizeof text)) return false;
+  constexpr const char* kThreadsName = "\nThreads:";  // after the memory
+  if (!std::strstr(text, kThreadsName)) return errno = EPROTO, false;
+  const std::size_t threads = number_after(text, kThreadsName);
+  std::size_t bytes = memory_of(text);
+  if (bytes == 0 && threads > 1 && !memory_of_threads(process, bytes)) return false;
+  all.threads += threads;
+  all.bytes += bytes;
+  all.hidden = all.hidden || (bytes == 0 && threads > 1);
+  return true;
 }
 
 // Sockets of this network namespace, which is the sandbox's own; those without a process count as well.
@@ -111,60 +164,58 @@ bool count_sockets(std::size_t& sockets) {
   return count == 0 && lines > 0;
 }
 
-// Stops counting at more processes than `most`: where they are thousands, a look at all of them would take seconds of
-// waiting for a processor.
+// Reads nothing of them where there are more processes than `most`: among thousands, each wait for a processor may take
+// seconds.
 Use use(std::size_t most) {
-  constexpr const char* kMemory = "the memory of its processes";
-  static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   Use all;
+  std::vector<std::string> names;
   DIR* const folder = ::opendir("/proc");
-  if (!folder) return {0, 0, 0, "its processes"};
-  while (const dirent* entry = ::readdir(folder)) {
-    if (entry->d_name[0] < '1' || entry->d_name[0] > '9' || std::strcmp(entry->d_name, "1") == 0) continue;
-    if (++all.processes > most) break;
-    const std::string path = std::string("/proc/") + entry->d_name + "/stat";
-    char text[1024];
-    unsigned long threads = 0, resident = 0;
-    if (read_start(path.c_str(), text, sizeof text)) {
-      const char* const rest = std::strrchr(text, ')');  // the plugin chooses the name before it
-      if (rest && std::sscanf(rest, kThreadsAndPages, &threads, &resident) != 2) all.unknown = kMemory;
-      all.threads += threads;
-      all.bytes += resident * page;
-    } else if (errno != ENOENT && errno != ESRCH) {  // it ended
-      all.unknown = kMemory;
-    }
-  }
+  if (!folder) return all.miss("its processes"), all;
+  while (const dirent* entry = names.size() <= most ? ::readdir(folder) : nullptr)
+    if (entry->d_name[0] >= '1' && entry->d_name[0] <= '9' && std::strcmp(entry->d_name, "1") != 0)
+      names.emplace_back(entry->d_name);
   ::closedir(folder);
+  all.processes = names.size();
+  if (all.processes > most) return all;
+  for (const std::string& name : names)
+    if (!add_process("/proc/" + name, all) && errno != ENOENT && errno != ESRCH)  // it ended
+      all.miss("the memory of its processes");
   std::size_t sockets = 0;
-  if (!count_sockets(sockets)) all.unknown = "its sockets";
+  if (!count_sockets(sockets)) all.miss("its sockets");
   all.bytes += sockets * kSocketBytes;
   return all;
 }
 
-bool within(const Limits& limits) {
-  const Use used = use(limits.processes);
+// The reason to end it, in Ending; false if there is none.
+template <std::size_t size>
+bool exceeds(const Limits& limits, char (&reason)[size]) {
+  static int hidden_looks = 0;
+  Use used = use(limits.processes);
+  hidden_looks = used.hidden ? hidden_looks + 1 : 0;
+  if (hidden_looks == kHiddenLooks) errno = ESRCH, used.miss("the memory of short-lived threads");
   if (used.unknown)
-    std::fprintf(stderr, "sandbox: ended because %s cannot be counted: %s\n", used.unknown, std::strerror(errno));
+    std::snprintf(reason, size, "%s cannot be counted: %s", used.unknown, std::strerror(used.problem));
   else if (used.processes > limits.processes)
-    std::fprintf(stderr, "sandbox: ended for more than %zu processes\n", limits.processes);
+    std::snprintf(reason, size, "more than %zu processes", limits.processes);
   else if (used.threads > kThreads)
-    std::fprintf(stderr, "sandbox: ended for more than %zu threads\n", static_cast<std::size_t>(kThreads));
+    std::snprintf(reason, size, "more than %zu threads", static_cast<std::size_t>(kThreads));
   else if (limits.memory_bytes > 0 && used.bytes > limits.memory_bytes)
-    std::fprintf(stderr, "sandbox: ended for %zu MB of memory; at most %zu MB are allowed\n", used.bytes / 1'000'000,
-                 limits.memory_bytes / 1'000'000);
-  else
-    return true;
-  return false;
+    std::snprintf(reason, size, "%zu MB of memory; at most %zu MB are allowed", used.bytes / 1'000'000,
+                  limits.memory_bytes / 1'000'000);
+  return reason[0] != 0;
 }
 
 }  // namespace
 
 void outrank_plugin() {
+  const int own = ::sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
+  if (own != SCHED_OTHER && own != SCHED_BATCH && own != SCHED_IDLE) return;  // a real-time policy
+  plugins_policy = own;
   const sched_param lowest{1};
-  outranks = ::sched_getscheduler(0) == SCHED_OTHER && ::sched_setscheduler(0, SCHED_RR, &lowest) == 0;
+  ::sched_setscheduler(0, SCHED_RR, &lowest);
 }
 
-int supervise(char** command, const char* folder, const Limits& limits) {
+Ending supervise(char** command, const char* folder, const Limits& limits) {
   // Blocked here and awaited below: no signal is lost between a look at the children and the wait.
   sigset_t child;
   ::sigemptyset(&child);
@@ -175,15 +226,14 @@ int supervise(char** command, const char* folder, const Limits& limits) {
   if (plugin == 0) become(command, folder, limits);
   ::close_range(kFirstOfPlugin, kFirstUnused - 1, 0);  // the connection ends with the plugin
   drop_capabilities();
-  constexpr int kEnded = 1 << 8;  // the wait status of exit(1)
   Nanoseconds next_look = now();
   while (true) {
-    int status = 0;
-    const pid_t ended = ::waitpid(-1, &status, WNOHANG);
-    if (ended == plugin) return status;
+    Ending ending;
+    const pid_t ended = ::waitpid(-1, &ending.status, WNOHANG);
+    if (ended == plugin) return ending;
     // Not at every death: orphans without end would keep a process of high priority busy.
     if (now() >= next_look) {
-      if (!within(limits)) return kEnded;
+      if (exceeds(limits, ending.reason)) return ending;
       next_look = now() + kTick;
     }
     if (ended > 0) continue;

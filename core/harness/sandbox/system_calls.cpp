@@ -5,6 +5,7 @@
 #include <linux/filter.h>
 #include <linux/seccomp.h>
 #include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -34,7 +35,9 @@ constexpr unsigned kX32Bit = 0x40000000;  // system calls of the x32 interface o
 constexpr unsigned kLastOld = 334;        // rseq; later numbers, from 424 on, are equal on all architectures
 // Of newer headers than this program needs.
 constexpr unsigned kReserveMemory = 73, kNamespaceCookie = 71;  // SO_RESERVE_MEM, SO_NETNS_COOKIE
+constexpr unsigned kPassPidfd = 76, kPeerPidfd = 77;            // SO_PASSPIDFD, SO_PEERPIDFD
 constexpr unsigned kCold = 20, kPageOut = 21;                   // MADV_COLD, MADV_PAGEOUT
+constexpr unsigned kTerminalSettings = 0x802C542A;              // TCGETS2
 constexpr unsigned kNewNamespaces =
     CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
 
@@ -75,8 +78,11 @@ constexpr unsigned kRefused[] = {
     SYS_inotify_add_watch,
     SYS_fanotify_init,
     SYS_fanotify_mark,
-    // memory files escape the limits of memory and disk
+    SYS_sync,
+    SYS_syncfs,
+    // memory that escapes the limits: memory files, filters of system calls
     SYS_memfd_create,
+    SYS_seccomp,
     // new views of the machine
     SYS_mount,
     SYS_umount2,
@@ -118,6 +124,9 @@ constexpr unsigned kRefused[] = {
     SYS_ustat,
 #endif
 };
+
+// "Do not exist" (ENOSYS): libraries copy instead. They leave pages in pipes and sockets that no process has.
+constexpr unsigned kMissing[] = {SYS_splice, SYS_vmsplice, SYS_tee, SYS_sendfile};
 
 // Those after kLastOld that are allowed. Others "do not exist" (ENOSYS), so that libraries use the older ones.
 constexpr unsigned kAllowedNew[] = {
@@ -163,23 +172,30 @@ constexpr unsigned error(int code) { return SECCOMP_RET_ERRNO | static_cast<unsi
 // The low half of an argument: both architectures are little-endian.
 constexpr std::size_t argument(unsigned number) { return offsetof(seccomp_data, args) + 8 * number; }
 
-// Allows a call, except with one of these values of an argument.
-void refuse_values(Filter& filter, unsigned call, unsigned number, std::initializer_list<unsigned> values, int code) {
+// Answers a call with one of these values of an argument by `reply`, any other by `otherwise`.
+void answer_values(Filter& filter, unsigned call, unsigned number, std::initializer_list<unsigned> values,
+                   unsigned reply, unsigned otherwise) {
   filter.unless_equal(call, 2 + 2 * values.size());
   filter.load(argument(number));
-  for (const unsigned value : values) filter.if_equal_answer(value, error(code));
-  filter.answer(SECCOMP_RET_ALLOW);
+  for (const unsigned value : values) filter.if_equal_answer(value, reply);
+  filter.answer(otherwise);
+}
+
+void refuse_values(Filter& filter, unsigned call, unsigned number, std::initializer_list<unsigned> values, int code) {
+  answer_values(filter, call, number, values, error(code), SECCOMP_RET_ALLOW);
+}
+
+void allow_values(Filter& filter, unsigned call, unsigned number, std::initializer_list<unsigned> values, int code) {
+  answer_values(filter, call, number, values, SECCOMP_RET_ALLOW, error(code));
 }
 
 void refuse_arguments(Filter& filter) {
   // Sockets of a pair or with a path in the sandbox, no others: the kernel does not separate all families (vsock).
-  for (const unsigned call : {SYS_socket, SYS_socketpair}) {
-    filter.unless_equal(call, 4);
-    filter.load(argument(0));
-    filter.unless_equal(AF_UNIX, 1);
-    filter.answer(SECCOMP_RET_ALLOW);
-    filter.answer(error(EACCES));
-  }
+  for (const unsigned call : {SYS_socket, SYS_socketpair}) allow_values(filter, call, 0, {AF_UNIX}, EACCES);
+  // Of terminals and of any descriptor. Those of files leave marks on files that other sandboxes see as well.
+  allow_values(filter, SYS_ioctl, 1,
+               {TCGETS, kTerminalSettings, TIOCGWINSZ, TIOCGPGRP, FIONREAD, FIONBIO, FIOASYNC, FIOCLEX, FIONCLEX},
+               ENOTTY);
   // Process 1 enforces the limits: no other process changes its limits, processors or priority.
   for (const unsigned call :
        {SYS_prlimit64, SYS_sched_setaffinity, SYS_sched_setscheduler, SYS_sched_setparam, SYS_sched_setattr})
@@ -195,9 +211,17 @@ void refuse_arguments(Filter& filter) {
     filter.answer(SECCOMP_RET_ALLOW);
   }
   // Memory of the kernel that supervisor.cpp does not count, and numbers that count the sockets of the whole machine.
-  refuse_values(filter, SYS_setsockopt, 2, {SO_SNDBUF, SO_RCVBUF, SO_SNDBUFFORCE, SO_RCVBUFFORCE, kReserveMemory},
-                EPERM);
-  refuse_values(filter, SYS_getsockopt, 2, {SO_COOKIE, kNamespaceCookie}, ENOPROTOOPT);
+  refuse_values(filter, SYS_setsockopt, 2,
+                {SO_SNDBUF, SO_RCVBUF, SO_SNDBUFFORCE, SO_RCVBUFFORCE, kReserveMemory, kPassPidfd}, EPERM);
+  refuse_values(filter, SYS_getsockopt, 2, {SO_COOKIE, kNamespaceCookie, kPeerPidfd}, ENOPROTOOPT);
+  refuse_values(filter, SYS_prctl, 0, {PR_SET_SECCOMP}, EPERM);
+  // Shared memory without a file: what is not mapped any more stays, and counts for no process.
+  filter.unless_equal(SYS_mmap, 5);
+  filter.load(argument(3));
+  filter.unless_any_bit(MAP_ANONYMOUS, 2);
+  filter.unless_any_bit(MAP_SHARED, 1);
+  filter.answer(error(EPERM));
+  filter.answer(SECCOMP_RET_ALLOW);
   // RWF_NOWAIT succeeds if a page is in memory, advice removes it.
   for (const unsigned call : {SYS_preadv2, SYS_pwritev2}) {
     filter.unless_equal(call, 4);
@@ -212,9 +236,11 @@ void refuse_arguments(Filter& filter) {
   filter.unless_any_bit(kNewNamespaces, 1);
   filter.answer(error(EPERM));
   filter.answer(SECCOMP_RET_ALLOW);
-  // Locks and notices on files that other sandboxes see as well.
+  // Locks, notices and hints on files that other sandboxes see as well; larger pipes.
   refuse_values(filter, SYS_fcntl, 1,
-                {F_SETLK, F_SETLKW, F_GETLK, F_OFD_SETLK, F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY}, ENOLCK);
+                {F_SETLK, F_SETLKW, F_GETLK, F_OFD_SETLK, F_OFD_SETLKW, F_OFD_GETLK, F_SETLEASE, F_NOTIFY,
+                 F_GET_RW_HINT, F_SET_RW_HINT, F_GET_FILE_RW_HINT, F_SET_FILE_RW_HINT, F_SETPIPE_SZ},
+                ENOLCK);
 }
 
 Filter make_filter() {
@@ -228,6 +254,7 @@ Filter make_filter() {
   filter.answer(error(ENOSYS));
 #endif
   for (const unsigned call : kRefused) filter.if_equal_answer(call, error(EPERM));
+  for (const unsigned call : kMissing) filter.if_equal_answer(call, error(ENOSYS));
   for (const unsigned call : kAllowedNew) filter.if_equal_answer(call, SECCOMP_RET_ALLOW);
   filter.unless_above(kLastOld, 1);
   filter.answer(error(ENOSYS));

@@ -87,8 +87,8 @@ bool lacks_rules(const TrialRecord& closing);
 TrialRecord with_members_of(const TrialRecord& was, TrialRecord is);
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
-// "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "timeout", "out_of_memory", "protocol_error",
-// "overspent" (kept asking for steps after the last one).
+// "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "crashed(sandbox)" (beyond its limits),
+// "timeout", "out_of_memory", "protocol_error", "overspent" (kept asking for steps after the last one).
 bool ended_well(const std::string& end);
 
 // SHA-256 of the three plugins that made a trial, and of the algorithm's pretrained file (empty: none). When one

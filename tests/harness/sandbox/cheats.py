@@ -4,54 +4,19 @@
 """
 import contextlib
 import ctypes
-import ctypes.util
 import fcntl
 import json
 import mmap
 import os
 import pathlib
-import resource
 import socket
 import subprocess
 import sys
-import tempfile
-import threading
 import time
 
+import cheats_of_resources  # noqa: F401  registers its cheats
+from cheating import CHEATS, call, cheat
 from relign_bench.plugin import Optimizer, parameter, serve
-
-LIBC = ctypes.CDLL(None, use_errno=True)
-CHEATS = {}
-
-
-def cheat(function):
-    CHEATS[function.__name__] = function
-    return function
-
-
-def call(number, *arguments):
-    """A system call of x86-64 by its number."""
-    result = LIBC.syscall(ctypes.c_long(number), *[ctypes.c_long(one) if isinstance(one, int) else one for one in arguments])
-    if result < 0:
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
-    return result
-
-
-def in_child(attempt):
-    """For calls that a process with several threads cannot make."""
-    child = os.fork()
-    if child == 0:
-        try:
-            attempt()
-            os._exit(0)
-        except OSError as problem:
-            os._exit(problem.errno)
-    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    if code:
-        raise OSError(code, os.strerror(code))
-    return "done"
-
-
 def host_processes():
     """Processes of relign-bench that this one can see."""
     found = []
@@ -331,111 +296,32 @@ def counts_the_machines_sockets(trial, secrets):
         return one.getsockopt(socket.SOL_SOCKET, SO_COOKIE, 8)
 
 
-# ---- more rights, more resources ------------------------------------------------------------------
+@cheat
+def leaves_a_hint(trial, secrets):
+    """On how a file will be written; it stays with the file while it is in memory."""
+    F_GET_RW_HINT = 1035
+    with open(__file__) as file:
+        return fcntl.fcntl(file, F_GET_RW_HINT, bytes(8))
 
 
 @cheat
-def makes_name_spaces(trial, secrets):
-    CLONE_NEWUSER = 0x10000000
-    return in_child(lambda: call(272, CLONE_NEWUSER))
+def marks_a_file(trial, secrets):
+    """By a call of the file system, here for its attributes."""
+    FS_IOC_GETFLAGS = 0x80086601
+    with open(__file__) as file:
+        return fcntl.ioctl(file, FS_IOC_GETFLAGS, bytes(8))
 
 
 @cheat
-def mounts_a_file_system(trial, secrets):
-    CLONE_NEWUSER, CLONE_NEWNS = 0x10000000, 0x20000
-    text = ctypes.c_char_p(b"tmpfs")
-
-    def mount():
-        with contextlib.suppress(OSError):
-            call(272, CLONE_NEWUSER | CLONE_NEWNS)
-        call(165, text, ctypes.c_char_p(b"/tmp"), text, 0, 0)
-
-    return in_child(mount)
+def writes_out_all_files(trial, secrets):
+    return call(162)  # sync, whose duration others can measure
 
 
 @cheat
-def makes_a_memory_file(trial, secrets):
-    return os.memfd_create("out of sight")
-
-
-@cheat
-def uses_a_second_door(trial, secrets):
-    """io_uring makes system calls that no filter sees."""
-    return call(425, 1, ctypes.create_string_buffer(120))
-
-
-@cheat
-def fills_the_disk(trial, secrets):
-    with tempfile.TemporaryFile() as file:
-        for _ in range(300):
-            file.write(bytes(1 << 20))
-        file.flush()
-    return "300 MiB"
-
-
-@cheat
-def forks_without_end(trial, secrets):
-    end = time.monotonic() + 20
-    while time.monotonic() < end:
-        os.fork()
-
-
-@cheat
-def starts_threads_without_end(trial, secrets):
-    threads = []
-    while len(threads) < 4000:
-        threads.append(threading.Thread(target=time.sleep, args=(20,), daemon=True))
-        threads[-1].start()
-    time.sleep(1)
-
-
-@cheat
-def blinds_the_watcher(trial, secrets):
-    """Process 1 of the sandbox counts memory and processes; without file descriptors it could not."""
-    return resource.prlimit(1, resource.RLIMIT_NOFILE, (0, 0))
-
-
-@cheat
-def slows_the_watcher(trial, secrets):
-    for slow in (lambda: os.setpriority(os.PRIO_PROCESS, 1, 19),
-                 lambda: os.setpriority(os.PRIO_USER, os.getuid(), 19),
-                 lambda: os.sched_setaffinity(1, {0})):
-        try:
-            slow()
-        except PermissionError as problem:
-            reason = problem
-        else:
-            return "process 1 is slower"
-    raise reason
-
-
-@cheat
-def enlarges_socket_buffers(trial, secrets):
-    with socket.socket(socket.AF_UNIX) as one:
-        one.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 26)
-    return "1 << 26 bytes asked for"
-
-
-@cheat
-def takes_memory_of_the_kernel(trial, secrets):
-    """In the buffers of sockets, which belong to no process."""
-    kept, size = [], 0
-    while len(kept) < 400:
-        kept.append(socket.socketpair())
-        for one in kept[-1]:
-            one.setblocking(False)
-            with contextlib.suppress(BlockingIOError):
-                while True:
-                    size += one.send(bytes(32768))
-    time.sleep(1)
-    return f"{size} bytes"
-
-
-@cheat
-def takes_all_memory(trial, secrets):
-    taken = []
-    while True:
-        taken.append(bytes(1 << 24))
+def takes_the_host_by_its_socket(trial, secrets):
+    SO_PEERPIDFD = 77
+    with socket.socket(fileno=os.dup(3)) as connection:
+        return connection.getsockopt(socket.SOL_SOCKET, SO_PEERPIDFD)
 
 
 class Cheats(Optimizer):

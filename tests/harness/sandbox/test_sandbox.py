@@ -24,6 +24,7 @@ SCENE = ["--scene", "gaussian_spot", "--noise-level", "none", "--steps", "4"]
 # Why each cheat fails in a sandbox; with "twice" the second of two trials counts, with "sandbox only" it would harm the
 # machine in an ordinary trial.
 MISSING, DENIED, FORBIDDEN = "No such file or directory", "Permission denied", "Operation not permitted"
+ENDED = "its process was ended by the sandbox: "
 EXPECTED = {
     "runs_the_simulator": MISSING,
     "loads_the_scene": "cannot open shared object file",
@@ -67,26 +68,50 @@ EXPECTED = {
     "makes_a_memory_file": FORBIDDEN,
     "uses_a_second_door": "Function not implemented",
     "fills_the_disk": "No space left on device|File too large",
-    "forks_without_end": "sandbox: ended for more than 64 processes",
-    "starts_threads_without_end": "sandbox: ended for more than 1024 threads|can't start new thread",
-    "takes_all_memory": r"MemoryError|sandbox: ended for \d+ MB of memory",
-    "takes_memory_of_the_kernel": r"sandbox: ended for \d+ MB of memory; at most 200 MB are allowed",
+    "leaves_a_hint": "No locks available",
+    "marks_a_file": "Inappropriate ioctl",
+    "writes_out_all_files": FORBIDDEN,
+    "takes_the_host_by_its_socket": "Protocol not available",
+    "shares_memory_without_a_file": FORBIDDEN,
+    "maps_zeros": MISSING,
+    "lends_pages_to_pipes": "Function not implemented",
+    "opens_many_files": "Too many open files",
+    "queues_signals": "Resource temporarily unavailable",
+    "filters_its_own_calls": FORBIDDEN,
+    "has_a_real_time_priority": FORBIDDEN,
+    "forges_the_end": r"ended with exit status 1; its last output:\n  ended by the sandbox: 999 MB",
+    "forges_lines": r"forged by the plugin:\n  warning: forged",
+    "mutes_the_watcher": ENDED + "more than 64 processes",
+    "forks_without_end": ENDED + "more than 64 processes",
+    "starts_threads_without_end": ENDED + "more than 1024 threads|can't start new thread",
+    "takes_all_memory": "MemoryError|" + ENDED + r"\d+ MB of memory",
+    "takes_memory_of_the_kernel": ENDED + r"\d+ MB of memory; at most 200 MB are allowed",
+    "takes_memory_of_page_tables": ENDED + r"\d+ MB of memory",
+    "takes_memory_without_a_leader": ENDED + r"\d+ MB of memory",
 }
 # Need the limit of a suite in MB.
-MEMORY_LIMITS = {"takes_all_memory": 500, "takes_memory_of_the_kernel": 200}
+MEMORY_LIMITS = {"takes_all_memory": 500, "takes_memory_of_the_kernel": 200, "takes_memory_of_page_tables": 200,
+                 "takes_memory_without_a_leader": 200}
 TWICE = {"keeps_a_file", "keeps_shared_memory", "keeps_system_v_memory", "keeps_a_key"}
 SANDBOX_ONLY = {"forks_without_end", "starts_threads_without_end", "blinds_the_watcher", "slows_the_watcher",
-                *MEMORY_LIMITS}
+                "mutes_the_watcher", "writes_out_all_files", *MEMORY_LIMITS}
 # Refused in ordinary trials as well, by the host or by some systems (ptrace_scope of Yama, disabled user namespaces).
-REFUSED_ANYWAY = {"makes_more_steps", "inherits_files", "leaves_a_daemon"}
+REFUSED_ANYWAY = {"makes_more_steps", "inherits_files", "leaves_a_daemon", "forges_the_end", "forges_lines"}
 DEPENDS_ON_SYSTEM = {"reads_host_memory", "traces_the_host", "reads_memory_of_others", "takes_files_of_others",
-                     "makes_name_spaces", "mounts_a_file_system", "uses_a_second_door", "keeps_a_key"}
+                     "makes_name_spaces", "mounts_a_file_system", "uses_a_second_door", "keeps_a_key", "marks_a_file",
+                     "takes_the_host_by_its_socket", "has_a_real_time_priority"}
 
 
 def run(*words, **environment):
     result = subprocess.run([str(PROGRAM), *map(str, words)], capture_output=True, text=True, timeout=300,
                             env={**os.environ, **environment})
     return result.returncode, result.stdout + result.stderr
+
+
+def copy_of_cheats(folder):
+    for file in HERE.glob("cheat*.py"):
+        (folder / file.name).write_text(file.read_text())
+    return folder / "cheats.py"
 
 
 def why_not():
@@ -140,8 +165,7 @@ class TestCheats(unittest.TestCase):
         (root / "results/trials.jsonl").write_text("the truth")
         (root / "cache/truth").write_text("the truth")
         (root / "home/private").write_text("a secret")
-        cls.plugin = root / "plugin/cheats.py"
-        cls.plugin.write_text((HERE / "cheats.py").read_text())
+        cls.plugin = copy_of_cheats(root / "plugin")
         (root / "plugin/notes.py").symlink_to(root / "home/private")
         cls.server = Server(root)
         cls.secrets = {"program": str(PROGRAM), "plugins": str(BUILD / "lib/relign-bench/plugins"),
@@ -203,6 +227,19 @@ class TestCheats(unittest.TestCase):
                 _, text = run("run", suite, "--out", f"{folder}/results", "--sandbox", "--workers", 1)
                 self.assertNotIn("it works", text)
                 self.assertRegex(text, EXPECTED[cheat])
+
+    def test_policy_is_the_operators_but_never_a_real_time_one(self):
+        for operators, priority, plugins in ((os.SCHED_BATCH, 0, os.SCHED_BATCH), (os.SCHED_RR, 1, os.SCHED_OTHER)):
+            with self.subTest(operators=operators):
+                try:
+                    os.sched_setscheduler(0, operators, os.sched_param(priority))
+                except PermissionError as problem:
+                    self.skipTest(f"a real-time policy: {problem}")
+                try:
+                    text = self.attempt("has_a_real_time_priority", "--sandbox")
+                finally:
+                    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+                self.assertIn(f"{FORBIDDEN}, policy {plugins}", text)
 
     def test_scene_is_not_in_process_of_library(self):
         words = ["try", BUILD / "tests/harness/sandbox/plugins/library_cheat", *SCENE]
@@ -343,8 +380,7 @@ class TestRuns(unittest.TestCase):
 
     def test_daemon_does_not_outlive_run(self):
         name = f"relign-test-{uuid.uuid4()}"
-        plugin = self.root / "cheats.py"
-        plugin.write_text((HERE / "cheats.py").read_text())
+        plugin = copy_of_cheats(self.root)
         for cheat, options in (("leaves_a_daemon", []), ("hangs_with_a_daemon", []),
                                ("hangs_with_a_daemon", ["--sandbox"])):
             with self.subTest(cheat=cheat, options=options):
