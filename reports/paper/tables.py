@@ -115,10 +115,10 @@ def rules(study, protocol):
                   for name in study.algorithms(protocol)])
 
 
-def contrasts(protocol):
+def contrasts(protocol, source="contrasts.csv"):
     """Ratio of errors of each planned contrast, its interval and verdict by the rules own and best."""
     cells = {(row["first"], row["second"], row["noise_level"], row["rule"]): row
-             for row in read("contrasts.csv") if row["protocol"] == protocol}
+             for row in read(source) if row["protocol"] == protocol}
     pairs = list(dict.fromkeys(key[:2] for key in cells))
 
     def cell(first, second, level, rule):
@@ -159,6 +159,19 @@ def curves(study, protocol, level):
         if at[0]:
             rows.append((name, *(rounded(number(row["recommended_median"])) for row in at)))
     return table(("method",) + tuple(f"{step} image{'s' if step > 1 else ''}" for step in STEPS), rows)
+
+
+def evaluations():
+    """Median noise-free RMSE of trainings of the recipe after 4, 10 and 50 images, at two recommended poses."""
+    cells = {}
+    for row in read("trainings/curves.csv"):
+        for rule, column in (("own", "recommended_median"), ("current", "recommended_current_median")):
+            if row["step"] in ("4", "10", "50"):
+                cells.setdefault((row["algorithm"], rule), {}).setdefault(row["noise_level"], []).append(
+                    rounded(number(row[column])))
+    return table(("training", "rule") + LEVELS,
+                 [(name if rule == "own" else "", rule, *(", ".join(found[level]) for level in LEVELS))
+                  for (name, rule), found in cells.items()])
 
 
 def arrivals(study, protocol):
@@ -221,6 +234,8 @@ def tables():
         for level in LEVELS:
             made[f"curves {protocol} {level}"] = curves(study, protocol, level)
     made["training"] = trainings()
+    made["evaluations of trainings"] = evaluations()
+    made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv")
     return made
 
 
