@@ -18,7 +18,7 @@
 
 #include "base/error.h"
 #include "plugin_host/process_session.h"
-#include "sandbox/exit_status.h"
+#include "plugin_host/sandbox_status.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -349,7 +349,7 @@ void ChildProcess::reap() {
   process_ = -1;
   if (reaped < 0)
     how_it_ended_ = "ended";
-  else if (WIFEXITED(status) && options_.is_confined && WEXITSTATUS(status) == sandbox::kEndedBySandbox) {
+  else if (WIFEXITED(status) && options_.is_confined && WEXITSTATUS(status) == kEndedBySandbox) {
     crash_ = kCrashOfSandbox;
   } else if (WIFEXITED(status)) {
     how_it_ended_ = "ended with exit status " + std::to_string(WEXITSTATUS(status));
@@ -364,7 +364,7 @@ void ChildProcess::reap() {
 
 // The last line, which relign-sandbox wrote when nothing else could write any more.
 void ChildProcess::take_reason_of_sandbox() {
-  how_it_ended_ = "was " + (last_output_.empty() ? sandbox::kEndedPrefix : last_output_.back());
+  how_it_ended_ = "was " + (last_output_.empty() ? kEndedPrefix : last_output_.back());
   if (!last_output_.empty()) last_output_.pop_back();
   if (!last_output_.empty() && last_output_.back().empty()) last_output_.pop_back();  // separates it from others
 }

@@ -8,13 +8,13 @@
 #include <cstring>
 #include <string>
 
-#include "sandbox/exit_status.h"
+#include "plugin_host/sandbox_status.h"
 
 namespace relign::sandbox {
 
 [[noreturn]] inline void refuse(const std::string& what, int code = errno) {
   std::fprintf(stderr, "sandbox: %s%s%s\n", what.c_str(), code ? ": " : "", code ? std::strerror(code) : "");
-  ::_exit(kCannotConfine);
+  ::_exit(plugin_host::kCannotConfine);
 }
 
 inline void require(bool done, const char* what) {

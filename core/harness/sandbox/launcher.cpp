@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sandbox/exit_status.h"
+#include "plugin_host/sandbox_status.h"
 #include "sandbox/failure.h"
 #include "sandbox/file_view.h"
 #include "sandbox/supervisor.h"
@@ -27,6 +27,10 @@
 
 namespace relign::sandbox {
 namespace {
+
+using plugin_host::kCannotConfine;
+using plugin_host::kEndedBySandbox;
+using plugin_host::kEndedPrefix;
 
 constexpr const char* kUserInside = "1000";
 

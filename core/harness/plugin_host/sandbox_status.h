@@ -2,10 +2,10 @@
 // kEndedBySandbox, so that a plugin cannot forge it.
 #pragma once
 
-namespace relign::sandbox {
+namespace relign::plugin_host {
 
 inline constexpr int kEndedBySandbox = 123;  // the last line on stderr is the prefix and the reason
 inline constexpr int kCannotConfine = 125;
 inline constexpr const char* kEndedPrefix = "ended by the sandbox: ";
 
-}  // namespace relign::sandbox
+}  // namespace relign::plugin_host
