@@ -31,7 +31,7 @@ from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
 from relign_bench.training.recipe import PRESETS, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
-from relign_bench.training.settings import kept_recipe, with_goal, with_settings
+from relign_bench.training.settings import changed_settings, kept_recipe, with_goal, with_settings
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -297,6 +297,14 @@ class Export(Folder):
         usual = preset_recipe(given["--preset"][0], given["--algorithm"][0], given["--scene"][0], int(given["--seed"][0]))
         self.assertEqual(with_goal(with_settings(usual, given["--set"]), given["--set"]), recipe)
         self.assertEqual(given["--threads"], ["1"])
+
+    def test_changed_settings_give_those_that_would_follow(self):
+        usual = PRESETS["paper"]
+        for changes in ({}, {"level": 0.5}, {"level": 0.1}, {"rate": 1e-3}, {"rate": 1e-3, "last_rate": 1e-3}, {"heads": ()}):
+            recipe = dataclasses.replace(usual, **changes)
+            settings = changed_settings(recipe, usual)
+            self.assertEqual(with_goal(with_settings(usual, settings), settings), recipe)
+        self.assertEqual(settings, ["heads="])
 
     def test_side_files_of_both_recipes(self):
         command = [sys.executable, "-m", "relign_bench.training"]

@@ -30,6 +30,8 @@ MAY_BE_EMPTY = ("heads",)
 OPTIONS = {"preset": "--preset", "algorithm": "--algorithm", "warm_start": "--warm-start", "randomise": "--randomise",
            "trained": "DIR", "images": "--images", "captures": "--images"}
 """What a recipe has from options of the command line."""
+FOLLOWS = {"last_rate": "rate", "goal": "level"}
+"""Settings that change with another one unless they are given, too."""
 
 
 def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
@@ -40,7 +42,7 @@ def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
     Raises:
         ValueError: A name is unknown, or a value of the recipe is not valid.
     """
-    names = [field.name for field in dataclasses.fields(recipe) if field.name not in OPTIONS]  # type: ignore[arg-type]
+    names = _names(recipe)
     values: dict[str, Any] = {}
     for setting in settings:
         name, equals, text = setting.partition("=")
@@ -60,11 +62,16 @@ def with_settings(recipe: AnyRecipe, settings: Sequence[str]) -> AnyRecipe:
 
 
 def changed_settings(recipe: AnyRecipe, usual: AnyRecipe) -> list[str]:
-    """What `with_settings` needs to make `recipe` of `usual`."""
-    names = [field.name for field in dataclasses.fields(recipe) if field.name not in OPTIONS]  # type: ignore[arg-type]
-    texts = {name: ",".join(map(str, value)) if isinstance(value, tuple) else str(value)
-             for name, value in ((name, getattr(recipe, name)) for name in names) if value != getattr(usual, name)}
-    return [f"{name}={text}" for name, text in texts.items()]
+    """The settings with which `with_settings` and `with_goal` make `recipe` of `usual`."""
+    names = _names(recipe)
+    changed = {name for name in names if getattr(recipe, name) != getattr(usual, name)}
+    changed |= {name for name in names if FOLLOWS.get(name) in changed}
+    values = {name: getattr(recipe, name) for name in names if name in changed}
+    return [f"{name}={','.join(map(str, value)) if isinstance(value, tuple) else value}" for name, value in values.items()]
+
+
+def _names(recipe: AnyRecipe) -> list[str]:
+    return [field.name for field in dataclasses.fields(recipe) if field.name not in OPTIONS]  # type: ignore[arg-type]
 
 
 def kept_recipe(kind: type[AnyRecipe], path: Path) -> AnyRecipe:

@@ -17,6 +17,8 @@ import time
 import cheats_of_resources  # noqa: F401  registers its cheats
 from cheating import CHEATS, call, cheat
 from relign_bench.plugin import Optimizer, parameter, serve
+
+
 def host_processes():
     """Processes of relign-bench that this one can see."""
     found = []
