@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 from support import failure, np
 
@@ -209,6 +210,11 @@ class Commands(unittest.TestCase):
             with self.subTest(wrong):
                 self.assertRegex(failure(*self.command(self.folder), *wrong), why)
                 self.assertFalse(self.folder.exists())
+
+    def test_scene_that_tuning_instances_refuse_leaves_no_folder(self):
+        with mock.patch("relign_bench.training.reinforce.tuning_instances", side_effect=ValueError("a fixed sensor")):
+            self.assertIn("a fixed sensor", failure(*self.command(self.folder)))
+        self.assertFalse(self.folder.exists())
 
     def test_warm_start_of_another_size_is_refused_at_once(self):
         warm = Training(ImitateRecipe(size=40, levels=(0.0,)), self.folder, 1, quiet)

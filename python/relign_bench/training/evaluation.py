@@ -68,29 +68,36 @@ def belief_policy(answers: Callable[[Any], tuple[Float64Array, Float64Array]], d
     return moves
 
 
-def evaluate(policy: PolicyFunction, scene: str, levels: Sequence[float], size: int, frames: int,
-             threads: int | None = None, noise_level: str = "rho", observation: str = "uint8",
-             device: str = "cpu") -> dict[str, Any]:
-    """Evaluates a policy on tuning instances.
+def tuning_instances(scene: str, levels: Sequence[float], size: int, threads: int | None = None, noise_level: str = "rho",
+                     observation: str = "uint8", device: str = "cpu") -> InstanceSet:
+    """The tuning instances that policies are evaluated on.
 
     Args:
-        policy: As for `rmse_after_steps`.
         scene: Id, preset or path of a scene.
         levels: Noise levels N, in equal parts.
         size: Columns of the images.
-        frames: As for `rmse_after_steps`.
         threads: Threads that render; None uses all cores.
         noise_level: Id or preset of the noise level.
         observation: What the policy observes, "uint8" or "float32".
         device: Where images are rendered, as for InstanceSet.
+    """
+    return InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads,
+                       noise_level=noise_level, observation=observation, device=device)
+
+
+def evaluate(policy: PolicyFunction, instances: InstanceSet, frames: int) -> dict[str, Any]:
+    """Evaluates a policy.
+
+    Args:
+        policy: As for `rmse_after_steps`.
+        instances: The instances; they are reset.
+        frames: As for `rmse_after_steps`.
 
     Returns:
         rmse_6 and rmse_12 (medians after 6 and 12 steps), under_0.01 (share below 0.01 after 12 steps), score (mean over the
         instances after 6 and 12 steps, which a few failures raise; smaller is better) and errors (noise-free RMSE of every
         instance, by the number of steps).
     """
-    instances = InstanceSet(scene, levels, TUNING_INSTANCES // len(levels), size, family="tuning", threads=threads,
-                            noise_level=noise_level, observation=observation, device=device)
     found = rmse_after_steps(policy, instances, frames, EVALUATED_STEPS)
     result: dict[str, Any] = {f"rmse_{step}": float(np.median(rmse)) for step, rmse in found.items()}
     result["under_0.01"] = float((found[EVALUATED_STEPS[-1]] < 0.01).mean())

@@ -20,7 +20,7 @@ import torch
 from .._cuda import on_host
 from . import curves
 from .devices import check_device, trained_on
-from .evaluation import evaluate
+from .evaluation import evaluate, tuning_instances
 from .folder import RunFolder, reading
 from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from .._typing import Float64Array
+    from .instances import InstanceSet
 
 
 def weights_hash(path: str | os.PathLike[str]) -> str:
@@ -233,14 +234,18 @@ class Reinforcement:
         Raises:
             ValueError: Another process trains in the folder.
         """
+        tuning = None
+        if self.done < self.segments:  # before a folder is made, since some scenes refuse it
+            tuning = tuning_instances(self.recipe.scene, self.levels, self.recipe.size, self.threads, self.recipe.noise_level,
+                                      self.recipe.input, self.render)
         with self.folder.alone():
             self._open_log()
             if self.rows:  # the process may have been killed after the last checkpoint
                 self._write_curves()
-            self._run(until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
+            self._run(tuning, until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
         return self.model
 
-    def _run(self, until: int | None, end: float) -> None:
+    def _run(self, tuning: InstanceSet | None, until: int | None, end: float) -> None:
         from stable_baselines3.common.callbacks import BaseCallback
 
         class Episodes(BaseCallback):
@@ -269,8 +274,8 @@ class Reinforcement:
             self.model.learn(self.recipe.stretch, callback=episodes, reset_num_timesteps=False)
             trained = time.monotonic() - begun
             row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
-            row.update(evaluate(self.moves, self.recipe.scene, self.levels, self.recipe.size, self.frames, self.threads,
-                                self.recipe.noise_level, self.recipe.input, self.render))
+            assert tuning is not None
+            row.update(evaluate(self.moves, tuning, self.frames))
             lasted = time.monotonic() - begun
             self.seconds += lasted
             row["hours"] = self.seconds / 3600
