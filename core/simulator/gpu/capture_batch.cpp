@@ -3,7 +3,6 @@
 #include "base/error.h"
 #include "imaging/pupil_tiles.h"
 #include "imaging/read_out.h"
-#include "imaging/sequences.h"
 #include "optics/backward_path.h"
 
 namespace relign::gpu {
@@ -26,40 +25,29 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
 }
 
 struct CaptureBatch::Fitter {
-  Fitter(const imaging::SceneFile& scene, const imaging::DrawnErrors* drawn) : tiles(scene, alone) {
-    if (drawn) errors = *drawn;
-  }
   Parallel alone{1};
-  imaging::PupilTiles tiles;
+  std::optional<imaging::PupilTiles> tiles;  // none if kernels fit them
   optics::BackwardPath path;
   std::optional<imaging::DrawnErrors> errors;
 };
 
 CaptureBatch::CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings,
-                           Parallel& parallel, const imaging::DrawnErrors* errors)
+                           Parallel& parallel, const imaging::DrawnErrors* errors, Tiles tiles)
     : scene_(&scene), settings_(settings), parallel_(&parallel) {
   if (const std::string problem = unsupported(scene, settings); !problem.empty())
     throw Error(ErrorKind::bad_input, problem);
-  for (unsigned thread = 0; thread < parallel.threads(); ++thread)
-    fitters_.push_back(std::make_unique<Fitter>(scene, errors));
+  search_ = scene.pupil;
+  if (!search_) search_ = std::make_shared<optics::PupilSearch>(imaging::search_pupil(scene, scene.lens));
+  places_ = optics::passing_grid(*search_, scene.lens);
+  by_kernels_ = tiles == Tiles::fitted_by_kernels && places_.on_plane;
+  for (unsigned thread = 0; thread < parallel.threads(); ++thread) {
+    fitters_.push_back(std::make_unique<Fitter>());
+    if (!by_kernels_) fitters_.back()->tiles.emplace(scene, fitters_.back()->alone);
+    if (errors) fitters_.back()->errors = *errors;
+  }
 }
 
 CaptureBatch::~CaptureBatch() = default;
-
-// The distribution of the number of rays of a pixel, as in RaySource::draw_counts.
-void CaptureBatch::add_thresholds(const imaging::Tile& tile, double highest_transmittance, TileJob& job,
-                                  Jobs& jobs) const {
-  const auto samples = static_cast<std::size_t>(settings_.samples);
-  const double largest_survival = imaging::kRouletteSurvival * highest_transmittance;
-  const double probability = tile.area / optics::kPi * largest_survival;
-  const std::size_t first = jobs.thresholds.size();
-  jobs.thresholds.resize(first + samples);  // all 0, which every word reaches: all samples are traced
-  job.first_threshold = static_cast<std::int32_t>(first);
-  job.thresholds = settings_.samples;
-  if (probability < 1)
-    job.thresholds = imaging::binomial_thresholds(settings_.samples, probability, jobs.thresholds.data() + first);
-  jobs.thresholds.resize(first + static_cast<std::size_t>(job.thresholds));
-}
 
 void CaptureBatch::clear(Errors& errors) {
   errors.jobs.clear();
@@ -100,7 +88,7 @@ void CaptureBatch::add_errors(const Errors& errors) {
   errors_.hot_pixels.insert(errors_.hot_pixels.end(), errors.hot_pixels.begin(), errors.hot_pixels.end());
 }
 
-void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const {
+void CaptureBatch::set_jobs(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const {
   const optics::Motion lens_to_world = scene_->lens_to_world(*item.true_pose);
   optics::BackwardPath& path = fitter.path;
   optics::set_backward_path(path, item.lens->assembly(), lens_to_world);
@@ -112,7 +100,6 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
     set_errors(*fitter.errors, jobs.errors);
   }
   jobs.ops.push_back(optics::last_frame_to_world(path, into_print));
-  fitter.tiles.fit(*item.lens, lens_to_world, path, jobs.ops, scene_->emitter.plane());
   const bool fresnel = settings_.transport != imaging::Transport::refract;
   const double highest = fresnel ? path.highest_transmittance : 1.0;
   jobs.image = {static_cast<std::uint32_t>(item.seed),
@@ -122,31 +109,30 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
                 static_cast<float>(highest),
                 0,
                 -1};
+  jobs.fit = {lens_to_world,
+              optics::inverse(lens_to_world),
+              path.into_first_frame,
+              item.lens->table().path().into_first_frame,
+              highest,
+              nullptr,
+              nullptr,
+              0,
+              static_cast<std::int32_t>(path.through_aperture)};
   jobs.tiles.clear();
   jobs.thresholds.clear();
-  const int samples = imaging::mse_samples(static_cast<double>(scene_->sensor.pixels()));
-  const auto width = static_cast<std::uint32_t>(scene_->sensor.width);
-  const auto number = [width](int column, int row) {
-    return static_cast<std::uint32_t>(row) * width + static_cast<std::uint32_t>(column);
-  };
-  for (const imaging::Tile& tile : fitter.tiles.tiles()) {
-    if (tile.unlit && kind == Kind::capture) continue;
-    TileJob job{};
-    job.columns = tile.box.columns;
-    job.pixels = tile.box.columns * tile.box.rows;
-    job.first_number = number(tile.box.column, tile.box.row);
-    job.places.frame_width = width;
-    if (!tile.unlit) {
-      job.start = tile.start;
-      job.places = imaging::places_of(tile.box, tile.lit, scene_->sensor.width);
-      job.lit_pixels = tile.lit.columns * tile.lit.rows;
-      job.whole_disc = tile.whole_disc ? 1 : 0;
-      job.lit_column = tile.lit.column - tile.box.column;
-      job.lit_row = tile.lit.row - tile.box.row;
-      job.scale =
-          kind == Kind::capture ? optics::kPi / settings_.samples / imaging::kRouletteSurvival : tile.area / samples;
-      if (kind == Kind::capture) add_thresholds(tile, highest, job, jobs);
-    }
+  if (fitter.tiles) fit_tiles(fitter, item, jobs);
+}
+
+void CaptureBatch::fit_tiles(Fitter& fitter, const imaging::BatchItem& item, Jobs& jobs) const {
+  fitter.tiles->fit(*item.lens, jobs.fit.lens_to_world, fitter.path, jobs.ops, scene_->emitter.plane());
+  for (const imaging::Tile& tile : fitter.tiles->tiles()) {
+    if (tile.unlit && rays_.captures) continue;
+    const std::size_t first = jobs.thresholds.size();
+    jobs.thresholds.resize(first + static_cast<std::size_t>(rays_.captures ? rays_.samples : 0));
+    TileJob job;
+    set_tile_job(tile, rays_, jobs.fit.highest_transmittance, job, jobs.thresholds.data() + first);
+    job.first_threshold = static_cast<std::int64_t>(first);
+    jobs.thresholds.resize(first + static_cast<std::size_t>(job.thresholds));
     jobs.tiles.push_back(job);
   }
 }
@@ -154,12 +140,18 @@ void CaptureBatch::fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind
 void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind kind,
                            const std::vector<std::uint32_t>& places) {
   if (jobs_.size() < items.size()) jobs_.resize(items.size());
+  const imaging::Sensor& sensor = scene_->sensor;
+  rays_ = {kind == Kind::capture ? 1 : 0,
+           kind == Kind::capture ? settings_.samples : imaging::mse_samples(static_cast<double>(sensor.pixels())),
+           sensor.width};
   parallel_->for_each(static_cast<int>(items.size()), [&](int index, unsigned thread) {
     const auto at = static_cast<std::size_t>(index);
-    fit(*fitters_[thread], items[at], kind, jobs_[at]);
+    set_jobs(*fitters_[thread], items[at], kind, jobs_[at]);
   });
   tiles_.clear();
   images_.clear();
+  fits_.clear();
+  lenses_.clear();
   ops_.clear();
   thresholds_.clear();
   clear(errors_);
@@ -168,9 +160,11 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
     const Jobs& jobs = jobs_[i];
     for (TileJob tile : jobs.tiles) {
       tile.image = static_cast<std::int32_t>(i);
-      tile.first_threshold += static_cast<std::int32_t>(thresholds_.size());
+      tile.first_threshold += static_cast<std::int64_t>(thresholds_.size());
       tiles_.push_back(tile);
     }
+    fits_.push_back(jobs.fit);
+    lenses_.push_back(items[i].lens->identity());
     images_.push_back(jobs.image);
     images_.back().first_op = static_cast<std::int32_t>(ops_.size());
     images_.back().place = places.empty() ? static_cast<std::uint32_t>(i) : places[i];
@@ -181,6 +175,24 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
     ops_.insert(ops_.end(), jobs.ops.begin(), jobs.ops.end());
     thresholds_.insert(thresholds_.end(), jobs.thresholds.begin(), jobs.thresholds.end());
   }
+}
+
+FitBatch CaptureBatch::fit_batch() const {
+  const optics::EmitterPlane emitter = scene_->emitter.plane();
+  FitBatch batch{};
+  batch.image_count = static_cast<std::int32_t>(images_.size());
+  batch.rays = rays_;
+  batch.grid = imaging::tile_grid(scene_->sensor);
+  batch.places = places_;
+  batch.azimuths = optics::azimuths();
+  batch.distance_z = emitter.distance_z;
+  batch.half_emitter = emitter.half_side;
+  return batch;
+}
+
+std::size_t CaptureBatch::tile_count() const {
+  if (!by_kernels_) return tiles_.size();
+  return images_.size() * static_cast<std::size_t>(imaging::tile_grid(scene_->sensor).tiles());
 }
 
 Batch CaptureBatch::batch(const imaging::Reference* reference) const {
@@ -219,7 +231,10 @@ std::vector<float> CaptureBatch::capture_here() const {
   errors.rows = rows.data();
   for (const TileJob& tile : tiles_)
     for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) capture_pixel(here, tile, pixel, images.data());
-  for (const ImageJob& image : images_) read_out_image(OneThread(), here, errors, image, images.data());
+  if (errors.electronics.present)
+    for (std::size_t i = 0; i < images.size(); ++i)
+      read_out_pixel(here, errors, static_cast<std::int64_t>(i), images.data());
+  for (const ImageJob& image : images_) read_out_image(optics::OneThread(), here, errors, image, images.data());
   return images;
 }
 
@@ -233,7 +248,8 @@ std::vector<imaging::MseEstimate> CaptureBatch::mse_here(const imaging::Referenc
 
 std::vector<imaging::MseEstimate> CaptureBatch::estimates(const std::vector<imaging::MseSum>& sums) const {
   std::vector<imaging::MseSum> of_images(images_.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) of_images[static_cast<std::size_t>(tiles_[i].image)] += sums[i];
+  const std::size_t tiles_of_image = sums.size() / std::max<std::size_t>(1, images_.size());  // an MSE is of all tiles
+  for (std::size_t i = 0; i < sums.size(); ++i) of_images[i / tiles_of_image] += sums[i];
   std::vector<imaging::MseEstimate> all;
   const auto count = static_cast<double>(scene_->sensor.pixels());
   for (const imaging::MseSum& sum : of_images) all.push_back(imaging::estimate_of(sum, count));

@@ -9,6 +9,7 @@
 
 #include "base/parallel.h"
 #include "gpu/capture_kernel.h"
+#include "gpu/table_slots.h"
 #include "imaging/camera.h"
 #include "imaging/camera_batch.h"
 #include "imaging/drawn_errors.h"
@@ -22,20 +23,29 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
 
 class CaptureBatch {
  public:
+  // Who fits the tiles. Kernels can if regions are on a plane (optics/pupil_search.h); else the CPU does.
+  enum class Tiles { fitted_here, fitted_by_kernels };
   // scene and parallel must outlive the batch. errors: of captures; copied. Throws Error(bad_input) if unsupported.
   CaptureBatch(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings, Parallel& parallel,
-               const imaging::DrawnErrors* errors = nullptr);
+               const imaging::DrawnErrors* errors = nullptr, Tiles tiles = Tiles::fitted_here);
   ~CaptureBatch();
 
   enum class Kind { capture, noise_free_mse };
-  // Fits the tiles of every image, with all threads. Lenses may be shared by several items.
+  // With all threads; fits the tiles of every image, unless kernels do. Lenses may be shared by several items.
   // places: of captures, counted in images; empty: in their order.
   void prepare(const std::vector<imaging::BatchItem>& items, Kind kind, const std::vector<std::uint32_t>& places = {});
 
-  const std::vector<TileJob>& tiles() const { return tiles_; }
+  const std::vector<TileJob>& tiles() const { return tiles_; }  // empty if kernels fit them
   const std::vector<ImageJob>& images() const { return images_; }
   const std::vector<optics::Op>& ops() const { return ops_; }
   const std::vector<std::uint32_t>& thresholds() const { return thresholds_; }
+  bool kernels_fit_tiles() const { return by_kernels_; }
+  const std::vector<FitJob>& fits() const { return fits_; }            // without tables
+  const std::vector<LensIdentity>& lenses() const { return lenses_; }  // of each image
+  const optics::PupilSearch& search() const { return *search_; }       // of the scene's lens
+  // Without places in memory.
+  FitBatch fit_batch() const;
+  std::size_t tile_count() const;
   const std::vector<ErrorJob>& errors() const { return errors_.jobs; }
   const std::vector<float>& error_values() const { return errors_.values; }
   const std::vector<imaging::Ring>& rings() const { return errors_.rings; }
@@ -68,20 +78,27 @@ class CaptureBatch {
     std::vector<std::uint32_t> thresholds;
     Errors errors;  // of at most one job
     ImageJob image{};
+    FitJob fit;
   };
   static void clear(Errors& errors);
   static void set_errors(const imaging::DrawnErrors& drawn, Errors& errors);
   void add_errors(const Errors& errors);
-  void fit(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const;
-  void add_thresholds(const imaging::Tile& tile, double highest_transmittance, TileJob& job, Jobs& jobs) const;
+  void set_jobs(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const;
+  void fit_tiles(Fitter& fitter, const imaging::BatchItem& item, Jobs& jobs) const;
 
   const imaging::SceneFile* scene_;
   imaging::CaptureSettings settings_;
   Parallel* parallel_;
+  std::shared_ptr<const optics::PupilSearch> search_;
+  optics::PassingGrid places_{};                  // of a table's regions
+  bool by_kernels_ = false;                       // tiles are fitted
   std::vector<std::unique_ptr<Fitter>> fitters_;  // one per thread
   std::vector<Jobs> jobs_;
   std::vector<TileJob> tiles_;
   std::vector<ImageJob> images_;
+  std::vector<FitJob> fits_;
+  std::vector<LensIdentity> lenses_;
+  TileRays rays_{};
   std::vector<optics::Op> ops_;
   std::vector<std::uint32_t> thresholds_;
   Errors errors_;

@@ -5,39 +5,13 @@
 #pragma once
 
 #include "gpu/read_out_steps.h"
+#include "gpu/tile_kernel.h"
 #include "imaging/mse_pixel.h"
-#include "imaging/streams.h"
-#include "optics/asphere_steps.h"
 
 namespace relign::gpu {
 
-constexpr int kTileThreads = 160;  // of a GPU block: one for each pixel of a tile, in whole warps
-constexpr int kSquareSums = 4;     // of the squares of an image: pixel i is added to sum i % 4, as in images/score.h
+constexpr int kSquareSums = 4;  // of the squares of an image: pixel i is added to sum i % 4, as in images/score.h
 static_assert(kTileThreads % kSquareSums == 0);
-
-// A tile of one image (imaging/pupil_tiles.h), of which only the lit pixels get rays.
-struct TileJob {
-  optics::TileStart start;
-  optics::PixelPlaces places;    // of the lit pixels
-  std::int32_t lit_pixels;       // 0: no light of the emitter arrives
-  std::int32_t image;            // index of its ImageJob
-  std::int32_t whole_disc;       // directions from the whole disc, not from the ellipse
-  std::int32_t first_threshold;  // captures: of the distribution of the number of rays
-  std::int32_t thresholds;
-  // MSE: all pixels of the tile; where the lit ones begin in them.
-  std::int32_t columns, pixels, lit_column, lit_row;
-  std::uint32_t first_number;  // of the tile's first pixel in the frame
-  double scale;                // sum of radiances -> irradiance
-};
-
-// A lens at a pose.
-struct ImageJob {
-  std::uint32_t seed_low, seed_high;
-  std::int32_t first_op, ops;
-  float highest_transmittance;  // of any ray
-  std::uint32_t place;          // captures: of the image in memory, counted in images
-  std::int32_t errors;          // captures: index of the ErrorJob; -1: none
-};
 
 // Where the jobs are, in the memory of the processor that runs them.
 struct Batch {
@@ -53,7 +27,7 @@ struct Batch {
 };
 
 // Both compilers must see the same layout.
-static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 28 && sizeof(Batch) == 112);
+static_assert(sizeof(Batch) == 112);
 
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
@@ -107,13 +81,19 @@ RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::i
   image_at(batch, image, images)[from.number] = static_cast<float>(tile.scale * static_cast<double>(sum));
 }
 
-// Electronics and imaging errors of a rendered capture.
+// Electronics of a pixel of a rendered capture: `index` counts those of all images.
+RELIGN_DEVICE void read_out_pixel(const Batch& batch, const ErrorBatch& errors, std::int64_t index, float* images) {
+  const ImageJob& image = batch.images[index / batch.image_pixels];
+  const auto pixel = static_cast<std::int32_t>(index % batch.image_pixels);
+  apply_electronics(errors, std::uint64_t{image.seed_high} << 32 | image.seed_low, pixel,
+                    image_at(batch, image, images));
+}
+
+// Imaging errors of a capture that was read out.
 template <class Block>
 RELIGN_DEVICE void read_out_image(const Block& block, const Batch& batch, const ErrorBatch& errors,
                                   const ImageJob& image, float* images) {
   float* const pixels = image_at(batch, image, images);
-  if (errors.electronics.present)
-    apply_electronics(block, errors, std::uint64_t{image.seed_high} << 32 | image.seed_low, pixels);
   if (image.errors >= 0) apply_errors(block, errors, errors.jobs[image.errors], pixels);
 }
 
@@ -172,15 +152,16 @@ extern "C" __global__ void relign_clear(const Batch batch, float* images) {
 // One block and one sum for each image: of the squares of its differences from the reference, in the order of
 // images/score.h, so that measured RMSE has the CPU's bits.
 extern "C" __global__ void relign_squares(const Batch batch, const float* images, double* squares) {
-  __shared__ double square[kTileThreads];
+  constexpr std::int32_t kStaged = 16 * kTileThreads;  // squares between two barriers
+  __shared__ double square[kStaged];
   __shared__ double sums[kSquareSums];
   const float* const image = image_at(batch, batch.images[blockIdx.x], const_cast<float*>(images));
   const auto thread = static_cast<std::int32_t>(threadIdx.x);
   double sum = 0;
-  for (std::int32_t first = 0; first < batch.image_pixels; first += kTileThreads) {
-    const std::int32_t rest = batch.image_pixels - first, count = rest < kTileThreads ? rest : kTileThreads;
-    if (thread < count)
-      square[thread] = squared_difference(image[first + thread], batch.reference_mean[first + thread]);
+  for (std::int32_t first = 0; first < batch.image_pixels; first += kStaged) {
+    const std::int32_t rest = batch.image_pixels - first, count = rest < kStaged ? rest : kStaged;
+    for (std::int32_t i = thread; i < count; i += kTileThreads)
+      square[i] = squared_difference(image[first + i], batch.reference_mean[first + i]);
     __syncthreads();
     if (thread < kSquareSums)
       for (std::int32_t i = thread; i < count; i += kSquareSums) sum += square[i];
@@ -198,33 +179,12 @@ extern "C" __global__ void relign_capture(const Batch batch, float* images) {
   if (pixel < tile.lit_pixels) capture_pixel(batch, tile, pixel, images);
 }
 
-// The threads of a GPU block (read_out_steps.h).
-struct BlockOfThreads {
-  template <class Body>
-  RELIGN_DEVICE void for_each(std::int32_t count, const Body& body) const {
-    for (auto i = static_cast<std::int32_t>(threadIdx.x); i < count; i += kTileThreads) body(i);
-    __syncthreads();
-  }
-  template <class Terms>
-  RELIGN_DEVICE void sum(std::int32_t count, double (&sums)[2], const Terms& terms) const {
-    __shared__ double term[2][kTileThreads];
-    __shared__ double result[2];
-    const auto thread = static_cast<std::int32_t>(threadIdx.x);
-    double sum = 0;
-    for (std::int32_t first = 0; first < count; first += kTileThreads) {
-      const std::int32_t rest = count - first, here = rest < kTileThreads ? rest : kTileThreads;
-      if (thread < here) terms(first + thread, term[0][thread], term[1][thread]);
-      __syncthreads();
-      if (thread < 2)
-        for (std::int32_t i = 0; i < here; ++i) sum += term[thread][i];
-      __syncthreads();
-    }
-    if (thread < 2) result[thread] = sum;
-    __syncthreads();
-    sums[0] = result[0];
-    sums[1] = result[1];
-  }
-};
+// One thread for each pixel of all images.
+extern "C" __global__ void relign_electronics(const Batch batch, float* images, const ErrorBatch errors,
+                                              std::int64_t count) {
+  const std::int64_t index = static_cast<std::int64_t>(blockIdx.x) * kTileThreads + threadIdx.x;
+  if (index < count) read_out_pixel(batch, errors, index, images);
+}
 
 // One block for each image. Errors are not in Batch, since the other kernels would need more registers.
 extern "C" __global__ void relign_read_out(const Batch batch, float* images, const ErrorBatch errors) {

@@ -123,10 +123,8 @@ Gpu::Gpu() {
     driver_.check(driver_.cuDevicePrimaryCtxRetain(&context_, device_), "cuDevicePrimaryCtxRetain");
     const Current current(*this);
     driver_.check(driver_.cuModuleLoadData(&module_, kernels.data()), "cuModuleLoadData");
-    const char* const names[kKernels] = {"relign_clear", "relign_capture", "relign_read_out", "relign_squares",
-                                         "relign_mse"};
-    for (std::size_t i = 0; i < kKernels; ++i)
-      driver_.check(driver_.cuModuleGetFunction(&kernels_[i], module_, names[i]), "cuModuleGetFunction");
+    for (std::size_t i = 0; i < std::size(kKernels); ++i)
+      driver_.check(driver_.cuModuleGetFunction(&kernels_[i], module_, kKernels[i]), "cuModuleGetFunction");
     for (Handle& event : events_) driver_.check(driver_.cuEventCreate(&event, 0), "cuEventCreate");
   } catch (...) {
     close();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -54,8 +55,27 @@ class Gpu {
 
   const std::string& name() const { return name_; }
   const Driver& driver() const { return driver_; }
-  enum class Kernel { clear, capture, read_out, squares, mse };  // of capture_kernel.h
-  static constexpr std::size_t kKernels = 5;
+  // Of tile_kernel.h and capture_kernel.h.
+  enum class Kernel {
+    request,
+    fill,
+    corners,
+    probes,
+    blur,
+    see,
+    tiles,
+    check,
+    clear,
+    capture,
+    electronics,
+    read_out,
+    squares,
+    mse
+  };
+  static constexpr const char* kKernels[] = {
+      "relign_request",     "relign_fill",     "relign_corners", "relign_probes", "relign_blur",
+      "relign_see",         "relign_tiles",    "relign_check",   "relign_clear",  "relign_capture",
+      "relign_electronics", "relign_read_out", "relign_squares", "relign_mse"};
   // So many blocks of kTileThreads threads. Does not wait.
   void launch(Kernel kernel, std::size_t blocks, void** arguments);
   // Until all work in the context is done, that of other libraries too.
@@ -72,7 +92,7 @@ class Gpu {
   Driver driver_;
   std::string name_;
   int device_ = 0;
-  Handle context_ = nullptr, module_ = nullptr, kernels_[kKernels] = {}, events_[2] = {};
+  Handle context_ = nullptr, module_ = nullptr, kernels_[std::size(kKernels)] = {}, events_[2] = {};
 };
 
 }  // namespace relign::gpu

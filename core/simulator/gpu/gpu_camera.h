@@ -6,6 +6,8 @@
 
 #include "gpu/capture_batch.h"
 #include "gpu/gpu.h"
+#include "gpu/region_tables.h"
+#include "imaging/certificate.h"
 
 namespace relign::gpu {
 
@@ -29,20 +31,33 @@ class GpuCamera {
   // The items' pixels are not used.
   std::vector<imaging::MseEstimate> noise_free_mse(const std::vector<imaging::BatchItem>& items);
 
+  // Whether it checks each lens before its first image (imaging/certificate.h); otherwise the caller does.
+  bool certifies() const { return jobs_.kernels_fit_tiles(); }
+
   // The steps of capture(items). Images stay on the GPU, one after the other, until the next run.
   void prepare(const std::vector<imaging::BatchItem>& items);  // on the CPU
   void upload();
-  void run();  // does not wait
+  void fit_tiles();  // does not wait
+  void run();        // the same
   void download(std::size_t image, float* pixels) const;
 
  private:
   Batch batch_on_gpu() const;
+  void send_checks();
+  void upload_fits();
+  FitBatch fits_on_gpu() const;
+  void certify(const std::vector<imaging::BatchItem>& items);
   void run(float* images);
 
   Gpu* gpu_;
   CaptureBatch jobs_;
   Buffer tiles_, image_jobs_, ops_, thresholds_, texels_, images_, sums_, first_, second_, mean_;
   Buffer errors_, error_values_, rings_, hot_pixels_, rows_;
+  // For tiles that kernels fit.
+  RegionTables tables_;
+  Buffer fits_, missing_, corners_, blurry_, visible_;
+  std::vector<imaging::CheckedPixel> checked_;  // pixels of each lens's first image
+  Buffer windows_, check_pixels_, check_images_, check_counts_;
 };
 
 }  // namespace relign::gpu

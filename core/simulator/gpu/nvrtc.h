@@ -8,8 +8,9 @@
 namespace relign::gpu {
 
 // Options of every compilation: arithmetic as IEEE 754 says and no fusing, so that results have the CPU's bits.
-inline constexpr const char* kCompileOptions[] = {"--std=c++17", "--fmad=false", "--ftz=false", "--prec-div=true",
-                                                  "--prec-sqrt=true"};
+inline constexpr const char* kCompileOptions[] = {"--std=c++20",     "--device-as-default-execution-space",
+                                                  "--fmad=false",    "--ftz=false",
+                                                  "--prec-div=true", "--prec-sqrt=true"};
 
 // Why NVRTC cannot be used, or empty.
 std::string nvrtc_problem();

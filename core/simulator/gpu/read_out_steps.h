@@ -1,8 +1,6 @@
 // Electronics and imaging errors of captures on a GPU: what a block of threads does to one image. Order and arithmetic
 // are those of imaging/read_out.h and imaging/capture_errors.h, so that images have the CPU's bits.
-//
-// A Block is the threads that share the work: `for_each(count, body)` calls body(i) for all i, each by one thread, and
-// ends when all have; `sum(count, sums, terms)` adds two terms for each i in the order of i, for every thread.
+// A Block is explained in optics/one_thread.h.
 #pragma once
 
 #include "imaging/pixel_steps.h"
@@ -107,12 +105,10 @@ RELIGN_DEVICE float with_pixel_errors(const imaging::ErrorLevels& levels, std::u
 }
 
 // Of the frame's seed.
-template <class Block>
-RELIGN_DEVICE void apply_electronics(const Block& block, const ErrorBatch& batch, std::uint64_t seed, float* image) {
-  block.for_each(batch.width * batch.height, [&](std::int32_t i) {
-    const imaging::PixelWords words = imaging::pixel_words(imaging::kElectronics, seed, static_cast<std::uint32_t>(i));
-    image[i] = imaging::read_out_pixel(batch.electronics, image[i], imaging::sum_of_bytes(words));
-  });
+RELIGN_DEVICE void apply_electronics(const ErrorBatch& batch, std::uint64_t seed, std::int32_t pixel, float* image) {
+  const auto number = static_cast<std::uint32_t>(pixel);
+  const imaging::PixelWords words = imaging::pixel_words(imaging::kElectronics, seed, number);
+  image[pixel] = imaging::read_out_pixel(batch.electronics, image[pixel], imaging::sum_of_bytes(words));
 }
 
 template <class Block>
@@ -158,22 +154,5 @@ RELIGN_DEVICE void apply_errors(const Block& block, const ErrorBatch& batch, con
   block.for_each(job.hot_pixels,
                  [&](std::int32_t k) { image[batch.hot_pixels[job.first_hot_pixel + k]] = levels.full_scale; });
 }
-
-// All of it by the calling thread.
-struct OneThread {
-  template <class Body>
-  RELIGN_DEVICE void for_each(std::int32_t count, const Body& body) const {
-    for (std::int32_t i = 0; i < count; ++i) body(i);
-  }
-  template <class Terms>
-  RELIGN_DEVICE void sum(std::int32_t count, double (&sums)[2], const Terms& terms) const {
-    for (std::int32_t i = 0; i < count; ++i) {
-      double first = 0, second = 0;
-      terms(i, first, second);
-      sums[0] += first;
-      sums[1] += second;
-    }
-  }
-};
 
 }  // namespace relign::gpu

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "imaging/certificate_steps.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/pupil_tiles.h"
 #include "optics/block_tracer.h"
@@ -20,16 +21,31 @@ struct CertificateRays {
   int rays = 1024;  // per pixel, uniform on the disc of direction cosines; rounded up to whole blocks
 };
 
+// Of the first image of a mounted lens.
+inline constexpr CertificateRays kFirstImageRays{0, 24, 512};
+inline constexpr std::uint64_t kFirstImageSeed = 0x6d6f756e74;
+
+struct CheckedPixel {
+  int column = 0, row = 0;
+  std::size_t tile = 0;  // its place in the tiles
+  int arrived = 0;       // rays that reach the target
+  int missing = 0;       // of these, outside the directions that images sample
+};
+
+std::vector<CheckedPixel> pixels_to_check(const std::vector<PixelBox>& tiles, const CertificateRays& rays,
+                                          std::uint64_t seed);
+// Throws Error(internal), as certify() does. Returns how many rays arrived.
+int expect_all_light(const SceneFile& scene, const std::vector<CheckedPixel>& pixels, double wavelength_nm = 0);
+
+inline constexpr double kMaxMissing = 0.002;
+
 // Checks the fitted tiles of a pose. Rays from random points of random pixels in any direction that reach the target
 // must be in their tile's region, except for a few at its rim: up to kMaxMissing of all rays, with a statistical
 // margin, and up to half of those of one pixel. Throws Error(internal) with the position on the sensor, and with the
-// wavelength unless it is 0. Half of the rays are drawn near the directions in which `search` found light, in twice
-// that range, since few others hit narrow pupils. Returns how many rays arrived.
+// wavelength unless it is 0. `search`: what the design passes (certificate_steps.h). Returns how many rays arrived.
 int certify(const SceneFile& scene, const PupilTiles& tiles, const optics::BackwardPath& path,
             const std::vector<optics::Op>& ops, const optics::PupilSearch& search, const optics::Motion& lens_to_world,
             const optics::BlockTracer* tracer, const CertificateRays& rays, std::uint64_t seed, Parallel& parallel,
             double wavelength_nm = 0);
-
-inline constexpr double kMaxMissing = 0.002;
 
 }  // namespace relign::imaging

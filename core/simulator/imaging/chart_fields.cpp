@@ -224,7 +224,7 @@ std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels) 
                                           "': windows need fields to be around: list 'fields' in the scene file, or "
                                           "choose target camera_chart or slanted_edges");
   const Sensor& sensor = scene.sensor;
-  const int tile = tile_pixels(sensor);
+  const int tile = tile_grid(sensor).tile_pixels;
   // Of one axis: first pixel and number of pixels.
   const auto snapped = [tile](double low, double high, int count) {
     const int first = std::max(0, static_cast<int>(std::floor(low)) / tile * tile);

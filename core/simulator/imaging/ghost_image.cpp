@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "imaging/sequences.h"
+#include "imaging/binomial.h"
 #include "imaging/streams.h"
 
 namespace relign::imaging {
@@ -82,7 +82,7 @@ GhostBlocks::Box GhostImage::box_of(const PixelBox& box, std::uint64_t seed, dou
   found.seed = seed;
   found.number = number_of(box, 0);
   found.centre = sensor.place(box.column + 0.5 * box.columns, box.row + 0.5 * box.rows);
-  set_places(found.start, *scene_.scene, box, path_);
+  set_places(found.start, sensor, box, path_.into_first_frame);
   const DirectionEllipse region =
       paths_.towards_lens(found.centre, 0.5 * box.columns * sensor.pitch_mm, 0.5 * box.rows * sensor.pitch_mm);
   area = region.area();

@@ -24,6 +24,12 @@ class MountedLens {
   // The perfect lens.
   explicit MountedLens(const SceneFile& scene);
 
+  // For what others keep about it: expires with it.
+  const std::shared_ptr<const char>& identity() const { return identity_; }
+  // Whether its first image was checked (certificate.h).
+  bool is_certified() const { return certified_; }
+  void set_certified() { certified_ = true; }
+
   // `which`: 0 is the lens at its own wavelength; 1 and up are those of a scene with several, in its order.
   const optics::Assembly& assembly(std::size_t which = 0) const { return at_wavelengths_[which]->assembly; }
   // The importance regions. Filled under the mutex; threads that have held it since may read them.
@@ -37,6 +43,8 @@ class MountedLens {
     std::shared_ptr<const optics::PupilSearch> search;
     optics::PassingTable table;
   };
+  std::shared_ptr<const char> identity_ = std::make_shared<const char>();
+  bool certified_ = false;
   std::vector<std::unique_ptr<AtWavelength>> at_wavelengths_;
   std::mutex table_mutex_;
 };

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "imaging/sequences.h"
+#include "imaging/binomial.h"
 #include "imaging/streams.h"
 
 namespace relign::imaging {
@@ -35,7 +35,8 @@ void RaySource::start_tile(const SceneFile& scene, const optics::BackwardPath& p
   whole_ = tile.whole_disc;
   pixels_ = lit.columns * lit.rows;
   std::fill_n(sums, pixels_, 0.0F);
-  if (tile.unlit) set_places(start_, scene, tile.box, path);  // not fitted; the hemisphere sampler needs no region
+  // Not fitted; the hemisphere sampler needs no region.
+  if (tile.unlit) set_places(start_, scene.sensor, tile.box, path.into_first_frame);
   places_ = places_of(tile.box, lit, scene.sensor.width);
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/json_source.h"
-#include "optics/rigid.h"
+#include "imaging/pixel_grid.h"
 
 namespace relign::imaging {
 
@@ -19,28 +19,14 @@ struct Electronics {
   int bits = 0;                     // of the converter; 0: grey values are not rounded
 };
 
-// Pixels [column, column + columns) x [row, row + rows).
-struct PixelBox {
-  int column = 0, row = 0;
-  int columns = 0, rows = 0;
-};
-
-// The part of a sensor that is read out: width x height square pixels. Row 0 is at the largest world y.
-struct Sensor {
-  double z_mm = 0;  // world
-  double pitch_mm = 0;
-  double file_pitch_mm = 0;        // of the scene file's pixels, whatever number of columns is chosen
-  int width = 0, height = 0;       // pixels
-  double left_mm = 0, top_mm = 0;  // world x and y of the corner where pixel (0, 0) begins
+// The part of a sensor that is read out.
+struct Sensor : PixelGrid {
+  double file_pitch_mm = 0;  // of the scene file's pixels, whatever number of columns is chosen
   std::optional<Electronics> electronics;
   // Only these are read out, other pixels of every image are 0: whole tiles (pupil_tiles.h). Empty: all.
   std::vector<PixelBox> windows;
 
   std::size_t pixels() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }
-  // World position at `column`, `row`, counted in pixels from that corner.
-  optics::Vec3 place(double column, double row) const {
-    return {left_mm + column * pitch_mm, top_mm - row * pitch_mm, z_mm};
-  }
   // Farthest |x| or |y| from the axis.
   double half_extent_mm() const;
 };

@@ -16,9 +16,10 @@ void PupilTiles::select(const std::vector<PixelBox>& boxes) {
   }
   std::fill(is_used_.begin(), is_used_.end(), static_cast<char>(0));
   for (const PixelBox& box : boxes)
-    for (int row = box.row / tile_pixels_; row <= (box.row + box.rows - 1) / tile_pixels_; ++row)
-      for (int column = box.column / tile_pixels_; column <= (box.column + box.columns - 1) / tile_pixels_; ++column) {
-        const int place = place_in_tiles_[static_cast<std::size_t>(row * across_ + column)];
+    for (int row = box.row / grid_.tile_pixels; row <= (box.row + box.rows - 1) / grid_.tile_pixels; ++row)
+      for (int column = box.column / grid_.tile_pixels; column <= (box.column + box.columns - 1) / grid_.tile_pixels;
+           ++column) {
+        const int place = place_in_tiles_[static_cast<std::size_t>(row * grid_.across + column)];
         if (place < 0) continue;
         selected_.push_back(static_cast<std::size_t>(place));
         for (const int across : {column, column + 1})

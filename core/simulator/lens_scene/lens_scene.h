@@ -74,7 +74,7 @@ class LensScene : public Scene {
     gpu::Gpu gpu;
     gpu::GpuCamera camera;
   };
-  std::vector<imaging::BatchItem> certified(const std::vector<BatchItem>& items);
+  std::vector<imaging::BatchItem> on_gpu(const std::vector<BatchItem>& items);
   float white() const;
   Json machine_time() const;
 

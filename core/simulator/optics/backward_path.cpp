@@ -237,13 +237,4 @@ void aim_rays(RayBlock& block, const BackwardPath& path, const Vec3& place, cons
   block_kernels().aim(block, rotation, {start.x, start.y, start.z}, {from.x, from.y, from.z}, x, y, z, count);
 }
 
-void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world) {
-  const Motion& motion = path.into_first_frame;
-  for (int i = 0; i < 9; ++i) tile.rotation[i] = static_cast<float>(motion.rotation[static_cast<std::size_t>(i)]);
-  const Vec3 centre = motion.point(tile_centre_world);
-  tile.translation[0] = static_cast<float>(centre.x);
-  tile.translation[1] = static_cast<float>(centre.y);
-  tile.translation[2] = static_cast<float>(centre.z);
-}
-
 }  // namespace relign::optics

@@ -43,7 +43,4 @@ void put_ray(RayBlock& block, int i, const Vec3& start, const Vec3& direction);
 void aim_rays(RayBlock& block, const BackwardPath& path, const Vec3& place, const Vec3& from, const double* x,
               const double* y, const double* z, int count);
 
-// World to a tile's first frame, for rays that start at sensor places relative to `tile_centre`.
-void set_first_frame(TileStart& tile, const BackwardPath& path, const Vec3& tile_centre_world);
-
 }  // namespace relign::optics

@@ -197,15 +197,8 @@ void aim(RayBlock& block, const double (&rotation)[9], const double (&start)[3],
   const double from_x = from[0], from_y = from[1], from_z = from[2];
   const float x = static_cast<float>(start[0]), y = static_cast<float>(start[1]), z = static_cast<float>(start[2]);
   RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const double dx = to_x[i] - from_x, dy = to_y[i] - from_y, dz = to_z[i] - from_z;
-    const double per_length = 1.0 / __builtin_sqrt(dx * dx + dy * dy + dz * dz);
-    const double lx = per_length * dx, ly = per_length * dy, lz = per_length * dz;
-    put(block, i,
-        {x, y, z, static_cast<float>(r[0] * lx + r[1] * ly + r[2] * lz),
-         static_cast<float>(r[3] * lx + r[4] * ly + r[5] * lz), static_cast<float>(r[6] * lx + r[7] * ly + r[8] * lz),
-         1.0F, 1.0F, 1.0F});
-  }
+  for (int i = 0; i < count; ++i)
+    put(block, i, aimed_ray(r, x, y, z, to_x[i] - from_x, to_y[i] - from_y, to_z[i] - from_z));
 }
 
 void apply_transmittance(RayBlock& block, int count) {

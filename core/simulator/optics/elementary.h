@@ -1,14 +1,13 @@
 // Elementary functions whose bits do not depend on the C library, and pi.
 #pragma once
 
-#include <numbers>
 #include <relign/portable_math.hpp>
+
+#include "optics/pi.h"
 
 namespace relign::optics {
 
 using relign::SineCosine;
-
-inline constexpr double kPi = std::numbers::pi;
 
 inline double square(double value) { return value * value; }
 

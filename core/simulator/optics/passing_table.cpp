@@ -9,48 +9,21 @@
 namespace relign::optics {
 namespace {
 
-constexpr int kCoarse = 16;  // coarse places per pupil side
-constexpr int kAzimuths = 2 * kSupports;
-constexpr int kBisections = 10;
 constexpr double kGridStep = 0.5;         // mm between places, for a lens whose pupil is so far from its image:
 constexpr double kPupilOfGridStep = 8.5;  // mm
 constexpr int kMinHeights = 5;
-constexpr double kRelativeMargin = 0.03;  // of the supports
 // Of tables of direction cosines:
-constexpr int kHalfGrid = 20;          // places from the axis to the end of the range
-constexpr double kSpreadMargin = 0.5;  // of what neighbours differ by
+constexpr int kHalfGrid = 20;  // places from the axis to the end of the range
+constexpr int kBisections = 10;
 constexpr int kMaxProbes = 6;
 constexpr double kWindowWidening = 1.25, kProbeWidening = 1.6;
-static_assert(kCoarse * kCoarse == kBlockRays);
+static_assert(kCoarsePlaces == kBlockRays);
 
-// Traces rays from one point to points of the pupil plane.
-class Prober {
- public:
-  Prober(const BackwardPath& path, double pupil_z, RayBlock& block) : path_(path), block_(block) {
-    pupil_z_.fill(pupil_z);
-  }
-
-  // passed[i] for `count` (a multiple of 16) points (x, y) on the pupil plane.
-  void probe(const Vec3& place, const double* x, const double* y, int count, bool* passed) {
-    aim_rays(block_, path_, place, place, x, y, pupil_z_.data(), count);
-    block_kernels().trace(block_, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
-    for (int i = 0; i < count; ++i) passed[i] = block_.margin[i] > 0;
-  }
-
- private:
-  const BackwardPath& path_;
-  std::array<double, kBlockRays> pupil_z_{};
-  RayBlock& block_;
-};
-
-// Cosines and sines of 2 pi k / kAzimuths.
-struct Azimuths {
-  std::array<double, kAzimuths> cosine{}, sine{};
-};
+}  // namespace
 
 const Azimuths& azimuths() {
   static const Azimuths table = [] {
-    Azimuths made;
+    Azimuths made{};
     for (int k = 0; k < kAzimuths; ++k) {
       const SineCosine angle = sine_cosine_of_degrees(360.0 * k / kAzimuths);
       made.cosine[static_cast<std::size_t>(k)] = angle.cosine;
@@ -61,117 +34,80 @@ const Azimuths& azimuths() {
   return table;
 }
 
-PassingRegion probe_region(Prober& prober, const Vec3& place, double reach) {
-  std::array<double, kBlockRays> x{}, y{};
-  std::array<bool, kBlockRays> passed{};
-  const double cell = 2 * reach / kCoarse;
-  for (int i = 0; i < kBlockRays; ++i) {
-    x[i] = -reach + cell * (i % kCoarse + 0.5);
-    y[i] = -reach + cell * (i / kCoarse + 0.5);
+PassingGrid passing_grid(const PupilSearch& search, const Prescription& lens) {
+  const PlaceRange& range = search.range();
+  PassingGrid grid{};
+  grid.on_plane = search.on_plane();
+  grid.plane_z = search.plane_z();
+  grid.reach = search.reach();
+  int half = kHalfGrid;
+  grid.count_z = kMinHeights;
+  if (grid.on_plane) {
+    // Halved or doubled with the size of the lens.
+    grid.step = kGridStep;
+    const double distance = lens.image_z_mm - grid.plane_z;
+    while (grid.step / kGridStep < distance / kPupilOfGridStep) grid.step *= 2;
+    while (grid.step / kGridStep >= 2 * distance / kPupilOfGridStep) grid.step /= 2;
+    half = static_cast<int>(std::ceil(range.half_width / grid.step));
+    grid.count_z =
+        std::max(kMinHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * grid.step))));
+  } else {
+    grid.step = range.half_width / half;
   }
-  prober.probe(place, x.data(), y.data(), kBlockRays, passed.data());
-  PassingRegion region;
-  double sum_x = 0, sum_y = 0;
-  int count = 0;
-  for (int i = 0; i < kBlockRays; ++i)
-    if (passed[i]) {
-      sum_x += x[i];
-      sum_y += y[i];
-      ++count;
-    }
-  if (count == 0) return region;
-  region.empty = false;
-  region.middle = {sum_x / count, sum_y / count};
-
-  // Bisect between the middle (passes) and twice the reach (does not) along each azimuth.
-  const auto& [cosine, sine] = azimuths();
-  std::array<double, kAzimuths> inner{}, outer{};
-  outer.fill(2 * reach);
-  for (int step = 0; step < kBisections; ++step) {
-    for (int k = 0; k < kAzimuths; ++k) {
-      const double length = 0.5 * (inner[k] + outer[k]);
-      x[k] = region.middle[0] + length * cosine[k];
-      y[k] = region.middle[1] + length * sine[k];
-    }
-    prober.probe(place, x.data(), y.data(), kAzimuths, passed.data());
-    for (int k = 0; k < kAzimuths; ++k) (passed[k] ? inner : outer)[k] = 0.5 * (inner[k] + outer[k]);
-  }
-  for (int i = 0; i < kAzimuths; ++i) {
-    const double edge[2] = {outer[i] * cosine[i], outer[i] * sine[i]};
-    for (int k = 0; k < kSupports; ++k)
-      region.supports[k] = std::max(region.supports[k], edge[0] * cosine[2 * k] + edge[1] * sine[2 * k]);
-  }
-  return region;
-}
-
-}  // namespace
-
-std::array<double, 2> support_direction(int k, int n) {
-  const auto at = static_cast<std::size_t>(k * (kAzimuths / n));
-  return {azimuths().cosine[at], azimuths().sine[at]};
+  grid.count = 2 * half + 1;
+  grid.low = -half * grid.step;
+  grid.low_z = range.z_low;
+  grid.step_z = (range.z_high - range.z_low) / (grid.count_z - 1);
+  return grid;
 }
 
 PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)
-    : path_(backward_path(assembly, {})), search_(&search) {
-  const PlaceRange& range = search.range();
-  int half = kHalfGrid;
-  if (search.on_plane()) {
-    // Halved or doubled with the size of the lens.
-    step_ = kGridStep;
-    const double distance = assembly.lens().image_z_mm - search.plane_z();
-    while (step_ / kGridStep < distance / kPupilOfGridStep) step_ *= 2;
-    while (step_ / kGridStep >= 2 * distance / kPupilOfGridStep) step_ /= 2;
-    half = static_cast<int>(std::ceil(range.half_width / step_));
-    count_z_ = std::max(kMinHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * step_))));
-  } else {
-    step_ = range.half_width / half;
-    count_z_ = kMinHeights;
-  }
-  count_ = 2 * half + 1;
-  low_ = -half * step_;
-  low_z_ = range.z_low;
-  step_z_ = (range.z_high - range.z_low) / (count_z_ - 1);
-  nodes_.resize(static_cast<std::size_t>(count_ * count_ * count_z_));
-  requested_.resize(nodes_.size());
-}
-
-bool PassingTable::find_cell(const Vec3& place, Cell& cell) const {
-  const double u = (place.x - low_) / step_, v = (place.y - low_) / step_, w = (place.z - low_z_) / step_z_;
-  if (!(u >= 0 && u <= count_ - 1 && v >= 0 && v <= count_ - 1)) return false;
-  const double wc = std::clamp(w, 0.0, count_z_ - 1.0);
-  cell.ix = std::min(static_cast<int>(u), count_ - 2);
-  cell.iy = std::min(static_cast<int>(v), count_ - 2);
-  cell.iz = std::min(static_cast<int>(wc), count_z_ - 2);
-  cell.fu = u - cell.ix;
-  cell.fv = v - cell.iy;
-  cell.fw = wc - cell.iz;
-  return true;
-}
+    : path_(backward_path(assembly, {})), search_(&search), grid_(passing_grid(search, assembly.lens())) {}
 
 void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
-  Cell cell;
-  if (!find_cell(place, cell)) return;
+  if (regions_.empty()) {
+    regions_.resize(static_cast<std::size_t>(grid_.places()));
+    requested_.resize(regions_.size());
+  }
+  PassingCell cell;
+  if (!find_cell(grid_, place, cell)) return;
   for (int corner = 0; corner < 8; ++corner) {
-    const int node = node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2));
-    char& requested = requested_[static_cast<std::size_t>(node)];
-    if (!requested) missing.push_back(node);
+    const int index = cell.place(grid_, corner);
+    char& requested = requested_[static_cast<std::size_t>(index)];
+    if (!requested) missing.push_back(index);
     requested = 1;
   }
 }
 
 void PassingTable::fill(int missing, RayBlock& block) {
-  const int ix = missing % count_, iy = missing / count_ % count_, iz = missing / count_ / count_;
-  const Vec3 place{low_ + ix * step_, low_ + iy * step_, low_z_ + iz * step_z_};
-  PassingRegion& node = nodes_[static_cast<std::size_t>(missing)];
-  if (!search_->on_plane()) {
-    node = directions_from(place, block);
+  const Vec3 place = grid_.place(missing);
+  PassingRegion& region = regions_[static_cast<std::size_t>(missing)];
+  if (!grid_.on_plane) {
+    region = directions_from(place, block);
     return;
   }
-  Prober prober(path_, search_->plane_z(), block);
-  node = probe_region(prober, place, search_->reach());
+  RegionSearch work;
+  std::array<double, kCoarsePlaces> plane_z;
+  plane_z.fill(grid_.plane_z);
+  const auto probe = [&](int count) {
+    aim_rays(block, path_, place, place, work.x, work.y, plane_z.data(), count);
+    block_kernels().trace(block, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
+    for (int i = 0; i < count; ++i) work.passed[i] = block.margin[i] > 0;
+  };
+  find_region(OneThread(), grid_, azimuths(), work, probe, region);
 }
 
-// Like probe_region() in direction cosines, with a window that follows the passing rays: a lens as built passes other
+namespace {
+
+// cos and sin of 2 pi k / n for n = kSupports or kAzimuths.
+std::array<double, 2> support_direction(int k, int n) {
+  const auto at = static_cast<std::size_t>(k * (kAzimuths / n));
+  return {azimuths().cosine[at], azimuths().sine[at]};
+}
+
+}  // namespace
+
+// Like find_region() in direction cosines, with a window that follows the passing rays: a lens as built passes other
 // directions than the design.
 PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) const {
   PassingRegion region;
@@ -254,44 +190,6 @@ PassingRegion PassingTable::directions_from(const Vec3& place, RayBlock& block) 
     widen(region.middle[0] + length * direction[0], region.middle[1] + length * direction[1]);
   }
   return region;
-}
-
-PassingRegion PassingTable::at(const Vec3& place) const {
-  PassingRegion result;
-  Cell cell;
-  if (!find_cell(place, cell)) return result;
-
-  // Weighted over the corners where light passes.
-  double total = 0;
-  std::array<double, kSupports> lowest{}, highest{};
-  lowest.fill(1e300);
-  for (int corner = 0; corner < 8; ++corner) {
-    const PassingRegion& region = nodes_[static_cast<std::size_t>(
-        node_index(cell.ix + (corner & 1), cell.iy + (corner >> 1 & 1), cell.iz + (corner >> 2)))];
-    if (region.empty) continue;
-    const double weight = (corner & 1 ? cell.fu : 1 - cell.fu) * (corner & 2 ? cell.fv : 1 - cell.fv) *
-                              (corner & 4 ? cell.fw : 1 - cell.fw) +
-                          1e-9;
-    total += weight;
-    for (int axis = 0; axis < 2; ++axis) result.middle[axis] += weight * region.middle[axis];
-    for (int k = 0; k < kSupports; ++k) {
-      result.supports[k] += weight * region.supports[k];
-      lowest[k] = std::min(lowest[k], region.supports[k]);
-      highest[k] = std::max(highest[k], region.supports[k]);
-    }
-  }
-  if (total == 0) return result;
-  result.empty = false;
-  for (double& value : result.middle) value /= total;
-  double largest = 0;
-  for (double& value : result.supports) {
-    value /= total;
-    largest = std::max(largest, value);
-  }
-  for (double& value : result.supports) value += kRelativeMargin * largest;
-  if (!search_->on_plane())
-    for (int k = 0; k < kSupports; ++k) result.supports[k] += kSpreadMargin * (highest[k] - lowest[k]);
-  return result;
 }
 
 }  // namespace relign::optics

@@ -16,18 +16,16 @@
 
 #include "optics/assembly.h"
 #include "optics/backward_path.h"
+#include "optics/passing_steps.h"
 #include "optics/pupil_search.h"
 #include "optics/ray_block.h"
 
 namespace relign::optics {
 
-constexpr int kSupports = 16;
+// The places of a lens's regions.
+PassingGrid passing_grid(const PupilSearch& search, const Prescription& lens);
 
-struct PassingRegion {
-  bool empty = true;
-  std::array<double, 2> middle{};            // mm on the plane, or direction cosines in lens coordinates
-  std::array<double, kSupports> supports{};  // from the middle
-};
+const Azimuths& azimuths();
 
 class PassingTable {
  public:
@@ -38,37 +36,24 @@ class PassingTable {
   // fill() all of them; different ones may be filled by different threads. `block` is workspace.
   void add_missing(const Vec3& place, std::vector<int>& missing);
   void fill(int missing, RayBlock& block);
-  std::size_t grid_places() const { return nodes_.size(); }
+  const PassingGrid& grid() const { return grid_; }
 
   const PupilSearch& search() const { return *search_; }
+  // From a point to the sensor side of the lens, in its own coordinates.
+  const BackwardPath& path() const { return path_; }
   // The region at a point, interpolated between grid points and widened by the margin. Empty outside the range and
   // where no light passes.
-  PassingRegion at(const Vec3& place) const;
+  PassingRegion at(const Vec3& place) const { return region_at(grid_, regions_.data(), place); }
+  const PassingRegion* regions() const { return regions_.data(); }
 
  private:
-  // The grid cell that contains a point, and the position in it; false outside the range.
-  struct Cell {
-    int ix = 0, iy = 0, iz = 0;
-    double fu = 0, fv = 0, fw = 0;
-  };
-  bool find_cell(const Vec3& place, Cell& cell) const;
-  int node_index(int ix, int iy, int iz) const { return (iz * count_ + iy) * count_ + ix; }
-
   PassingRegion directions_from(const Vec3& place, RayBlock& block) const;
 
   BackwardPath path_;
   const PupilSearch* search_;
-  double step_ = 0;  // mm, x and y
-  double step_z_ = 0;
-  int count_ = 0;  // per x and y
-  int count_z_ = 0;
-  double low_ = 0;  // x and y of node 0
-  double low_z_ = 0;
-  std::vector<PassingRegion> nodes_;
-  std::vector<char> requested_;  // per node: has a region, or was appended to `missing`
+  PassingGrid grid_;
+  std::vector<PassingRegion> regions_;  // of the grid's places; allocated when a pose first needs one
+  std::vector<char> requested_;         // per place: has a region, or was appended to `missing`
 };
-
-// cos and sin of 2 pi k / n for n = kSupports or 2 kSupports.
-std::array<double, 2> support_direction(int k, int n);
 
 }  // namespace relign::optics

@@ -143,23 +143,4 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
   return window;
 }
 
-DirectionWindow PupilSearch::window(const Vec3& place) const {
-  const double u = std::sqrt(place.x * place.x + place.y * place.y) / radius_step_;
-  const double w = z_step_ > 0 ? std::clamp((place.z - range_.z_low) / z_step_, 0.0, kHeights - 1.0) : 0;
-  // The hull of the surrounding samples and of the next ones inwards, since light ends between two samples.
-  DirectionWindow hull;
-  const int from = std::max(0, static_cast<int>(u) - 1), to = std::min(kRadii - 1, static_cast<int>(u) + 1);
-  for (int radius = from; radius <= to; ++radius)
-    for (int height = static_cast<int>(w); height <= std::min(kHeights - 1, static_cast<int>(w) + 1); ++height) {
-      const DirectionWindow& one = samples_[static_cast<std::size_t>(height * kRadii + radius)];
-      if (one.empty) continue;
-      for (std::size_t axis = 0; axis < 2; ++axis) {
-        hull.low[axis] = hull.empty ? one.low[axis] : std::min(hull.low[axis], one.low[axis]);
-        hull.high[axis] = hull.empty ? one.high[axis] : std::max(hull.high[axis], one.high[axis]);
-      }
-      hull.empty = false;
-    }
-  return hull;
-}
-
 }  // namespace relign::optics

@@ -7,6 +7,7 @@
 
 #include "optics/assembly.h"
 #include "optics/backward_path.h"
+#include "optics/direction_windows.h"
 #include "optics/ray_block.h"
 
 namespace relign::optics {
@@ -15,12 +16,6 @@ namespace relign::optics {
 struct PlaceRange {
   double half_width = 0;  // |x|, |y|
   double z_low = 0, z_high = 0;
-};
-
-// A box of direction cosines at a point: radial (away from the axis) and tangential. Light comes from -z.
-struct DirectionWindow {
-  bool empty = true;
-  std::array<double, 2> low{}, high{};
 };
 
 class PupilSearch {
@@ -37,10 +32,12 @@ class PupilSearch {
   // Whether any ray passes; false if the stop is closed or smaller than about f/10000.
   bool finds_light() const;
   // The directions that pass at points this far from the axis, with a margin; empty if none passes nearby.
-  DirectionWindow window(const Vec3& place) const;
+  DirectionWindow window(const Vec3& place) const { return windows().at(place); }
+  // Valid while the search is.
+  DirectionWindows windows() const { return {samples_.data(), radius_step_, range_.z_low, z_step_}; }
 
  private:
-  static constexpr int kRadii = 33, kHeights = 3;
+  static constexpr int kRadii = DirectionWindows::kRadii, kHeights = DirectionWindows::kHeights;
 
   void choose_plane(const Prescription& lens);
   // Scans the directions at (radius, 0, z) and clears on_plane_ if rays exceed the plane's reach. `fineness`: how many

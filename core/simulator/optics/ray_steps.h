@@ -72,6 +72,22 @@ RELIGN_DEVICE void unit_disc(std::uint32_t bits_u, std::uint32_t bits_v, float& 
   dy = radius * (2.0F * sine * cosine);
 }
 
+// From `start` (the path's first frame) along (dx, dy, dz) of any length, which is normalised and turned (row-major
+// rotation) in double, then rounded.
+RELIGN_DEVICE FloatRay aimed_ray(const double* rotation, float x, float y, float z, double dx, double dy, double dz) {
+  const double per_length = 1.0 / square_root(dx * dx + dy * dy + dz * dz);
+  const double lx = per_length * dx, ly = per_length * dy, lz = per_length * dz;
+  return {x,
+          y,
+          z,
+          static_cast<float>(rotation[0] * lx + rotation[1] * ly + rotation[2] * lz),
+          static_cast<float>(rotation[3] * lx + rotation[4] * ly + rotation[5] * lz),
+          static_cast<float>(rotation[6] * lx + rotation[7] * ly + rotation[8] * lz),
+          1.0F,
+          1.0F,
+          1.0F};
+}
+
 // From a place on the sensor, relative to the tile's centre, with direction cosines p, q.
 RELIGN_DEVICE FloatRay placed_ray(const TileStart& tile, float px, float py, float p, float q) {
   const float rest = multiply_add(-p, p, multiply_add(-q, q, 1.0F));
@@ -253,15 +269,20 @@ using LooseWord = std::uint32_t __attribute__((aligned(2), may_alias));
 RELIGN_DEVICE std::uint32_t two_words(const std::uint16_t* words) { return *reinterpret_cast<const LooseWord*>(words); }
 #endif
 
+// x and y become those on the plane, z stays. Returns the distance along the ray.
+RELIGN_DEVICE float move_to_plane(FloatRay& ray, float distance_z) {
+  const float t = (distance_z - ray.z) / ray.lz;
+  ray.x = multiply_add(t, ray.lx, ray.x);
+  ray.y = multiply_add(t, ray.ly, ray.y);
+  return t;
+}
+
 // Moves a ray to the emitter's plane; the radiance there, 0 if the ray was lost or misses the square.
 template <bool EightBits>
 RELIGN_DEVICE float look_up(FloatRay& ray, const EmitterPlane& emitter) {
   const float last = static_cast<float>(emitter.texels - 1);
-  const float t = (emitter.distance_z - ray.z) / ray.lz;
-  const float x = multiply_add(t, ray.lx, ray.x);
-  const float y = multiply_add(t, ray.ly, ray.y);
-  ray.x = x;
-  ray.y = y;
+  const float t = move_to_plane(ray, emitter.distance_z);
+  const float x = ray.x, y = ray.y;
   // The ray must travel forwards and hit inside the square.
   const float inside = smaller(smaller(emitter.half_side - magnitude(x), emitter.half_side - magnitude(y)), t);
   const bool hits = smaller(ray.margin, inside) > 0.0F;

@@ -12,12 +12,14 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "gpu/capture_kernel.h"
+#include "gpu/gpu.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
 
@@ -26,6 +28,7 @@ namespace {
 using namespace relign;
 using Address = unsigned long long;
 using Handle = void*;
+using Kernel = gpu::Gpu::Kernel;
 constexpr int kInvalidValue = 1, kOutOfMemory = 2, kInvalidContext = 201, kLaunchFailed = 719;
 constexpr char kCompiled[] = "kernels of the emulated GPU";
 
@@ -37,7 +40,7 @@ struct Allocation {
 
 std::recursive_mutex mutex;
 std::map<Address, Allocation> allocations;
-std::vector<int> kernels = {0, 1, 2, 3, 4};
+int kernels[std::size(gpu::Gpu::kKernels)] = {};  // one for each
 int context = 0, users = 0, launches = 0;
 thread_local int current = 0;  // depth of the thread's stack of contexts
 
@@ -94,6 +97,64 @@ double squares(const gpu::Batch& batch, const gpu::ImageJob& image, float* image
 void mse(const gpu::Batch& batch, const gpu::TileJob& tile, imaging::MseSum* sum) {
   *sum = {};
   for (std::int32_t pixel = 0; pixel < tile.pixels; ++pixel) *sum += gpu::mse_pixel(batch, tile, pixel);
+}
+
+// Threads of blocks that are no more than the number of what they work on.
+template <class Body>
+void each_thread(unsigned blocks, std::int32_t count, const Body& body) {
+  for (unsigned i = 0; i < blocks * unsigned{gpu::kTileThreads}; ++i)
+    if (static_cast<std::int32_t>(i) < count) body(static_cast<std::int32_t>(i));
+}
+
+void fit(Kernel kernel, const gpu::FitBatch& batch, unsigned blocks) {
+  const std::int32_t corners = batch.image_count * batch.grid.corners(), tiles = batch.image_count * batch.grid.tiles();
+  optics::RegionSearch work;
+  switch (kernel) {
+    case Kernel::request:
+      return each_thread(blocks, corners, [&](std::int32_t i) { gpu::request_regions(batch, i); });
+    case Kernel::fill:
+      for (std::int32_t i = 0; i < batch.missing[0]; ++i) gpu::fill_region(optics::OneThread(), batch, i, work);
+      return;
+    case Kernel::corners:
+      return each_thread(blocks, corners, [&](std::int32_t i) { gpu::fit_corner(batch, i); });
+    case Kernel::probes:
+      return each_thread(blocks, corners * imaging::kProbes, [&](std::int32_t i) { gpu::trace_probe(batch, i); });
+    case Kernel::blur:
+      return each_thread(blocks, corners, [&](std::int32_t i) { gpu::see_blur(batch, i); });
+    case Kernel::see:
+      return each_thread(blocks, tiles, [&](std::int32_t i) { gpu::see_emitter(batch, i); });
+    default:
+      return each_thread(blocks, tiles, [&](std::int32_t i) { gpu::fit_tile(batch, i); });
+  }
+}
+
+void render(Kernel kernel, void** arguments, unsigned blocks) {
+  const auto& batch = *static_cast<const gpu::Batch*>(arguments[0]);
+  void* const out = *static_cast<void**>(arguments[1]);
+  auto* const images = static_cast<float*>(out);
+  if (kernel == Kernel::electronics) {
+    const auto count = static_cast<std::int32_t>(*static_cast<std::int64_t*>(arguments[3]));
+    return each_thread(blocks, count, [&](std::int32_t i) {
+      gpu::read_out_pixel(batch, *static_cast<gpu::ErrorBatch*>(arguments[2]), i, images);
+    });
+  }
+  for (unsigned block = 0; block < blocks; ++block) switch (kernel) {
+      case Kernel::clear:
+        clear(batch, batch.images[block], images);
+        break;
+      case Kernel::capture:
+        capture(batch, batch.tiles[block], images);
+        break;
+      case Kernel::read_out:
+        gpu::read_out_image(optics::OneThread(), batch, *static_cast<gpu::ErrorBatch*>(arguments[2]),
+                            batch.images[block], images);
+        break;
+      case Kernel::squares:
+        static_cast<double*>(*static_cast<void**>(arguments[2]))[block] = squares(batch, batch.images[block], images);
+        break;
+      default:
+        mse(batch, batch.tiles[block], static_cast<imaging::MseSum*>(out) + block);
+    }
 }
 
 }  // namespace
@@ -162,9 +223,8 @@ EXPORT int cuModuleLoadData(Handle* module, const void* image) {
 }
 EXPORT int cuModuleUnload(Handle module) { return module == &kernels ? 0 : kInvalidValue; }
 EXPORT int cuModuleGetFunction(Handle* function, Handle, const char* name) {
-  const char* const names[] = {"relign_clear", "relign_capture", "relign_read_out", "relign_squares", "relign_mse"};
-  for (std::size_t i = 0; i < kernels.size(); ++i)
-    if (std::strcmp(name, names[i]) == 0) *function = &kernels[i];
+  for (std::size_t i = 0; i < std::size(kernels); ++i)
+    if (std::strcmp(name, gpu::Gpu::kKernels[i]) == 0) *function = &kernels[i];
   return *function != nullptr ? 0 : kInvalidValue;
 }
 
@@ -218,23 +278,18 @@ EXPORT int cuLaunchKernel(Handle function, unsigned blocks, unsigned y, unsigned
                           unsigned, unsigned, Handle, void** arguments, void**) {
   if (const int result = problem("cuLaunchKernel")) return result;
   if (blocks == 0 || y != 1 || z != 1 || threads != unsigned{gpu::kTileThreads}) return kInvalidValue;
-  const auto& batch = *static_cast<const gpu::Batch*>(arguments[0]);
-  void* const out = *static_cast<void**>(arguments[1]);
   const Access access;
   ++launches;
-  for (unsigned block = 0; block < blocks; ++block)
-    if (function == &kernels[0])
-      clear(batch, batch.images[block], static_cast<float*>(out));
-    else if (function == &kernels[1])
-      capture(batch, batch.tiles[block], static_cast<float*>(out));
-    else if (function == &kernels[2])
-      gpu::read_out_image(gpu::OneThread(), batch, *static_cast<gpu::ErrorBatch*>(arguments[2]), batch.images[block],
-                          static_cast<float*>(out));
-    else if (function == &kernels[3])
-      static_cast<double*>(*static_cast<void**>(arguments[2]))[block] =
-          squares(batch, batch.images[block], static_cast<float*>(out));
-    else
-      mse(batch, batch.tiles[block], static_cast<imaging::MseSum*>(out) + block);
+  const auto kernel = static_cast<Kernel>(static_cast<int*>(function) - kernels);
+  if (kernel == Kernel::check) {
+    const auto& checks = *static_cast<const gpu::CheckBatch*>(arguments[1]);
+    const auto& batch = *static_cast<const gpu::FitBatch*>(arguments[0]);
+    each_thread(blocks, checks.image_count * checks.pixel_count * checks.rays,
+                [&](std::int32_t i) { gpu::check_ray(batch, checks, i); });
+  } else if (kernel <= Kernel::tiles)
+    fit(kernel, *static_cast<const gpu::FitBatch*>(arguments[0]), blocks);
+  else
+    render(kernel, arguments, blocks);
   return 0;
 }
 

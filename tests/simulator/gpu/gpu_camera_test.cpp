@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
+#include <map>
 #include <memory>
 #include <thread>
 
@@ -30,13 +31,28 @@ const SceneFile& small_scene() {
   return scene;
 }
 
+// A little displaced and tilted.
+std::unique_ptr<imaging::MountedLens> random_lens(const SceneFile& scene, Random& random) {
+  std::map<std::string, optics::ElementOffset> offsets;
+  for (const optics::Element& element : scene.lens.elements)
+    offsets[element.name] = {{1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal()},
+                             {0.3 * random.normal(), 0.3 * random.normal()}};
+  return std::make_unique<imaging::MountedLens>(scene, optics::Assembly(scene.lens, offsets));
+}
+
+std::vector<double> random_pose(const SceneFile& scene, Random& random) {
+  std::vector<double> pose(scene.axes());
+  for (double& value : pose) value = random.uniform();
+  return pose;
+}
+
 // Lenses at random poses, each with memory for an image.
 struct Instances {
   Instances(const SceneFile& scene, std::size_t count) : images(count, std::vector<float>(scene.sensor.pixels())) {
     Random random(4);
     for (std::size_t i = 0; i < count; ++i) {
-      lenses.push_back(std::make_unique<imaging::MountedLens>(scene, imaging::random_assembly(random)));
-      poses.push_back(imaging::random_pose(random));
+      lenses.push_back(random_lens(scene, random));
+      poses.push_back(random_pose(scene, random));
     }
     for (std::size_t i = 0; i < count; ++i) items.push_back({lenses[i].get(), &poses[i], 5 + i, images[i].data()});
   }
@@ -78,9 +94,114 @@ TEST(GpuCamera, HasTheBitsOfTheCameraOnTheEmulatedDriver) {
     Gpu gpu;
     expect_bits_of_camera(gpu, small_scene(), 5);
     expect_bits_of_camera(gpu, small_scene(), 1);
-    EXPECT_EQ(emulated.launches(), 6);
+    // Each time the seven kernels that fit tiles, for captures and for the MSE; check, clear, capture, mse.
+    EXPECT_EQ(emulated.launches(), 2 * (2 * 7 + 4));
   }
   EXPECT_EQ(emulated.allocations(), 0U);
+}
+
+TEST(GpuCamera, FitsTheTilesOfEveryShippedScene) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  int compared = 0;
+  for (const std::string& name : imaging::shipped_scenes()) {
+    imaging::SceneChoices choices;
+    choices.pixels = 40;
+    const SceneFile scene = imaging::read_scene_file(imaging::scene_folder() + name + "/scene.json", choices);
+    if (!unsupported(scene, {}).empty()) continue;
+    Parallel alone(1);
+    CaptureBatch here(scene, {}, alone), there(scene, {}, alone, nullptr, CaptureBatch::Tiles::fitted_by_kernels);
+    const int before = emulated.launches();
+    expect_bits_of_camera(gpu, scene, 2);
+    const int reads_out = scene.sensor.electronics ? 1 : 0;
+    EXPECT_EQ(emulated.launches() - before, (there.kernels_fit_tiles() ? 18 : 3) + reads_out) << scene.name;
+    EXPECT_FALSE(here.kernels_fit_tiles());
+    compared += there.kernels_fit_tiles() ? 1 : 0;
+  }
+  EXPECT_GT(compared, 2);
+}
+
+// Regions in direction cosines are found by the CPU.
+TEST(GpuCamera, LeavesTilesToTheCpuWhereNoPlaneHoldsTheRegions) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  SceneFile scene = small_scene();
+  scene.lens.stops[1].opening_radius_mm = 0.2;  // the aperture
+  scene.pupil = nullptr;
+  Parallel alone(1);
+  ASSERT_FALSE(CaptureBatch(scene, {}, alone, nullptr, CaptureBatch::Tiles::fitted_by_kernels).kernels_fit_tiles());
+  const int before = emulated.launches();
+  expect_bits_of_camera(gpu, scene, 2);
+  EXPECT_EQ(emulated.launches() - before, 3);
+}
+
+// Batches of any lenses, some of them shared and some mounted anew, so that tables change hands.
+TEST(GpuCamera, KeepsTheRegionsOfEachLens) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  Parallel alone(1);
+  GpuCamera on_gpu(gpu, small_scene(), {}, alone);
+  imaging::Camera camera(small_scene(), {}, alone);
+  Random random(8);
+  Instances instances(small_scene(), 6);
+  std::vector<float> expected(small_scene().sensor.pixels());
+  for (int round = 0; round < 12; ++round) {
+    std::vector<imaging::BatchItem> items;
+    for (std::size_t i = 0; i < instances.items.size(); ++i) {
+      if (random.uniform() < 0.3) instances.lenses[i] = random_lens(small_scene(), random);
+      instances.poses[i] = random_pose(small_scene(), random);
+      if (random.uniform() < 0.4) continue;
+      imaging::BatchItem item = instances.items[i];
+      item.lens = instances.lenses[random.uniform() < 0.3 ? 0 : i].get();
+      items.push_back(item);
+    }
+    on_gpu.capture(items);
+    for (const imaging::BatchItem& item : items) {
+      camera.capture(*item.lens, *item.true_pose, item.seed, expected.data());
+      ASSERT_TRUE(std::equal(expected.begin(), expected.end(), item.pixels)) << round;
+    }
+  }
+}
+
+// Regions searched in too narrow a range leave tiles black.
+TEST(GpuCamera, RejectsImagesThatMissLightAsTheCpuDoes) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  SceneFile scene = small_scene();
+  const double z = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
+  scene.pupil = std::make_shared<optics::PupilSearch>(scene.lens, optics::PlaceRange{1, z - 0.5, z + 0.5});
+  ASSERT_TRUE(scene.pupil->on_plane());
+  Parallel alone(1);
+  GpuCamera on_gpu(gpu, scene, {}, alone);
+  std::vector<float> pixels(scene.sensor.pixels());
+  imaging::MountedLens lens(scene);
+  const std::vector<double> pose = imaging::nominal_pose();
+  const auto capture = [&] { on_gpu.capture({{&lens, &pose, 1, pixels.data()}}); };
+  const std::string found = error_text(ErrorKind::internal, capture);
+  EXPECT_THAT(found, testing::HasSubstr("images of this lens would miss light"));
+  EXPECT_FALSE(lens.is_certified());
+  EXPECT_EQ(error_text(ErrorKind::internal, capture), found) << "not only the first time";
+  imaging::Camera camera(scene, {}, alone);
+  EXPECT_EQ(error_text(ErrorKind::internal,
+                       [&] { camera.certify(lens, pose, imaging::kFirstImageRays, imaging::kFirstImageSeed); }),
+            found);
+}
+
+TEST(GpuCamera, ChecksEachLensOnce) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  Instances instances(small_scene(), 3);
+  Parallel alone(1);
+  GpuCamera camera(gpu, small_scene(), {}, alone);
+  const int before = emulated.launches();
+  camera.capture({instances.items[0], instances.items[1], instances.items[0]});
+  EXPECT_TRUE(instances.lenses[0]->is_certified());
+  EXPECT_EQ(emulated.launches() - before, 10);
+  camera.capture({instances.items[0], instances.items[1]});
+  EXPECT_EQ(emulated.launches() - before, 10 + 9);
+  camera.capture(instances.items);
+  EXPECT_TRUE(instances.lenses[2]->is_certified());
+  EXPECT_EQ(emulated.launches() - before, 10 + 9 + 10);
 }
 
 TEST(GpuCamera, CapturesIntoChosenPlacesOfMemoryOnTheGpu) {
@@ -136,6 +257,20 @@ TEST(GpuCamera, ReportsTooLittleMemoryAndFreesWhatItHad) {
               "the GPU has too little memory (cuMemAlloc); use fewer images per batch");
   }
   camera.capture(instances.items);  // the camera can still be used
+  const std::vector<std::vector<float>> images = instances.images;
+  Instances more(small_scene(), 20);
+  for (const char* bytes :
+       {"10000000", "11000000", "12000000"}) {  // for tables, for what kernels make of corners, tiles
+    const With little{{"EMULATED_CUDA_MEMORY", bytes}};
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { camera.capture(more.items); }),
+                testing::HasSubstr("use fewer images per batch"));
+  }
+  camera.capture(instances.items);
+  EXPECT_EQ(instances.images, images);
+  camera.capture(more.items);
+  imaging::Camera on_cpu(small_scene(), {}, alone);
+  on_cpu.capture(*more.lenses[19], more.poses[19], more.items[19].seed, instances.images[0].data());
+  EXPECT_EQ(more.images[19], instances.images[0]);
 }
 
 TEST(GpuCamera, NamesTheFunctionOfTheDriverThatFails) {

@@ -1,4 +1,4 @@
-#include "imaging/sequences.h"
+#include "imaging/binomial.h"
 
 #include <gtest/gtest.h>
 

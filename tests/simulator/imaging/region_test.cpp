@@ -49,7 +49,8 @@ void trace_hemisphere(const SceneFile& scene, const optics::Assembly& assembly, 
     start.pixel_pitch_x = static_cast<float>(tile.box.columns * pitch);
     start.pixel_pitch_y = static_cast<float>(-tile.box.rows * pitch);
     optics::set_first_frame(
-        start, path, scene.sensor.place(tile.box.column + 0.5 * tile.box.columns, tile.box.row + 0.5 * tile.box.rows));
+        start, path.into_first_frame,
+        scene.sensor.place(tile.box.column + 0.5 * tile.box.columns, tile.box.row + 0.5 * tile.box.rows));
     for (int i = 0; i < kBlockRays; ++i) {
       block->pixel_x[i] = -0.5F * start.pixel_pitch_x;
       block->pixel_y[i] = -0.5F * start.pixel_pitch_y;

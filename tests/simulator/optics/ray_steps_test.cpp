@@ -15,6 +15,7 @@
 #include "optics/backward_path.h"
 #include "optics/ray_block.h"
 #include "optics/ray_file.h"
+#include "optics/tile_start.h"
 
 namespace relign::optics::ray_steps {
 namespace {
@@ -50,7 +51,7 @@ Scene scene_of(const Assembly& assembly, bool eight_bits) {
   tile.axes[2] = 0.01F;
   tile.axes[3] = 0.28F;
   tile.slope[0] = tile.slope[3] = 0.1F;
-  set_first_frame(tile, path, {0.4, -0.3, 3.61});
+  set_first_frame(tile, path.into_first_frame, {0.4, -0.3, 3.61});
   constexpr int kTexels = 256;
   Random random(2);
   for (int i = 0; i < kTexels * kTexels + 2 * kTexels; ++i) {
