@@ -1,4 +1,4 @@
-"""Figure of the exact recipe's training beside that of ppo-paper: `python3 reports/paper/training_exact.py`.
+"""Figure of the exact recipe's trainings, a line each, beside that of ppo-paper: `python3 reports/paper/training_exact.py`.
 
 Reads training_exact.csv and training.csv beside it and writes docs/images/training_exact.png; needs matplotlib.
 """
@@ -23,10 +23,16 @@ def main():
     figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 3.6), constrained_layout=True)
     for name, training, label, colour in TRAININGS:
         with (HERE / name).open(newline="") as file:
-            rows = [row for row in csv.DictReader(file) if training in ("", row["training"])]
+            runs = {}
+            for row in csv.DictReader(file):
+                if training in ("", row["training"]):
+                    runs.setdefault(row["training"], []).append(row)
         for panel, (column, _) in zip(panels, PANELS):
-            shown = [row for row in rows if row[column]]
-            panel.plot([int(row["steps"]) for row in shown], [float(row[column]) for row in shown], color=colour, label=label)
+            for number, rows in enumerate(runs.values()):
+                shown = [row for row in rows if row[column]]
+                panel.plot([int(row["steps"]) for row in shown], [float(row[column]) for row in shown], color=colour,
+                           alpha=1 - 0.35 * min(number, 2), linewidth=1.5 if len(runs) == 1 else 1,
+                           label=label if number == 0 else None)
     for panel, (_, title) in zip(panels, PANELS):
         panel.set_title(title, fontsize=10)
         panel.set_xlabel("steps")

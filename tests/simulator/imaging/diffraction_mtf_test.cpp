@@ -6,13 +6,14 @@
 
 #include "hyperboloids.h"
 #include "imaging/field_mtf.h"
+#include "optics/pi.h"
 #include "optics/trace.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging::diffraction_mtf {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 const double kSine = kStopRadius_mm / std::hypot(kStopRadius_mm, kFocus_mm);  // of the marginal ray
 constexpr double kWavelength_mm = 550e-6;
 

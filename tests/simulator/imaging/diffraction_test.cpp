@@ -10,12 +10,13 @@
 #include "images/measures.h"
 #include "imaging/camera.h"
 #include "imaging/reference.h"
+#include "optics/pi.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 
 double circular_pupil_mtf(double s) { return s < 1 ? 2 / kPi * (std::acos(s) - s * std::sqrt(1 - s * s)) : 0; }
 

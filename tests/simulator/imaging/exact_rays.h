@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "imaging/scene_file.h"
+#include "optics/pi.h"
 #include "optics/trace.h"
 
 namespace relign::imaging {
 
-inline constexpr double kPi = 3.14159265358979323846;
+using optics::kPi;
 
 // Share of the light that all faces transmit: uncoated glass, unpolarised.
 inline double transmittance(const optics::Assembly& assembly, const optics::Ray& start, const optics::TracedRay& ray) {
