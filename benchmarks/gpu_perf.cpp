@@ -50,6 +50,13 @@ double seconds_of(const auto& body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+// Of GPU time, by events.
+double seconds_on(gpu::Gpu& device, const auto& body) {
+  device.start_clock();
+  body();
+  return device.stop_clock() / 1e3;
+}
+
 template <class Body>
 double median_seconds(const Body& body, int rounds = 15) {
   std::vector<double> times;
@@ -141,18 +148,13 @@ void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneF
     on_gpu.capture(instances.items);  // fills tables, reserves memory
     const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu.prepare(instances.items); }); });
     const double upload = median_seconds([&] { return seconds_of([&] { on_gpu.upload(); }); });
-    const auto seconds_on_gpu = [&](const auto& work) {
-      device.start_clock();
-      work();
-      return device.stop_clock() / 1e3;
-    };
-    const double tiles = median_seconds([&] { return seconds_on_gpu([&] { on_gpu.fit_tiles(); }); });
-    const double kernel = median_seconds([&] { return seconds_on_gpu([&] { on_gpu.run(); }); });
+    const double tiles = median_seconds([&] { return seconds_on(device, [&] { on_gpu.fit_tiles(); }); });
+    const double kernel = median_seconds([&] { return seconds_on(device, [&] { on_gpu.run(); }); });
     const double new_lenses = median_seconds([&] {
       const Instances fresh(scene, count, count);
       on_gpu.prepare(fresh.items);
       on_gpu.upload();
-      return seconds_on_gpu([&] { on_gpu.fit_tiles(); });
+      return seconds_on(device, [&] { on_gpu.fit_tiles(); });
     });
     const double download = median_seconds([&] {
       return seconds_of([&] {
@@ -193,11 +195,7 @@ void print_errors(gpu::Gpu& device, imaging::Camera& camera, const imaging::Scen
     equal += instances.pixels[i] == expected ? 1 : 0;
   }
   std::printf("| captures with imaging errors with the CPU's bits | %d of 64 |\n", equal);
-  const double kernels = median_seconds([&] {
-    device.start_clock();
-    on_gpu.run();
-    return device.stop_clock() / 1e3;
-  });
+  const double kernels = median_seconds([&] { return seconds_on(device, [&] { on_gpu.run(); }); });
   const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu.prepare(instances.items); }); });
   std::printf("| batch of 1024 with imaging errors: kernels (events); paths and errors on the CPU | %.3f, %.3f ms |\n",
               1e3 * kernels, 1e3 * prepare);

@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "gpu/capture_batch.h"
 #include "imaging/camera.h"
 #include "imaging/camera_batch.h"
 #include "imaging/own_optimum.h"
@@ -197,6 +198,24 @@ BENCHMARK(batch)
     ->ArgName("threads")
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
+
+// What the CPU does for a batch of 64 images on a GPU: with the tiles, or only the paths of lenses.
+void prepare(benchmark::State& state, relign::gpu::CaptureBatch::Tiles tiles) {
+  relign::Parallel alone(1);
+  imaging::MountedLens lens(scene(), tilted());
+  const std::vector<imaging::BatchItem> items(64, {&lens, &pose(), 1, nullptr});
+  relign::gpu::CaptureBatch batch(scene(), {}, alone, nullptr, tiles);
+  for (auto _ : state) batch.prepare(items, relign::gpu::CaptureBatch::Kind::capture);
+}
+BENCHMARK_CAPTURE(prepare, tiles, relign::gpu::CaptureBatch::Tiles::fitted_here)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(prepare, paths, relign::gpu::CaptureBatch::Tiles::fitted_by_kernels)->Unit(benchmark::kMicrosecond);
+
+// The part of a new lens that the CPU keeps when kernels find its regions.
+void mount_only(benchmark::State& state) {
+  const optics::Assembly assembly = tilted();
+  for (auto _ : state) benchmark::DoNotOptimize(imaging::MountedLens(scene(), assembly).identity().get());
+}
+BENCHMARK(mount_only)->Unit(benchmark::kMicrosecond);
 
 // A new assembly and its first capture, as every trial begins.
 void mount(benchmark::State& state) {

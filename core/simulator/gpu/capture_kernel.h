@@ -186,6 +186,34 @@ extern "C" __global__ void relign_electronics(const Batch batch, float* images, 
   if (index < count) read_out_pixel(batch, errors, index, images);
 }
 
+// The threads of a GPU block (optics/one_thread.h).
+struct BlockOfThreads {
+  template <class Body>
+  RELIGN_DEVICE void for_each(std::int32_t count, const Body& body) const {
+    for (auto i = static_cast<std::int32_t>(threadIdx.x); i < count; i += kTileThreads) body(i);
+    __syncthreads();
+  }
+  template <class Terms>
+  RELIGN_DEVICE void sum(std::int32_t count, double (&sums)[2], const Terms& terms) const {
+    __shared__ double term[2][kTileThreads];
+    __shared__ double result[2];
+    const auto thread = static_cast<std::int32_t>(threadIdx.x);
+    double sum = 0;
+    for (std::int32_t first = 0; first < count; first += kTileThreads) {
+      const std::int32_t rest = count - first, here = rest < kTileThreads ? rest : kTileThreads;
+      if (thread < here) terms(first + thread, term[0][thread], term[1][thread]);
+      __syncthreads();
+      if (thread < 2)
+        for (std::int32_t i = 0; i < here; ++i) sum += term[thread][i];
+      __syncthreads();
+    }
+    if (thread < 2) result[thread] = sum;
+    __syncthreads();
+    sums[0] = result[0];
+    sums[1] = result[1];
+  }
+};
+
 // One block for each image. Errors are not in Batch, since the other kernels would need more registers.
 extern "C" __global__ void relign_read_out(const Batch batch, float* images, const ErrorBatch errors) {
   read_out_image(BlockOfThreads(), batch, errors, batch.images[blockIdx.x], images);

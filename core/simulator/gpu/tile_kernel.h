@@ -305,35 +305,7 @@ inline void check_ray(const FitBatch& batch, const CheckBatch& checks, std::int3
 }
 
 #if defined(__CUDACC_RTC__)
-// The threads of a GPU block (optics/one_thread.h).
-struct BlockOfThreads {
-  template <class Body>
-  RELIGN_DEVICE void for_each(std::int32_t count, const Body& body) const {
-    for (auto i = static_cast<std::int32_t>(threadIdx.x); i < count; i += kTileThreads) body(i);
-    __syncthreads();
-  }
-  template <class Terms>
-  RELIGN_DEVICE void sum(std::int32_t count, double (&sums)[2], const Terms& terms) const {
-    __shared__ double term[2][kTileThreads];
-    __shared__ double result[2];
-    const auto thread = static_cast<std::int32_t>(threadIdx.x);
-    double sum = 0;
-    for (std::int32_t first = 0; first < count; first += kTileThreads) {
-      const std::int32_t rest = count - first, here = rest < kTileThreads ? rest : kTileThreads;
-      if (thread < here) terms(first + thread, term[0][thread], term[1][thread]);
-      __syncthreads();
-      if (thread < 2)
-        for (std::int32_t i = 0; i < here; ++i) sum += term[thread][i];
-      __syncthreads();
-    }
-    if (thread < 2) result[thread] = sum;
-    __syncthreads();
-    sums[0] = result[0];
-    sums[1] = result[1];
-  }
-};
-
-// Those of a warp.
+// The threads of a warp (optics/one_thread.h).
 constexpr int kWarp = 32;
 struct Warp {
   template <class Body>

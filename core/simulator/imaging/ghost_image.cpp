@@ -81,7 +81,7 @@ GhostBlocks::Box GhostImage::box_of(const PixelBox& box, std::uint64_t seed, dou
   GhostBlocks::Box found;
   found.seed = seed;
   found.number = number_of(box, 0);
-  found.centre = sensor.place(box.column + 0.5 * box.columns, box.row + 0.5 * box.rows);
+  found.centre = middle_of(sensor, box);
   set_places(found.start, sensor, box, path_.into_first_frame);
   const DirectionEllipse region =
       paths_.towards_lens(found.centre, 0.5 * box.columns * sensor.pitch_mm, 0.5 * box.rows * sensor.pitch_mm);

@@ -126,8 +126,7 @@ class OptimumFinder::Spots {
                        static_cast<double>(from.axes[3]) * v;
       const double rest = std::max(0.0, 1 - p * p - q * q);
       const optics::Vec3 direction = path_.into_first_frame.direction({p, q, -std::sqrt(rest)});
-      const optics::Vec3 place = path_.into_first_frame.point(
-          scene_.sensor.place(tile.box.column + 0.5 * tile.box.columns, tile.box.row + 0.5 * tile.box.rows));
+      const optics::Vec3 place = path_.into_first_frame.point(middle_of(scene_.sensor, tile.box));
       block_->x[ray] = static_cast<float>(place.x);
       block_->y[ray] = static_cast<float>(place.y);
       block_->z[ray] = static_cast<float>(place.z);

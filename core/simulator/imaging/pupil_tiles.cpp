@@ -153,8 +153,7 @@ Lighting PupilTiles::find_unlit_tiles(double half_emitter) {
     lighting.blurry = true;
     for (const std::size_t place : selected_) {
       const TileCorners corners = corners_of(tiles_[place]);
-      const bool passes = std::any_of(corners.begin(), corners.end(), [](auto* corner) { return !corner->empty; });
-      tiles_[place].unlit = !passes || visibility(corners, lighting) == Visibility::nothing;
+      tiles_[place].unlit = !any_light(corners) || visibility(corners, lighting) == Visibility::nothing;
     }
     return lighting;
   }

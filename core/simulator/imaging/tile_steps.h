@@ -269,6 +269,13 @@ inline double blur_margin(const TileCorners& corners, const Lighting& lighting) 
   return (strong ? kStrongBlurWidening : kBlurWidening) * largest;
 }
 
+// Whether light passes the lens to any of the corners.
+inline bool any_light(const TileCorners& corners) {
+  bool passes = false;
+  for (const TileCorner* corner : corners) passes |= !corner->empty;
+  return passes;
+}
+
 enum class Visibility : unsigned char { emitter, nothing, unknown };
 
 inline Visibility visibility(const TileCorners& corners, const Lighting& lighting) {
@@ -281,10 +288,8 @@ inline Visibility visibility(const TileCorners& corners, const Lighting& lightin
 // some light of the emitter if a neighbour does, or if the image is very blurred.
 inline bool is_unlit(const TileGrid& tiles, const TileCorners& corners, const Visibility* visibilities, int column,
                      int row, bool blurry) {
-  bool passes = false;
-  for (const TileCorner* corner : corners) passes |= !corner->empty;
   const Visibility here = visibilities[row * tiles.across + column];
-  if (!passes || here == Visibility::nothing) return true;
+  if (!any_light(corners) || here == Visibility::nothing) return true;
   if (here == Visibility::emitter || blurry) return false;
   bool neighbour = false;
   for (int r = std::max(0, row - 1); r <= std::min(tiles.down - 1, row + 1); ++r)

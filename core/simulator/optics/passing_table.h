@@ -32,8 +32,8 @@ class PassingTable {
   // `search` must outlive the table.
   PassingTable(const Assembly& assembly, const PupilSearch& search);
 
-  // Call add_missing() before at(place): it appends the surrounding grid points without a region, each once. Then
-  // fill() all of them; different ones may be filled by different threads. `block` is workspace.
+  // Call add_missing() before region_at(place): it appends the surrounding grid points without a region, each once.
+  // Then fill() all of them; different ones may be filled by different threads. `block` is workspace.
   void add_missing(const Vec3& place, std::vector<int>& missing);
   void fill(int missing, RayBlock& block);
   const PassingGrid& grid() const { return grid_; }
@@ -41,9 +41,7 @@ class PassingTable {
   const PupilSearch& search() const { return *search_; }
   // From a point to the sensor side of the lens, in its own coordinates.
   const BackwardPath& path() const { return path_; }
-  // The region at a point, interpolated between grid points and widened by the margin. Empty outside the range and
-  // where no light passes.
-  PassingRegion at(const Vec3& place) const { return region_at(grid_, regions_.data(), place); }
+  // Of the grid's places, for region_at(); null before the first was asked for.
   const PassingRegion* regions() const { return regions_.data(); }
 
  private:

@@ -23,11 +23,7 @@ struct Instances {
   explicit Instances(const SceneFile& scene, int lens_count) {
     Random random(9);
     for (int i = 0; i < lens_count; ++i) {
-      std::map<std::string, optics::ElementOffset> offsets;
-      for (const optics::Element& element : scene.lens.elements)
-        offsets[element.name] = {{1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal()},
-                                 {0.3 * random.normal(), 0.3 * random.normal()}};
-      lenses.push_back(std::make_unique<MountedLens>(scene, optics::Assembly(scene.lens, offsets)));
+      lenses.push_back(imaging::random_lens(scene, random));
       for (const double spread : {0.1, 0.5}) {
         std::vector<double> pose(scene.axes());
         for (double& value : pose) value = random.uniform(0.5 - spread, 0.5 + spread);

@@ -99,7 +99,7 @@ void mse(const gpu::Batch& batch, const gpu::TileJob& tile, imaging::MseSum* sum
   for (std::int32_t pixel = 0; pixel < tile.pixels; ++pixel) *sum += gpu::mse_pixel(batch, tile, pixel);
 }
 
-// Threads of blocks that are no more than the number of what they work on.
+// Calls body(i) for each i below count that a thread of these blocks has.
 template <class Body>
 void each_thread(unsigned blocks, std::int32_t count, const Body& body) {
   for (unsigned i = 0; i < blocks * unsigned{gpu::kTileThreads}; ++i)

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 
 #include <cstring>
-#include <map>
 #include <memory>
 #include <thread>
 
@@ -31,15 +30,6 @@ const SceneFile& small_scene() {
   return scene;
 }
 
-// A little displaced and tilted.
-std::unique_ptr<imaging::MountedLens> random_lens(const SceneFile& scene, Random& random) {
-  std::map<std::string, optics::ElementOffset> offsets;
-  for (const optics::Element& element : scene.lens.elements)
-    offsets[element.name] = {{1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal()},
-                             {0.3 * random.normal(), 0.3 * random.normal()}};
-  return std::make_unique<imaging::MountedLens>(scene, optics::Assembly(scene.lens, offsets));
-}
-
 std::vector<double> random_pose(const SceneFile& scene, Random& random) {
   std::vector<double> pose(scene.axes());
   for (double& value : pose) value = random.uniform();
@@ -51,7 +41,7 @@ struct Instances {
   Instances(const SceneFile& scene, std::size_t count) : images(count, std::vector<float>(scene.sensor.pixels())) {
     Random random(4);
     for (std::size_t i = 0; i < count; ++i) {
-      lenses.push_back(random_lens(scene, random));
+      lenses.push_back(imaging::random_lens(scene, random));
       poses.push_back(random_pose(scene, random));
     }
     for (std::size_t i = 0; i < count; ++i) items.push_back({lenses[i].get(), &poses[i], 5 + i, images[i].data()});
@@ -148,7 +138,7 @@ TEST(GpuCamera, KeepsTheRegionsOfEachLens) {
   for (int round = 0; round < 12; ++round) {
     std::vector<imaging::BatchItem> items;
     for (std::size_t i = 0; i < instances.items.size(); ++i) {
-      if (random.uniform() < 0.3) instances.lenses[i] = random_lens(small_scene(), random);
+      if (random.uniform() < 0.3) instances.lenses[i] = imaging::random_lens(small_scene(), random);
       instances.poses[i] = random_pose(small_scene(), random);
       if (random.uniform() < 0.4) continue;
       imaging::BatchItem item = instances.items[i];

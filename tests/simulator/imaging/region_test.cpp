@@ -48,9 +48,7 @@ void trace_hemisphere(const SceneFile& scene, const optics::Assembly& assembly, 
     // One "pixel" as large as the tile, so that places are uniform over it.
     start.pixel_pitch_x = static_cast<float>(tile.box.columns * pitch);
     start.pixel_pitch_y = static_cast<float>(-tile.box.rows * pitch);
-    optics::set_first_frame(
-        start, path.into_first_frame,
-        scene.sensor.place(tile.box.column + 0.5 * tile.box.columns, tile.box.row + 0.5 * tile.box.rows));
+    optics::set_first_frame(start, path.into_first_frame, middle_of(scene.sensor, tile.box));
     for (int i = 0; i < kBlockRays; ++i) {
       block->pixel_x[i] = -0.5F * start.pixel_pitch_x;
       block->pixel_y[i] = -0.5F * start.pixel_pitch_y;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <relign/random.hpp>
 #include <string>
 #include <vector>
@@ -57,6 +59,15 @@ inline optics::Assembly random_assembly(Random& random) {
     offsets[name] = offset;
   }
   return optics::Assembly(relign_od_scene().lens, offsets);
+}
+
+// All elements of any lens a little displaced and tilted.
+inline std::unique_ptr<MountedLens> random_lens(const SceneFile& scene, Random& random) {
+  std::map<std::string, optics::ElementOffset> offsets;
+  for (const optics::Element& element : scene.lens.elements)
+    offsets[element.name] = {{1e-3 * random.normal(), 1e-3 * random.normal(), 1e-3 * random.normal()},
+                             {0.3 * random.normal(), 0.3 * random.normal()}};
+  return std::make_unique<MountedLens>(scene, optics::Assembly(scene.lens, offsets));
 }
 
 inline std::vector<double> random_pose(Random& random, double low = 0, double high = 1) {
