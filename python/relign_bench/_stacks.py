@@ -64,25 +64,35 @@ class DeviceStacks(Stacks):
 
     def __init__(self, slots: int, shape: tuple[int, int, int], binning: int, white: float | None, largest: float) -> None:
         super().__init__(0, shape, binning, white, largest)
+        self._torch = _cuda.load_torch()
         self._stacks = _cuda.on_device(np.zeros((slots, *shape), self._stacks.dtype))
+
+    def clear(self, slots: Slots) -> None:
+        """As of Stacks."""
+        self._stacks = self._stacks.clone()  # `all` has handed out the other
+        super().clear(slots)
 
     def push(self, slots: Slots, frames: Any) -> None:
         """As of Stacks; frames is a tensor."""
-        index: Any = slice(None)
-        if list(slots) != list(range(len(self._stacks))):
-            index = _cuda.on_device(np.array(slots, np.int64))
+        every = list(slots) == list(range(len(self._stacks)))
+        index = None if every else _cuda.on_device(np.array(slots, np.int64))
+        if index is not None:
             frames = frames[index]
         if self._binning > 1:
             frames = binned(frames, self._binning)
         frames = frames.clamp(max=self._largest) if self._white is None else to_bytes(frames, self._white)
-        if self._stacks.shape[1] > 1:
-            self._stacks[index, :-1] = self._stacks[index, 1:].clone()
-        self._stacks[index, -1] = frames
+        earlier = self._stacks[:, 1:] if index is None else self._stacks[index, 1:]
+        stacks = self._torch.cat((earlier, frames[:, None]), 1)
+        if index is None:
+            self._stacks = stacks
+        else:
+            self._stacks = self._stacks.clone()
+            self._stacks[index] = stacks
 
     def one(self, slot: int) -> Any:
         """A copy of a slot's stack, a tensor."""
         return self._stacks[slot].clone()
 
     def all(self) -> Any:
-        """A copy of all stacks, a tensor."""
-        return self._stacks.clone()
+        """All stacks, a tensor that no later step changes."""
+        return self._stacks

@@ -166,8 +166,13 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
         gathered = Info()
         if not slots:
             return gathered
+        every = bool(mask.all())
         for key, rows in self.task.infos(slots).items():
-            gathered[key], gathered["_" + key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype), mask
+            gathered["_" + key] = mask
+            if every:
+                gathered[key] = rows
+                continue
+            gathered[key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype)
             gathered[key][slots] = rows
         if self.task.noise_free:
             later = self.task.noise_free_rmse(slots)

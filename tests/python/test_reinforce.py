@@ -99,11 +99,13 @@ class Segments(Folder):
     def test_interrupted_tuned_recipe_resumes_to_the_same_weights_after_the_warm_up(self):
         warm = self.warm_start()
         whole = Reinforcement(TUNED, self.folder / "whole", warm, threads=1, log=quiet)
+        self.assertIn("spread", dict(whole.model.policy.named_buffers()))  # which move to a GPU
         first = {name: value.clone() for name, value in whole.model.policy.net.state_dict().items()}
         whole.run(until=1)
         for name, value in whole.model.policy.net.state_dict().items():
             np.testing.assert_array_equal(value.numpy(), first[name].numpy(), name)  # only the critic has learnt
         whole.run()
+        self.assertEqual(whole.drawn, whole.done)  # the last segment, although its picture would have been too early
         changed = [name for name, value in whole.model.policy.net.state_dict().items() if not torch.equal(value, first[name])]
         self.assertIn("head.weight", changed)
         Reinforcement(TUNED, self.folder / "parts", warm, threads=1, log=quiet).run(until=2)

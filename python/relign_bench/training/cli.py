@@ -8,6 +8,7 @@ import dataclasses
 import errno
 import fnmatch
 import json
+import os
 import pathlib
 import shlex
 import sys
@@ -50,7 +51,8 @@ examples:
 
 PPO = """files in the folder:
   recipe.json              every setting of the run
-  curve.csv, curve.png     reward, success and error on tuning instances, after every training segment
+  curve.csv                reward, success and error on tuning instances, after every training segment
+  curve.png                the same as a figure, once a minute and at the end
   tensorboard              TensorBoard log, where tensorboard is installed
   ppo.onnx, ppo.json       the network with the best score on tuning instances, and its side file
 
@@ -299,6 +301,10 @@ def _sweep(given: argparse.Namespace) -> int:
             from .devices import check_device
 
             check_device(given.device, given.render)
+            if given.jobs > 1 and given.device != "cpu" and not pathlib.Path(
+                    os.environ.get("CUDA_MPS_PIPE_DIRECTORY", "/tmp/nvidia-mps"), "control").exists():
+                log("trainings on one GPU take turns unless NVIDIA's MPS runs (nvidia-cuda-mps-control -d); fifteen then took "
+                    "five times as long")
             failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log,
                                    render=given.render).run()
             if failures:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,6 +55,25 @@ class _PooledConvolution(torch.autograd.Function):
         return of_images, of_weight, of_bias
 
 
+@functools.cache
+def _layer_on_gpu() -> Any:
+    """The same for a GPU, in a third of the time of torch's layers.
+
+    None where torch's convolutions shall not round to TF32, which these kernels do, and, with a warning, where Triton fails.
+    """
+    if not torch.backends.cudnn.allow_tf32:
+        return None
+    try:
+        from .pooled import PooledConvolution
+
+        PooledConvolution.apply(torch.zeros(1, 1, 8, 8, device="cuda"), torch.zeros(16, 1, 3, 3, device="cuda"),
+                                torch.zeros(16, device="cuda"))
+    except Exception as problem:  # noqa: BLE001 (of Triton, the C compiler that it calls, and the driver)
+        warnings.warn(f"torch's layers compute the network, which takes longer, since Triton failed: {problem}", stacklevel=2)
+        return None
+    return PooledConvolution
+
+
 class PackageFeatures(BaseFeaturesExtractor):
     """The network of the paper's package: three convolutions of stride 2, each with ReLU and 2 x 2 pooling, and one layer.
 
@@ -63,8 +83,8 @@ class PackageFeatures(BaseFeaturesExtractor):
     Args:
         observation_space: Images.
         features_dim: Number of features.
-        compiled: Whether the compiled module computes the convolutions on a CPU. It has first derivatives only; TRPO needs
-            second ones.
+        compiled: Whether the compiled module computes the convolutions on a CPU, and kernels of Triton those on a GPU
+            (pooled.py). They have first derivatives only; TRPO needs second ones.
     """
 
     def __init__(self, observation_space: spaces.Box, features_dim: int = 256, compiled: bool = True) -> None:
@@ -82,13 +102,15 @@ class PackageFeatures(BaseFeaturesExtractor):
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Features of a batch."""
-        on_cpu = observations.device.type == "cpu" and observations.dtype == torch.float32
-        if not (self.compiled and on_cpu) or torch.jit.is_tracing():
+        layer_of: Any = None
+        if self.compiled and observations.dtype == torch.float32 and not torch.jit.is_tracing():
+            layer_of = _PooledConvolution if observations.device.type == "cpu" else _layer_on_gpu()
+        if layer_of is None:
             return self.linear(self.cnn(observations))
         values = observations
         for layer in self.cnn:
             if isinstance(layer, nn.Conv2d):
-                values = _PooledConvolution.apply(values, layer.weight, layer.bias)
+                values = layer_of.apply(values, layer.weight, layer.bias)
         return self.linear(values.flatten(1))
 
 
@@ -146,9 +168,9 @@ class PrivilegedCriticPolicy(ActorCriticPolicy):
                  size: int, directions: Float64Array, spread: Float64Array, **arguments: Any) -> None:
         # Set before nn.Module.__init__; the features extractors register the modules.
         self.__dict__["_make_net"] = lambda: StridedNet(size, action_space.shape[0], directions)
-        self.__dict__["_spread"] = torch.as_tensor(spread, dtype=torch.float32)
         super().__init__(observation_space, action_space, schedule, net_arch=[], ortho_init=False,
                          share_features_extractor=False, normalize_images=False, **arguments)
+        self.register_buffer("spread", torch.as_tensor(spread, dtype=torch.float32), persistent=False)  # moves to the GPU
 
     def make_features_extractor(self) -> BaseFeaturesExtractor:
         """Called by Stable-Baselines3 for the actor, then for the critic."""
@@ -167,7 +189,7 @@ class PrivilegedCriticPolicy(ActorCriticPolicy):
         return self.pi_features_extractor.net
 
     def _get_action_dist_from_latent(self, latent_pi: torch.Tensor) -> Any:
-        return self.action_dist.proba_distribution(self.net.head(latent_pi) / self._spread, self.log_std)
+        return self.action_dist.proba_distribution(self.net.head(latent_pi) / self.spread, self.log_std)
 
     def actor_parameters(self) -> list[nn.Parameter]:
         """Parameters that the warm-up of the critic freezes."""

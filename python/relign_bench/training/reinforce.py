@@ -32,13 +32,16 @@ if TYPE_CHECKING:
     from .instances import InstanceSet
 
 
+SECONDS_BETWEEN_PICTURES = 60  # drawing takes half a second, on a GPU a tenth of a training segment
+
+
 def weights_hash(path: str | os.PathLike[str]) -> str:
     """SHA-256 of a file, with its prefix."""
     return "sha256:" + hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
 
 
 class Reinforcement:
-    """A run in a folder: checkpoint, curve.csv and curve.png after every training segment, and best.pt.
+    """A run in a folder: checkpoint and curve.csv after every training segment, best.pt, and curve.png once a minute.
 
     An interrupted run resumes.
 
@@ -55,6 +58,7 @@ class Reinforcement:
     Attributes:
         model: The learner of Stable-Baselines3.
         done: Training segments that are complete.
+        drawn: Training segments in curve.png.
         seconds: Time spent so far, over all sessions of the run.
         warm_seconds: Time that training the initial weights took.
         trained_on: As devices.trained_on returns it; empty before the first checkpoint.
@@ -91,6 +95,7 @@ class Reinforcement:
         if threads:
             torch.set_num_threads(threads)
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
+        self.drawn, self._next_picture = 0, 0.0
         self.trained_on: dict[str, Any] = {}
         self.rows: list[dict[str, Any]] = []
         self.best: float | None = None
@@ -174,17 +179,12 @@ class Reinforcement:
         if recipe.algorithm in ("ppo", "recurrent-ppo"):
             arguments.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
                              ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
-        if recipe.algorithm == "ppo":
-            from stable_baselines3 import PPO as Learner
-        elif recipe.algorithm == "a2c":
-            from stable_baselines3 import A2C as Learner
+        if recipe.algorithm == "a2c":
             arguments.update(ent_coef=recipe.entropy, normalize_advantage=True)  # as the package
         elif recipe.algorithm == "trpo":
-            from sb3_contrib import TRPO as Learner
             arguments.update(batch_size=recipe.batch)
-        else:
-            from sb3_contrib import RecurrentPPO as Learner
-        self.model = Learner(policy, self.env, **arguments)
+        learner = _learner(recipe.algorithm, recorded=recipe.preset != "tuned" and torch.device(self.device).type == "cuda")
+        self.model = learner(policy, self.env, **arguments)
 
     def _open_log(self) -> None:
         from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
@@ -215,6 +215,10 @@ class Reinforcement:
             with torch.no_grad():
                 residuals = self.model.policy.net(torch.as_tensor(frames, device=self.device)).double().cpu().numpy()
                 return policy.moves(residuals, step), None
+        if not self.recurrent and torch.device(self.device).type == "cuda":  # where the frames stay
+            with torch.no_grad():
+                actions = self.model.policy._predict(torch.as_tensor(frames, device=self.device), deterministic=True)
+            return np.clip(actions.double().cpu().numpy(), self.env.action_space.low, self.env.action_space.high), None
         starts = np.full(len(frames), step == 1)
         actions, memory = self.model.predict(on_host(frames), state=memory, episode_start=starts, deterministic=True)
         return actions.astype(np.float64), memory
@@ -243,6 +247,8 @@ class Reinforcement:
             if self.rows:  # the process may have been killed after the last checkpoint
                 self._write_curves()
             self._run(tuning, until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
+            if self.drawn < self.done:
+                self._write_curves()
         return self.model
 
     def _run(self, tuning: InstanceSet | None, until: int | None, end: float) -> None:
@@ -303,7 +309,7 @@ class Reinforcement:
                 parameter.requires_grad_(not frozen)
 
     def _save(self) -> None:
-        self.trained_on = trained_on(self.trained_on, self.threads)
+        self.trained_on = trained_on(self.trained_on, self.threads, self.device)
         state = {"policy": self.model.policy.state_dict(), "optimizer": self.model.policy.optimizer.state_dict(),
                  "steps": self.model.num_timesteps, "updates": self.model._n_updates, "done": self.done,
                  "seconds": self.seconds, "warm_seconds": self.warm_seconds, "trained_on": self.trained_on,
@@ -314,11 +320,14 @@ class Reinforcement:
             best = {name: value for name, value in state.items() if name not in ("optimizer", "rows")}
             self.folder.keep("best.pt", lambda out: torch.save(best, out))
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
-        self._write_curves()
+        self._write_curves(time.monotonic() > self._next_picture)
 
-    def _write_curves(self) -> None:
+    def _write_curves(self, picture: bool = True) -> None:
         curves.write_csv(self.folder, self.rows)
         curves.write_errors(self.folder, self.rows)
+        if not picture:
+            return
+        self.drawn, self._next_picture = self.done, time.monotonic() + SECONDS_BETWEEN_PICTURES
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
     def _load(self, name: str = "checkpoint.pt") -> None:
@@ -326,7 +335,8 @@ class Reinforcement:
         if not path.is_file():
             return
         with reading(path):
-            state = torch.load(path, weights_only=True, map_location=self.device)
+            # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
+            state = torch.load(path, weights_only=True, map_location="cpu")
             self.model.policy.load_state_dict(state["policy"])
             if "optimizer" in state:
                 self.model.policy.optimizer.load_state_dict(state["optimizer"])
@@ -358,6 +368,21 @@ class Reinforcement:
             raise ValueError(self.untrained())
         self._load("best.pt")
         return self.model.num_timesteps
+
+
+def _learner(algorithm: str, recorded: bool) -> Any:
+    """The class of the learner; recorded: with CUDA graphs, where there is one."""
+    if algorithm == "ppo" and recorded:
+        from .graphs import GraphPPO
+
+        return GraphPPO
+    if algorithm in ("ppo", "a2c"):
+        import stable_baselines3
+
+        return stable_baselines3.PPO if algorithm == "ppo" else stable_baselines3.A2C
+    import sb3_contrib
+
+    return sb3_contrib.TRPO if algorithm == "trpo" else sb3_contrib.RecurrentPPO
 
 
 def episode_means(infos: list[dict[str, Any]]) -> dict[str, float | None]:

@@ -109,10 +109,11 @@ class StableBaselinesEnv(BatchVecEnv):
         self._statistics.add(rewards)
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for slot in map(int, np.flatnonzero(over)):
-            last = gathered["final_obs"][slot]
-            infos[slot] = {"terminal_observation": last if isinstance(last, dict) else on_host(last),
-                           "TimeLimit.truncated": bool(truncated[slot] and not terminated[slot]),
-                           "is_success": bool(terminated[slot]), "episode": self._statistics.take(slot)}
+            last, cut = gathered["final_obs"][slot], bool(truncated[slot] and not terminated[slot])
+            if cut and not isinstance(last, dict):  # else it is not read, and may stay on the GPU
+                last = on_host(last)
+            infos[slot] = {"terminal_observation": last, "TimeLimit.truncated": cut, "is_success": bool(terminated[slot]),
+                           "episode": self._statistics.take(slot)}
         return self._handed_on(observations), rewards.astype(np.float32), over, infos
 
     def rewards(self, rewards: Float64Array, infos: dict[str, Any], over: BoolArray) -> Float64Array:
