@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     Rows = Sequence[Mapping[str, Any]]
 
-COLUMNS = ("steps", "hours", "episodes", "reward", "episode", "success", "rmse_6", "rmse_12", "under_0.01", "score")
+COLUMNS = ("steps", "hours", "episodes", "reward", "episode", "success", "rmse_6", "rmse_12", "under_0.01", "score", "std")
 
 
 def write_csv(folder: RunFolder, rows: Rows) -> None:
@@ -29,9 +29,10 @@ def write_csv(folder: RunFolder, rows: Rows) -> None:
     rmse_6, _12  median noise-free RMSE on tuning instances after 6 and 12 steps of the policy, without exploration
     under_0.01   share of tuning instances below 0.01 after 12 steps
     score        smaller is better; selects the best checkpoint (evaluation.py)
+    std          mean standard deviation of the policy's actions in exploration; empty in segments of earlier versions
     """
     lines = [",".join(COLUMNS)]
-    lines += [",".join("" if row[name] is None else f"{row[name]:.6g}" if name != "steps" else str(row[name])
+    lines += [",".join("" if row.get(name) is None else f"{row[name]:.6g}" if name != "steps" else str(row[name])
                        for name in COLUMNS) for row in rows]
     folder.keep_text("curve.csv", "\n".join(lines) + "\n")
 

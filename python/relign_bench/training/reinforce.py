@@ -281,7 +281,7 @@ class Reinforcement:
             trained = time.monotonic() - begun
             row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
             assert tuning is not None
-            row.update(evaluate(self.moves, tuning, self.frames))
+            row.update(evaluate(self.moves, tuning, self.frames), std=float(self.model.policy.log_std.detach().exp().mean()))
             lasted = time.monotonic() - begun
             self.seconds += lasted
             row["hours"] = self.seconds / 3600
