@@ -11,6 +11,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import types
 import unittest
 from unittest import mock
 
@@ -23,7 +24,7 @@ except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
 from relign_bench.training import cli, export
-from relign_bench.training.devices import processor
+from relign_bench.training.devices import processor, trained_on
 from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.imitate import Recipe as ImitateRecipe
@@ -333,6 +334,13 @@ class Export(Folder):
         self.assertEqual(side["trained"]["warm_start"], {"hours": 0.5})  # part of the network's cost
         self.assertEqual(len(side["parity"]["inputs"]), 64)
         self.assertEqual(len(side["reference"]["means"]), 400)
+
+    def test_command_of_a_training_on_a_gpu_names_it(self):
+        with mock.patch.object(torch.cuda, "get_device_name", lambda _: "NVIDIA H200"):
+            places = trained_on({}, 2, "cuda", "cuda")
+        self.assertEqual(places["machine"], f"{processor()}, NVIDIA H200")
+        run = types.SimpleNamespace(recipe=PAPER, trained_on=places)
+        self.assertTrue(cli.command_of(run, PAPER, "ppo").endswith("--threads 2 --device cuda --render cuda -o FOLDER"))
 
     def test_folder_without_a_run_is_refused(self):
         done = subprocess.run([sys.executable, "-m", "relign_bench.training", "export", self.folder, "-o", "x.onnx"],

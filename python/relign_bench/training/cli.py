@@ -393,21 +393,19 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
 
 def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> str:
     """The command that repeats a run whose options `words` make the recipe `usual`."""
-    recipe, threads = training.recipe, training.trained_on.get("threads")
+    recipe = training.recipe
+    options = [word for name in ("threads", "device", "render") if training.trained_on.get(name)
+               for word in (f"--{name}", str(training.trained_on[name]))]
     settings = [word for setting in changed_settings(recipe, usual) for word in ("--set", setting)]
     return shlex.join(["relign-train", *words, "--scene", recipe.scene, "--seed", str(recipe.seed), *settings,
-                       *(("--threads", str(threads)) if threads else ()), "-o", "FOLDER"])
+                       *options, "-o", "FOLDER"])
 
 
 def cost_of(recipe: Any, training: Training | Reinforcement, steps: int | None = None) -> dict[str, Any]:
     """Recipe and cost of a run, as the side file has them."""
-    import torch
-
     cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3), **training.trained_on}
     if steps is not None:
         cost["steps"] = steps
-    if training.device != "cpu":
-        cost["device"] = torch.cuda.get_device_name(training.device)
     return cost
 
 

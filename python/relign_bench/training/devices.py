@@ -51,19 +51,22 @@ def processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def trained_on(before: dict[str, Any], threads: int | None, device: str = "cpu") -> dict[str, Any]:
+def trained_on(before: dict[str, Any], threads: int | None, device: str = "cpu", render: str = "cpu") -> dict[str, Any]:
     """Where a run was trained, for its checkpoint and side file.
 
     Args:
         before: As returned for the run's beginning, or empty.
         threads: Threads that train; None: all cores.
         device: Torch device of the learner.
+        render: Where images are rendered.
 
     Returns:
-        threads and torch, both of this process, and machine: processors and GPUs of the whole run, separated by commas.
+        threads and torch, both of this process; device and render likewise, where they are not the CPU; and machine: processors
+        and GPUs of the whole run, separated by commas.
     """
     machines = [*(before["machine"].split(", ") if before else []), processor()]
     if torch.device(device).type == "cuda":
         machines.append(torch.cuda.get_device_name(device))
-    return {"threads": threads or os.cpu_count(), "torch": str(torch.__version__),
+    places = {name: place for name, place in (("device", device), ("render", render)) if place != "cpu"}
+    return {"threads": threads or os.cpu_count(), "torch": str(torch.__version__), **places,
             "machine": ", ".join(dict.fromkeys(machines))}

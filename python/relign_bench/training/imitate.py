@@ -326,7 +326,7 @@ class Training:
 
     def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
         # The curve is kept with the weights, so that a resumed run does not write a line twice.
-        self.trained_on = trained_on(self.trained_on, self.threads, self.device)
+        self.trained_on = trained_on(self.trained_on, self.threads, self.device, self.render)
         state = {"net": self.net.state_dict(), "done": done, "curve": self.curve, "seconds": self.seconds,
                  "trained_on": self.trained_on, "floor": self.doubt.floor.tolist(), "optimizer": optimizer.state_dict()}
         self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))

@@ -309,7 +309,7 @@ class Reinforcement:
                 parameter.requires_grad_(not frozen)
 
     def _save(self) -> None:
-        self.trained_on = trained_on(self.trained_on, self.threads, self.device)
+        self.trained_on = trained_on(self.trained_on, self.threads, self.device, self.render)
         state = {"policy": self.model.policy.state_dict(), "optimizer": self.model.policy.optimizer.state_dict(),
                  "steps": self.model.num_timesteps, "updates": self.model._n_updates, "done": self.done,
                  "seconds": self.seconds, "warm_seconds": self.warm_seconds, "trained_on": self.trained_on,
