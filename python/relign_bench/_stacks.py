@@ -75,15 +75,13 @@ class DeviceStacks(Stacks):
     def push(self, slots: Slots, frames: Any) -> None:
         """As of Stacks; frames is a tensor."""
         every = list(slots) == list(range(len(self._stacks)))
-        index = None if every else _cuda.on_device(np.array(slots, np.int64))
-        if index is not None:
-            frames = frames[index]
+        index = slice(None) if every else _cuda.on_device(np.array(slots, np.int64))
+        frames = frames[index]
         if self._binning > 1:
             frames = binned(frames, self._binning)
         frames = frames.clamp(max=self._largest) if self._white is None else to_bytes(frames, self._white)
-        earlier = self._stacks[:, 1:] if index is None else self._stacks[index, 1:]
-        stacks = self._torch.cat((earlier, frames[:, None]), 1)
-        if index is None:
+        stacks = self._torch.cat((self._stacks[index, 1:], frames[:, None]), 1)
+        if every:
             self._stacks = stacks
         else:
             self._stacks = self._stacks.clone()

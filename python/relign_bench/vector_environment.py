@@ -168,12 +168,10 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
             return gathered
         every = bool(mask.all())
         for key, rows in self.task.infos(slots).items():
-            gathered["_" + key] = mask
-            if every:
-                gathered[key] = rows
-                continue
-            gathered[key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype)
-            gathered[key][slots] = rows
+            gathered[key], gathered["_" + key] = rows, mask
+            if not every:
+                gathered[key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype)
+                gathered[key][slots] = rows
         if self.task.noise_free:
             later = self.task.noise_free_rmse(slots)
 

@@ -51,7 +51,7 @@ def processor() -> str:
         return platform.processor() or platform.machine()
 
 
-def trained_on(before: dict[str, Any], threads: int | None, device: str = "cpu", render: str = "cpu") -> dict[str, Any]:
+def trained_on(before: dict[str, Any], threads: int | None, device: str, render: str) -> dict[str, Any]:
     """Where a run was trained, for its checkpoint and side file.
 
     Args:

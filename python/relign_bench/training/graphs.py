@@ -174,6 +174,15 @@ class GraphPPO(PPO):
                 parameter.grad = gradient
         return found
 
+    def _epoch(self, statistics: list[torch.Tensor]) -> bool:
+        """Updates by every batch and appends its STATISTICS. Returns whether target_kl has stopped it."""
+        for batch in self.rollout_buffer.get(self.batch_size):
+            statistics.append(self._found(batch))
+            if self.target_kl is not None and float(statistics[-1][STATISTICS.index("approx_kl")]) > 1.5 * self.target_kl:
+                return True
+            self.policy.optimizer.step()
+        return False
+
     def train(self) -> None:
         """As of PPO.
 
@@ -182,19 +191,12 @@ class GraphPPO(PPO):
         """
         self.policy.set_training_mode(True)
         self._update_learning_rate(self.policy.optimizer)
-        statistics = []
+        statistics: list[torch.Tensor] = []
         for _ in range(self.n_epochs):
-            for batch in self.rollout_buffer.get(self.batch_size):
-                found = self._found(batch)
-                statistics.append(found)
-                if self.target_kl is not None and float(found[STATISTICS.index("approx_kl")]) > 1.5 * self.target_kl:
-                    break
-                self.policy.optimizer.step()
-            else:
-                self._n_updates += 1
-                continue
+            stopped = self._epoch(statistics)
             self._n_updates += 1
-            break
+            if stopped:
+                break
         means = dict(zip(STATISTICS, torch.stack(statistics).double().mean(0).tolist()))
         if not np.isfinite(means["loss"]):
             raise ValueError(f"the training has diverged: the loss is {means['loss']} after {self.num_timesteps} steps; its "

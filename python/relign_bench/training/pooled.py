@@ -16,8 +16,7 @@ import triton
 import triton.language as tl
 from torch.autograd.function import once_differentiable
 
-DEAD = 4
-"""Place of a pooled pixel that the ReLU has set to zero."""
+DEAD = tl.constexpr(4)  # place of a pooled pixel that the ReLU has set to zero
 PARTS = 528  # of the sums over a batch: four for each multiprocessor of an H100
 
 
@@ -72,7 +71,7 @@ def _forward(images, weight, bias, out, places, rows, columns, pooled_rows, pool
     place = tl.where(_replaces(d, a), 3, place)
     a = tl.where(place == 3, d, a)
     a += tl.load(bias + channel)[None, :]
-    place = tl.where(a <= 0, 4, place)
+    place = tl.where(a <= 0, DEAD, place)
     a = tl.where(a <= 0, 0.0, a)
     at = (image * pooled_rows * pooled_columns + pixel)[:, None] * OUT + channel[None, :]
     tl.store(out + at, a, mask=inside[:, None])
@@ -97,8 +96,8 @@ def _weight_gradient(images, gradient, places, parts, bias_parts, batch, rows, c
         base = images + image * CHANNELS * rows * columns
         at = (image * pooled + pixel)[:, None] * OUT + channel[None, :]
         g = tl.load(gradient + at, mask=inside[:, None], other=0.0)
-        place = tl.load(places + at, mask=inside[:, None], other=4).to(tl.int32)
-        of_bias += tl.sum(tl.where(place < 4, g, 0.0), 0)
+        place = tl.load(places + at, mask=inside[:, None], other=DEAD).to(tl.int32)
+        of_bias += tl.sum(tl.where(place != DEAD, g, 0.0), 0)
         for q in tl.static_range(4):
             patches = _patches(base, rows, columns, row + q // 2, column + q % 2, inside, k, CHANNELS, WIDTH, PLANAR)
             total = tl.dot(tl.trans(patches), tl.where(place == q, g, 0.0), total)
@@ -125,7 +124,7 @@ def _image_gradient(gradient, places, weight, out, rows, columns, pooled_rows, p
             y, x = row + down, column + right
             at = (image * pooled_rows * pooled_columns + (y // 2) * pooled_columns + x // 2)[:, None] * OUT + deep[None, :]
             there = (inside & (y // 2 < pooled_rows) & (x // 2 < pooled_columns))[:, None]
-            place = tl.load(places + at, mask=there, other=4).to(tl.int32)
+            place = tl.load(places + at, mask=there, other=DEAD).to(tl.int32)
             g = tl.load(gradient + at, mask=there & (place == (y % 2 * 2 + x % 2)[:, None]), other=0.0)
             w = tl.load(weight + ((3 * tap_row + tap_column) * CHANNELS + channel)[None, :] * OUT + deep[:, None])
             total = tl.dot(g, w, total)
@@ -155,8 +154,7 @@ class PooledConvolution(torch.autograd.Function):
     def forward(ctx: Any, images: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
         """Called by apply."""
         batch, channels, rows, columns = images.shape
-        by_pixels = images.is_contiguous(memory_format=torch.channels_last) and channels == _power(channels)
-        planar = not by_pixels
+        planar = not images.is_contiguous(memory_format=torch.channels_last) or channels != _power(channels)
         if planar:
             images = images.contiguous()
         out = len(weight)
@@ -186,7 +184,7 @@ class PooledConvolution(torch.autograd.Function):
         pooled_rows, pooled_columns, out = places.shape[1:]
         gradient = gradient.permute(0, 2, 3, 1).contiguous()
         width, taps = (len(table), 1) if ctx.planar else (channels, 9)
-        count = max(1, PARTS // taps)
+        count = PARTS // taps
         parts = torch.empty((count, taps * width, out), device=images.device)
         bias_parts = torch.empty((count, out), device=images.device)
         _weight_gradient[(count, taps)](

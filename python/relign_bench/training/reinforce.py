@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
-from .._cuda import on_host
 from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
@@ -215,12 +214,12 @@ class Reinforcement:
             with torch.no_grad():
                 residuals = self.model.policy.net(torch.as_tensor(frames, device=self.device)).double().cpu().numpy()
                 return policy.moves(residuals, step), None
-        if not self.recurrent and torch.device(self.device).type == "cuda":  # where the frames stay
+        if not self.recurrent:  # model.predict would copy the frames to the host
             with torch.no_grad():
                 actions = self.model.policy._predict(torch.as_tensor(frames, device=self.device), deterministic=True)
             return np.clip(actions.double().cpu().numpy(), self.env.action_space.low, self.env.action_space.high), None
         starts = np.full(len(frames), step == 1)
-        actions, memory = self.model.predict(on_host(frames), state=memory, episode_start=starts, deterministic=True)
+        actions, memory = self.model.predict(frames, state=memory, episode_start=starts, deterministic=True)
         return actions.astype(np.float64), memory
 
     # ---- training segments ---------------------------------------------------------------------
