@@ -1,16 +1,23 @@
 #include "pooled_convolution.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <optional>
+#include <vector>
 
 namespace relign::python {
 namespace {
 
-constexpr std::size_t kBlock = PooledConvolution::kBlock, kLanes = kBlock / 2, kChunk = 6 * kLanes;
+constexpr std::size_t kBlock = PooledConvolution::kBlock, kLanes = kBlock / 2;
+constexpr std::uint8_t kNone = PooledConvolution::kNone;
+constexpr std::size_t kRows = 3;    // of a patch, which has as many columns
+constexpr std::size_t kParts = 16;  // of the images; sums are made part by part
 using Shape = PooledConvolution::Shape;
+using Images = PooledConvolution::Images;
 using Lanes = float __attribute__((vector_size(4 * kLanes), aligned(4), may_alias));
 using Marks = std::int32_t __attribute__((vector_size(4 * kLanes)));
+using Bytes = std::uint8_t __attribute__((vector_size(kLanes), aligned(1), may_alias));
 
 // Compiled for each instruction set and chosen at run time. They round differently: AVX-512 and AVX2 multiply and add
 // at once.
@@ -19,170 +26,165 @@ using Marks = std::int32_t __attribute__((vector_size(4 * kLanes)));
 #else
 #define RELIGN_CLONES
 #endif
+#define RELIGN_INLINE inline __attribute__((always_inline))  // into each clone
 
 const Lanes& lanes(const float* at) { return *reinterpret_cast<const Lanes*>(at); }
 Lanes& lanes(float* at) { return *reinterpret_cast<Lanes*>(at); }
 
-constexpr std::size_t kTaps = 9;
-constexpr std::uint8_t kNone = PooledConvolution::kNone;
-constexpr std::size_t kParts = 16;  // of the images; sums are made part by part
+// The numbers in a row of a patch, and in one of filters and sums, which end with zeros.
+std::size_t row_of(const Shape& shape) { return kRows * shape.channels; }
+std::size_t wide_row_of(const Shape& shape) { return (row_of(shape) + kBlock - 1) / kBlock * kBlock; }
 
-std::size_t whole_chunks(std::size_t count) { return (count + kChunk - 1) / kChunk * kChunk; }
-
-// An image with a border of zeros.
+// An image with a border of zeros, and behind it what wide rows reach.
 struct Padded {
   explicit Padded(const Shape& shape)
-      : shape_(shape),
-        stride(shape.width + 2),
-        plane((shape.height + 2) * stride),
-        values(shape.channels * plane, 0.0F) {}
-  void load(const float* image) {
-    for (std::size_t channel = 0; channel < shape_.channels; ++channel)
-      for (std::size_t row = 0; row < shape_.height; ++row)
-        std::memcpy(inner(channel, row), image + (channel * shape_.height + row) * shape_.width,
-                    shape_.width * sizeof(float));
+      : channels(shape.channels),
+        stride((shape.width + 2) * shape.channels),
+        values((shape.height + 2) * stride + kBlock, 0.0F),
+        height_(shape.height),
+        width_(shape.width) {}
+
+  void load(const Images& images, std::size_t number) {
+    const float* from = images.first + number * images.image;
+    for (std::size_t row = 0; row < height_; ++row, from += images.row) {
+      if (images.channel == 1 && images.column == channels) {
+        std::memcpy(inner(row), from, width_ * channels * sizeof(float));
+        continue;
+      }
+      for (std::size_t channel = 0; channel < channels; ++channel)
+        for (std::size_t column = 0; column < width_; ++column)
+          inner(row)[column * channels + channel] = from[column * images.column + channel * images.channel];
+    }
   }
   void store(float* image) {
-    for (std::size_t channel = 0; channel < shape_.channels; ++channel)
-      for (std::size_t row = 0; row < shape_.height; ++row)
-        std::memcpy(image + (channel * shape_.height + row) * shape_.width, inner(channel, row),
-                    shape_.width * sizeof(float));
+    for (std::size_t row = 0; row < height_; ++row)
+      std::memcpy(image + row * width_ * channels, inner(row), width_ * channels * sizeof(float));
   }
+  // The first number of the patches that an output pools. Those at place p begin at to(p) behind it.
+  std::size_t corner(std::size_t row, std::size_t column) const { return 4 * (row * stride + column * channels); }
+  std::size_t to(std::size_t place) const { return 2 * (place / 2 * stride + place % 2 * channels); }
+
+  std::size_t channels, stride;
+  std::vector<float> values;
 
  private:
-  float* inner(std::size_t channel, std::size_t row) { return &values[channel * plane + (row + 1) * stride + 1]; }
-  Shape shape_;
-
- public:
-  std::size_t stride, plane;
-  std::vector<float> values;
+  float* inner(std::size_t row) { return &values[(row + 1) * stride + channels]; }
+  std::size_t height_, width_;
 };
 
-// Weights as (out_channels / kBlock, channels * kTaps, kBlock).
-std::vector<float> by_lanes(const Shape& shape, const float* weights) {
-  const std::size_t taps = shape.channels * kTaps;
-  std::vector<float> packed(shape.out_channels * taps);
+// Calls body(output, row, column, channel, place of the weight in an output's) for all weights.
+template <class Body>
+void for_weights(const Shape& shape, const Body& body) {
+  std::size_t at = 0;
   for (std::size_t out = 0; out < shape.out_channels; ++out)
-    for (std::size_t tap = 0; tap < taps; ++tap)
-      packed[(out / kBlock * taps + tap) * kBlock + out % kBlock] = weights[out * taps + tap];
-  return packed;
+    for (std::size_t channel = 0; channel < shape.channels; ++channel)
+      for (std::size_t row = 0; row < kRows; ++row)
+        for (std::size_t column = 0; column < kRows; ++column, ++at)
+          body(at, out, row, column * shape.channels + channel);
 }
 
 // The largest of four values, and which it is.
 struct Pooled {
   Lanes value;
-  Marks place;
+  Bytes place;
 };
 
-inline __attribute__((always_inline)) Pooled pooled(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d) {
-  Pooled best = {a, {}};
-  const auto compare = [&best](const Lanes& other, std::int32_t place) __attribute__((always_inline)) {
-    const Marks larger = other > best.value;  // the first of equal ones, as in torch
-    best = {larger ? other : best.value, larger ? Marks{} + place : best.place};
+RELIGN_INLINE Pooled pooled(const Lanes& a, const Lanes& b, const Lanes& c, const Lanes& d) {
+  Lanes best = a;
+  Marks which = {};
+  const auto compare = [&](const Lanes& other, std::int32_t place) __attribute__((always_inline)) {
+    const Marks larger = other > best;  // the first of equal ones, as in torch
+    best = larger ? other : best;
+    which = larger ? Marks{} + place : which;
   };
   compare(b, 1);
   compare(c, 2);
   compare(d, 3);
-  const Marks dark = best.value <= Lanes{};  // not "not above": a NaN stays one
-  return {dark ? Lanes{} : best.value, dark ? Marks{} + std::int32_t{PooledConvolution::kNone} : best.place};
+  const Marks dark = best <= Lanes{};  // not "not above": a NaN stays one
+  which = dark ? Marks{} + std::int32_t{kNone} : which;
+  return {dark ? Lanes{} : best, __builtin_convertvector(which, Bytes)};
 }
 
-// The outputs of kBlock channels at one place: `corner` is the first of the 5 x 5 padded pixels below it. The eight
-// sums are the registers that AVX2 can keep busy.
-RELIGN_CLONES void four_patches(const float* corner, std::size_t stride, std::size_t plane, std::size_t channels,
-                                const float* weights, const float* bias, float* largest, std::int32_t* places) {
+// kBlock channels of an output, whose patches begin at `corner`. `weights`: (kRows, row, kBlock). The eight sums are
+// the registers that AVX2 can keep busy.
+RELIGN_CLONES void pool_patches(const float* corner, std::size_t stride, std::size_t channels, const float* weights,
+                                const float* bias, float* out, std::uint8_t* places) {
   Lanes a0 = lanes(bias), b0 = a0, c0 = a0, d0 = a0;
   Lanes a1 = lanes(bias + kLanes), b1 = a1, c1 = a1, d1 = a1;
-  for (std::size_t channel = 0; channel < channels; ++channel, corner += plane)
-    for (std::size_t row = 0; row < 3; ++row)
-      for (std::size_t column = 0; column < 3; ++column, weights += kBlock) {
-        const Lanes first = lanes(weights), second = lanes(weights + kLanes);
-        const float* at = corner + row * stride + column;
-        a0 += first * at[0];
-        a1 += second * at[0];
-        b0 += first * at[2];
-        b1 += second * at[2];
-        c0 += first * at[2 * stride];
-        c1 += second * at[2 * stride];
-        d0 += first * at[2 * stride + 2];
-        d1 += second * at[2 * stride + 2];
-      }
+  for (std::size_t row = 0; row < kRows; ++row) {
+    const float *a = corner + row * stride, *b = a + 2 * channels, *c = a + 2 * stride, *d = b + 2 * stride;
+    for (std::size_t k = 0; k < kRows * channels; ++k, weights += kBlock) {
+      const Lanes first = lanes(weights), second = lanes(weights + kLanes);
+      a0 += first * a[k];
+      a1 += second * a[k];
+      b0 += first * b[k];
+      b1 += second * b[k];
+      c0 += first * c[k];
+      c1 += second * c[k];
+      d0 += first * d[k];
+      d1 += second * d[k];
+    }
+  }
   const Pooled one = pooled(a0, b0, c0, d0), two = pooled(a1, b1, c1, d1);
-  lanes(largest) = one.value;
-  lanes(largest + kLanes) = two.value;
-  std::memcpy(places, &one.place, sizeof one.place);
-  std::memcpy(places + kLanes, &two.place, sizeof two.place);
+  lanes(out) = one.value;
+  lanes(out + kLanes) = two.value;
+  *reinterpret_cast<Bytes*>(places) = one.place;
+  *reinterpret_cast<Bytes*>(places + kLanes) = two.place;
 }
 
-// Vectors of `wide` values, each with a factor.
+// Patches, each with a factor, by their first numbers.
 struct Terms {
-  explicit Terms(std::size_t most) : at(most + 1), factors(most + 1) {}
+  struct Term {
+    std::size_t at;
+    float factor;
+  };
+  explicit Terms(std::size_t most) : terms(most + 1) {}
   // Without a branch, which would be mispredicted: ReLU gives 0 as often as not.
-  void add(std::size_t first, float factor, bool counts) {
-    at[count] = first;
-    factors[count] = factor;
+  void add(std::size_t at, float factor, bool counts) {
+    terms[count] = {at, factor};
     count += static_cast<std::size_t>(counts);
   }
-  std::vector<std::size_t> at;  // of the first value
-  std::vector<float> factors;
+  std::vector<Term> terms;
   std::size_t count = 0;
 };
 
-// Adds count terms to `sum`; `wide` is a multiple of kChunk, the values of six registers.
-RELIGN_CLONES void add_terms(float* sum, const float* values, const std::size_t* at, const float* factors,
-                             std::size_t count, std::size_t wide) {
-  for (std::size_t chunk = 0; chunk < wide; chunk += kChunk) {
-    float* to = sum + chunk;
-    Lanes a = lanes(to), b = lanes(to + kLanes), c = lanes(to + 2 * kLanes);
-    Lanes d = lanes(to + 3 * kLanes), e = lanes(to + 4 * kLanes), f = lanes(to + 5 * kLanes);
-    for (std::size_t term = 0; term < count; ++term) {
-      const float* from = values + at[term] + chunk;
-      const float factor = factors[term];
-      a += lanes(from) * factor;
-      b += lanes(from + kLanes) * factor;
-      c += lanes(from + 2 * kLanes) * factor;
-      d += lanes(from + 3 * kLanes) * factor;
-      e += lanes(from + 4 * kLanes) * factor;
-      f += lanes(from + 5 * kLanes) * factor;
-    }
-    lanes(to) = a;
-    lanes(to + kLanes) = b;
-    lanes(to + 2 * kLanes) = c;
-    lanes(to + 3 * kLanes) = d;
-    lanes(to + 4 * kLanes) = e;
-    lanes(to + 5 * kLanes) = f;
+// Patches whose rows are `stride` apart.
+template <class Number>
+struct Patches {
+  Number* first;
+  std::size_t stride;
+};
+
+template <std::size_t vectors>
+RELIGN_INLINE void add_columns(Patches<float> sum, Patches<const float> patches, const Terms::Term* term,
+                               const Terms::Term* end) {
+  Lanes sums[kRows][vectors];
+#pragma GCC unroll 3
+  for (std::size_t row = 0; row < kRows; ++row)
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < vectors; ++k) sums[row][k] = lanes(sum.first + row * sum.stride + k * kLanes);
+  for (; term != end; ++term) {
+    const float* from = patches.first + term->at;
+    const float factor = term->factor;
+#pragma GCC unroll 3
+    for (std::size_t row = 0; row < kRows; ++row)
+#pragma GCC unroll 4
+      for (std::size_t k = 0; k < vectors; ++k)
+        sums[row][k] += lanes(from + row * patches.stride + k * kLanes) * factor;
   }
+#pragma GCC unroll 3
+  for (std::size_t row = 0; row < kRows; ++row)
+#pragma GCC unroll 4
+    for (std::size_t k = 0; k < vectors; ++k) lanes(sum.first + row * sum.stride + k * kLanes) = sums[row][k];
 }
 
-void add_terms(float* sum, const std::vector<float>& values, const Terms& terms, std::size_t wide) {
-  add_terms(sum, values.data(), terms.at.data(), terms.factors.data(), terms.count, wide);
-}
-
-// The patches below the two rows of convolved pixels that row `row` of the output pools: (2, 2 * out_width, taps).
-void gather(const Shape& shape, const Padded& image, std::size_t row, std::size_t taps, float* patches) {
-  for (std::size_t below = 0; below < 2; ++below)
-    for (std::size_t column = 0; column < 2 * shape.out_width(); ++column, patches += taps) {
-      const float* corner = &image.values[(4 * row + 2 * below) * image.stride + 2 * column];
-      float* to = patches;
-      for (std::size_t channel = 0; channel < shape.channels; ++channel, corner += image.plane)
-        for (std::size_t k = 0; k < 3; ++k, to += 3) std::copy_n(corner + k * image.stride, 3, to);
-    }
-}
-
-// The patch at this place of an output's four, in the order of gather(); any for kNone.
-std::size_t patch_of(std::uint8_t place, std::size_t column, std::size_t columns) {
-  return (place % 4 / 2 * columns + column) * 2 + place % 2;
-}
-
-// Adds them to an image: the transpose of gather().
-void scatter(const Shape& shape, const float* patches, std::size_t row, std::size_t taps, Padded& image) {
-  for (std::size_t below = 0; below < 2; ++below)
-    for (std::size_t column = 0; column < 2 * shape.out_width(); ++column, patches += taps) {
-      float* corner = &image.values[(4 * row + 2 * below) * image.stride + 2 * column];
-      const float* from = patches;
-      for (std::size_t channel = 0; channel < shape.channels; ++channel, corner += image.plane)
-        for (std::size_t k = 0; k < kTaps; ++k, ++from) corner[k / 3 * image.stride + k % 3] += *from;
-    }
+// Adds patches to the one at `sum`; `wide`, the length of their rows, is a multiple of kBlock.
+RELIGN_CLONES void add_patches(Patches<float> sum, Patches<const float> patches, const Terms::Term* terms,
+                               std::size_t count, std::size_t wide) {
+  std::size_t done = 0;
+  for (; done + 2 * kBlock <= wide; done += 2 * kBlock, sum.first += 2 * kBlock, patches.first += 2 * kBlock)
+    add_columns<4>(sum, patches, terms, terms + count);
+  if (done < wide) add_columns<2>(sum, patches, terms, terms + count);
 }
 
 std::size_t first_of(int part, const Shape& shape) { return static_cast<std::size_t>(part) * shape.images / kParts; }
@@ -190,120 +192,120 @@ std::size_t first_of(int part, const Shape& shape) { return static_cast<std::siz
 // The gradients of one part of the images, summed in their order.
 class PartGradients {
  public:
-  // `filters`: the weights, (out_channels, whole_chunks(taps)), which must outlive this.
+  // `filters`: the weights, (out_channels, kRows, wide row), which must outlive this.
   PartGradients(const Shape& shape, const std::vector<float>& filters, bool wants_images)
       : weights(filters.size(), 0.0F),
         bias(shape.out_channels, 0.0F),
         shape_(shape),
-        wide_(whole_chunks(shape.channels * kTaps)),
-        patch_count_(2 * 2 * shape.out_width()),
-        filters_(&filters),
+        wide_(wide_row_of(shape)),
+        filters_(filters),
+        wants_images_(wants_images),
         image_(shape),
         of_image_(shape),
-        patches_(patch_count_ * wide_, 0.0F),
-        of_patches_(patches_.size()),
-        of_filter_(shape.out_width()),
-        of_patch_(wants_images ? patch_count_ : 0, Terms(shape.out_channels)) {}
+        of_filter_(shape.out_channels, Terms(shape.out_width())),
+        of_patch_(kNone + 1, Terms(shape.out_channels)) {}
 
   // One image, with the gradients and places of its outputs. Writes the image's own gradient unless of_image is null.
-  void add(const float* image, const float* gradient, const std::uint8_t* places, float* of_image) {
-    image_.load(image);
+  void add(const Images& images, std::size_t number, const float* gradient, const std::uint8_t* places,
+           float* of_image) {
+    const std::size_t outputs = shape_.out_width() * shape_.out_channels;
+    image_.load(images, number);
     std::fill(of_image_.values.begin(), of_image_.values.end(), 0.0F);
-    for (std::size_t row = 0; row < shape_.out_height(); ++row) {
-      gather(shape_, image_, row, wide_, patches_.data());
-      add_row(gradient + row * shape_.out_width(), places + row * shape_.out_width());
-      if (of_image) add_row_to_image(row);
-    }
-    if (of_image) of_image_.store(of_image);
+    for (std::size_t row = 0; row < shape_.out_height(); ++row)
+      add_row(row, gradient + row * outputs, places + row * outputs);
+    if (wants_images_) of_image_.store(of_image);
   }
 
   std::vector<float> weights, bias;  // weights as filters
 
  private:
-  void add_row(const float* gradient, const std::uint8_t* places) {
-    const std::size_t columns = shape_.out_width(), pixels = shape_.out_height() * columns;
-    for (Terms& terms : of_patch_) terms.count = 0;
-    for (std::size_t out = 0; out < shape_.out_channels; ++out, gradient += pixels, places += pixels) {
-      of_filter_.count = 0;
-      for (std::size_t column = 0; column < columns; ++column)
-        of_filter_.add(patch_of(places[column], column, columns) * wide_, gradient[column], places[column] != kNone);
-      for (std::size_t term = 0; term < of_filter_.count; ++term) bias[out] += of_filter_.factors[term];
-      add_terms(&weights[out * wide_], patches_, of_filter_, wide_);
-      if (of_patch_.empty()) continue;
-      for (std::size_t column = 0; column < columns; ++column)
-        of_patch_[patch_of(places[column], column, columns)].add(out * wide_, gradient[column],
-                                                                 places[column] != kNone);
+  void add_row(std::size_t row, const float* gradient, const std::uint8_t* places) {
+    for (Terms& terms : of_filter_) terms.count = 0;
+    std::array<std::size_t, kNone + 1> to{};
+    for (std::size_t place = 0; place < kNone; ++place) to[place] = image_.to(place);
+    for (std::size_t column = 0; column < shape_.out_width(); ++column) {
+      const std::size_t corner = image_.corner(row, column);
+      for (std::size_t out = 0; out < shape_.out_channels; ++out)
+        of_filter_[out].add(corner + to[places[out]], gradient[out], places[out] != kNone);
+      for (std::size_t out = 0; out < shape_.out_channels; ++out) bias[out] += places[out] != kNone ? gradient[out] : 0;
+      if (wants_images_) add_to_image(corner, gradient, places);
+      gradient += shape_.out_channels;
+      places += shape_.out_channels;
     }
+    for (std::size_t out = 0; out < shape_.out_channels; ++out)
+      add_patches({&weights[out * kRows * wide_], wide_}, {image_.values.data(), image_.stride},
+                  of_filter_[out].terms.data(), of_filter_[out].count, wide_);
   }
 
-  void add_row_to_image(std::size_t row) {
-    std::fill(of_patches_.begin(), of_patches_.end(), 0.0F);
-    for (std::size_t patch = 0; patch < of_patch_.size(); ++patch)
-      add_terms(&of_patches_[patch * wide_], *filters_, of_patch_[patch], wide_);
-    scatter(shape_, of_patches_.data(), row, wide_, of_image_);
+  void add_to_image(std::size_t corner, const float* gradient, const std::uint8_t* places) {
+    for (Terms& terms : of_patch_) terms.count = 0;
+    for (std::size_t out = 0; out < shape_.out_channels; ++out)
+      of_patch_[places[out]].add(out * kRows * wide_, gradient[out], true);
+    for (std::size_t place = 0; place < kNone; ++place)
+      add_patches({&of_image_.values[corner + image_.to(place)], image_.stride}, {filters_.data(), wide_},
+                  of_patch_[place].terms.data(), of_patch_[place].count, wide_);
   }
 
   Shape shape_;
-  std::size_t wide_, patch_count_;
-  const std::vector<float>* filters_;
+  std::size_t wide_;
+  const std::vector<float>& filters_;
+  bool wants_images_;
   Padded image_, of_image_;
-  std::vector<float> patches_, of_patches_;
-  Terms of_filter_;
-  std::vector<Terms> of_patch_;
+  std::vector<Terms> of_filter_;  // in one row of the output: the patches that a filter's gradient adds up
+  std::vector<Terms> of_patch_;   // in one pixel of it: the filters that the gradient of a patch adds up
 };
 
 }  // namespace
 
-void PooledConvolution::forward(const Shape& shape, const float* images, const float* weights, const float* bias,
+void PooledConvolution::forward(const Shape& shape, const Images& images, const float* weights, const float* bias,
                                 float* out, std::uint8_t* places) {
   const std::lock_guard lock(one_at_a_time_);
-  const std::vector<float> packed = by_lanes(shape, weights);
-  const std::size_t taps = shape.channels * kTaps, pixels = shape.out_height() * shape.out_width();
-  const std::size_t image_size = shape.channels * shape.height * shape.width;
+  const std::size_t row_size = row_of(shape), filter = kRows * row_size;
+  std::vector<float> blocks(shape.out_channels * filter);  // (out_channels / kBlock, kRows, row, kBlock)
+  for_weights(shape, [&](std::size_t at, std::size_t of, std::size_t row, std::size_t k) {
+    blocks[((of / kBlock * kRows + row) * row_size + k) * kBlock + of % kBlock] = weights[at];
+  });
   parallel_.for_each(kParts, [&](int part, unsigned) {
+    if (first_of(part, shape) == first_of(part + 1, shape)) return;
     Padded image(shape);
     for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i) {
-      image.load(images + i * image_size);
-      for (std::size_t block = 0; block < shape.out_channels; block += kBlock)
-        for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-          const std::size_t row = pixel / shape.out_width(), column = pixel % shape.out_width();
-          float largest[kBlock];
-          std::int32_t which[kBlock];
-          four_patches(&image.values[4 * row * image.stride + 4 * column], image.stride, image.plane, shape.channels,
-                       &packed[block * taps], bias + block, largest, which);
-          const std::size_t to = (i * shape.out_channels + block) * pixels + pixel;
-          for (std::size_t lane = 0; lane < kBlock; ++lane) {
-            out[to + lane * pixels] = largest[lane];
-            places[to + lane * pixels] = static_cast<std::uint8_t>(which[lane]);
-          }
-        }
+      image.load(images, i);
+      for (std::size_t block = 0; block < shape.out_channels; block += kBlock) {
+        std::size_t to = i * shape.out_height() * shape.out_width() * shape.out_channels + block;
+        for (std::size_t row = 0; row < shape.out_height(); ++row)
+          for (std::size_t column = 0; column < shape.out_width(); ++column, to += shape.out_channels)
+            pool_patches(&image.values[image.corner(row, column)], image.stride, shape.channels,
+                         &blocks[block * filter], bias + block, out + to, places + to);
+      }
     }
   });
 }
 
-void PooledConvolution::backward(const Shape& shape, const float* images, const float* weights, const float* gradient,
+void PooledConvolution::backward(const Shape& shape, const Images& images, const float* weights, const float* gradient,
                                  const std::uint8_t* places, float* of_images, float* of_weights, float* of_bias) {
   const std::lock_guard lock(one_at_a_time_);
-  const std::size_t taps = shape.channels * kTaps, wide = whole_chunks(taps);
-  const std::size_t outputs = shape.out_channels * shape.out_height() * shape.out_width();
-  const std::size_t image_size = shape.channels * shape.height * shape.width;
-  std::vector<float> filters(shape.out_channels * wide, 0.0F);
-  for (std::size_t out = 0; out < shape.out_channels; ++out)
-    std::copy_n(weights + out * taps, taps, &filters[out * wide]);
+  const std::size_t wide = wide_row_of(shape), image_size = shape.height * shape.width * shape.channels;
+  const std::size_t outputs = shape.out_height() * shape.out_width() * shape.out_channels;
+  std::vector<float> filters(shape.out_channels * kRows * wide, 0.0F);
+  for_weights(shape, [&](std::size_t at, std::size_t out, std::size_t row, std::size_t k) {
+    filters[(out * kRows + row) * wide + k] = weights[at];
+  });
   std::vector<std::optional<PartGradients>> parts(kParts);
   parallel_.for_each(kParts, [&](int part, unsigned) {
     PartGradients& sums = parts[static_cast<std::size_t>(part)].emplace(shape, filters, of_images != nullptr);
     for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i)
-      sums.add(images + i * image_size, gradient + i * outputs, places + i * outputs,
+      sums.add(images, i, gradient + i * outputs, places + i * outputs,
                of_images ? of_images + i * image_size : nullptr);
   });
-  std::fill_n(of_weights, shape.out_channels * taps, 0.0F);
-  std::fill_n(of_bias, shape.out_channels, 0.0F);
-  for (const std::optional<PartGradients>& sums : parts)
-    for (std::size_t out = 0; out < shape.out_channels; ++out) {
-      of_bias[out] += sums->bias[out];
-      for (std::size_t tap = 0; tap < taps; ++tap) of_weights[out * taps + tap] += sums->weights[out * wide + tap];
-    }
+  PartGradients& all = *parts.front();
+  for (std::size_t part = 1; part < kParts; ++part) {
+    for (std::size_t i = 0; i < all.weights.size(); ++i) all.weights[i] += parts[part]->weights[i];
+    for (std::size_t out = 0; out < shape.out_channels; ++out) all.bias[out] += parts[part]->bias[out];
+  }
+  for_weights(shape, [&](std::size_t at, std::size_t out, std::size_t row, std::size_t k) {
+    of_weights[at] = all.weights[(out * kRows + row) * wide + k];
+  });
+  std::copy(all.bias.begin(), all.bias.end(), of_bias);
 }
 
 }  // namespace relign::python

@@ -22,17 +22,27 @@ def pooled(values):
     return np.maximum(blocks.max(axis=(3, 5)), 0)
 
 
+def last(images):
+    """A view with the channels last."""
+    return images.transpose(0, 2, 3, 1)
+
+
+def first(images):
+    return images.transpose(0, 3, 1, 2)
+
+
 def forward(layer, images, weights, bias):
-    shape = (len(images), len(weights), (images.shape[2] + 1) // 4, (images.shape[3] + 1) // 4)
+    shape = (len(images), (images.shape[2] + 1) // 4, (images.shape[3] + 1) // 4, len(weights))
     out, places = np.full(shape, 7, np.float32), np.full(shape, 7, np.uint8)
-    layer.forward(images, weights, bias, out, places)
-    return out, places
+    layer.forward(last(images), weights, bias, out, places)
+    return first(out), first(places)
 
 
 def backward(layer, images, weights, gradient, places):
-    found = [np.full_like(images, 7), np.full_like(weights, 7), np.full(len(weights), 7, np.float32)]
-    layer.backward(images, weights, gradient, places, *found)
-    return found
+    of_images = np.full_like(last(images), 7, order="C")
+    found = [np.full_like(weights, 7), np.full(len(weights), 7, np.float32)]
+    layer.backward(last(images), weights, last(gradient).copy(), last(places).copy(), of_images, *found)
+    return [first(of_images), *found]
 
 
 class Layer(unittest.TestCase):
@@ -85,7 +95,8 @@ class Layer(unittest.TestCase):
             layer = PooledConvolution(threads)
             out, places = forward(layer, images, weights, bias)
             gradients = backward(layer, images, weights, out, places)
-            layer.backward(images, weights, out, places, None, weights_only := np.empty_like(weights), np.empty_like(bias))
+            layer.backward(last(images).copy(), weights, last(out).copy(), last(places).copy(), None,
+                           weights_only := np.empty_like(weights), np.empty_like(bias))
             np.testing.assert_array_equal(weights_only, gradients[1])
             results.append([out, *gradients])
         for one, three in zip(*results):
@@ -100,16 +111,19 @@ class Layer(unittest.TestCase):
 
     def test_wrong_arrays_are_refused(self):
         layer = PooledConvolution(1)
-        images, weights, bias = self.numbers(1, 1, 8, 8), self.numbers(16, 1, 3, 3), self.numbers(16)
+        images, weights, bias = self.numbers(1, 8, 8, 1), self.numbers(16, 1, 3, 3), self.numbers(16)
+        out, places = np.zeros((1, 2, 2, 16), np.float32), np.zeros((1, 2, 2, 16), np.uint8)
         for given, message in (((images[0], weights, bias), "four dimensions"),
-                               ((images[:, :, :2], weights, bias), "at least 3 x 3"),
+                               ((images[:, :2], weights, bias), "at least 3 x 3"),
+                               ((images[:, ::-1], weights, bias), "not negative"),
                                ((images, weights[:12], bias[:12]), "multiple of 16, not 12"),
                                ((images, np.zeros((16, 2, 3, 3), np.float32), bias), "16 x 1 x 3 x 3"),
                                ((images.astype(np.float64), weights, bias), "type 'f'"),
                                ((images, weights, bias[:3]), "bias must be a contiguous array of 16 numbers")):
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
-                shape = (1, len(given[1]), 2, 2)
-                layer.forward(*given, np.zeros(shape, np.float32), np.zeros(shape, np.uint8))
+                layer.forward(*given, out, places)
+        with self.assertRaisesRegex(ValueError, "0 to 4"):
+            layer.backward(images, weights, out, places + np.uint8(5), None, np.empty_like(weights), np.empty_like(bias))
 
 
 if __name__ == "__main__":

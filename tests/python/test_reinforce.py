@@ -69,11 +69,11 @@ class Folder(unittest.TestCase):
 
 
 class Segments(Folder):
-    def test_interrupted_paper_recipe_resumes_to_the_same_weights(self):
+    def test_interrupted_paper_recipe_resumes_to_the_same_weights_with_any_number_of_threads(self):
         whole = Reinforcement(PAPER, self.folder / "whole", threads=1, log=quiet)
         whole.run()
-        Reinforcement(PAPER, self.folder / "parts", threads=1, log=quiet).run(until=1)
-        resumed = Reinforcement(PAPER, self.folder / "parts", threads=1, log=quiet)
+        Reinforcement(PAPER, self.folder / "parts", threads=3, log=quiet).run(until=1)
+        resumed = Reinforcement(PAPER, self.folder / "parts", threads=2, log=quiet)
         self.assertEqual(resumed.done, 1)
         resumed.run()
         self.expect_same(whole, resumed)

@@ -14,6 +14,7 @@ from torch import nn
 from torch.autograd.function import once_differentiable
 
 from .. import _core
+from .._native import chosen_threads
 from .frames import images_of
 from .nets import StridedNet
 
@@ -34,25 +35,26 @@ class _PooledConvolution(torch.autograd.Function):
     """A convolution of PackageFeatures with its ReLU and pooling by the compiled module, in half the time of torch's layers."""
 
     @staticmethod
-    def forward(ctx: Any, images: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor) -> torch.Tensor:
-        shape = (len(images), len(weight), (images.shape[2] + 1) // 4, (images.shape[3] + 1) // 4)
+    def forward(ctx: Any, images: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor, threads: int) -> torch.Tensor:
+        """Images, which may be any view, and outputs have the channels last."""
+        shape = (len(images), (images.shape[1] + 1) // 4, (images.shape[2] + 1) // 4, len(weight))
         out, places = torch.empty(shape), torch.empty(shape, dtype=torch.uint8)
-        images, weight, bias = (value.detach().contiguous() for value in (images, weight, bias))
-        _compiled_layer(torch.get_num_threads()).forward(images.numpy(), weight.numpy(), bias.numpy(), out.numpy(),
-                                                         places.numpy())
+        images, weight, bias = images.detach(), weight.detach().contiguous(), bias.detach().contiguous()
+        _compiled_layer(threads).forward(images.numpy(), weight.numpy(), bias.numpy(), out.numpy(), places.numpy())
         ctx.save_for_backward(images, weight, places)
+        ctx.threads = threads
         return out
 
     @staticmethod
     @once_differentiable  # type: ignore[untyped-decorator]
-    def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, torch.Tensor, torch.Tensor]:
+    def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, torch.Tensor, torch.Tensor, None]:
         images, weight, places = ctx.saved_tensors
-        of_images = torch.empty_like(images) if ctx.needs_input_grad[0] else None
+        of_images = torch.empty(images.shape) if ctx.needs_input_grad[0] else None
         of_weight, of_bias = torch.empty_like(weight), torch.empty(len(weight))
-        _compiled_layer(torch.get_num_threads()).backward(
+        _compiled_layer(ctx.threads).backward(
             images.numpy(), weight.numpy(), gradient.contiguous().numpy(), places.numpy(),
             None if of_images is None else of_images.numpy(), of_weight.numpy(), of_bias.numpy())
-        return of_images, of_weight, of_bias
+        return of_images, of_weight, of_bias, None
 
 
 @functools.cache
@@ -85,11 +87,13 @@ class PackageFeatures(BaseFeaturesExtractor):
         features_dim: Number of features.
         compiled: Whether the compiled module computes the convolutions on a CPU, and kernels of Triton those on a GPU
             (pooled.py). They have first derivatives only; TRPO needs second ones.
+        threads: Threads of the compiled module; None: one for each core. The values do not depend on it.
     """
 
-    def __init__(self, observation_space: spaces.Box, features_dim: int = 256, compiled: bool = True) -> None:
+    def __init__(self, observation_space: spaces.Box, features_dim: int = 256, compiled: bool = True,
+                 threads: int | None = None) -> None:
         super().__init__(observation_space, features_dim)
-        self.compiled = compiled
+        self.compiled, self.threads = compiled, chosen_threads(threads)
         layers: list[nn.Module] = []
         channels = observation_space.shape[0]
         for width in (32, 64, 128):
@@ -102,16 +106,19 @@ class PackageFeatures(BaseFeaturesExtractor):
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Features of a batch."""
-        layer_of: Any = None
+        convolutions = [layer for layer in self.cnn if isinstance(layer, nn.Conv2d)]
         if self.compiled and observations.dtype == torch.float32 and not torch.jit.is_tracing():
-            layer_of = _PooledConvolution if observations.device.type == "cpu" else _layer_on_gpu()
-        if layer_of is None:
-            return self.linear(self.cnn(observations))
-        values = observations
-        for layer in self.cnn:
-            if isinstance(layer, nn.Conv2d):
-                values = layer_of.apply(values, layer.weight, layer.bias)
-        return self.linear(values.flatten(1))
+            if observations.device.type == "cpu":
+                values = observations.permute(0, 2, 3, 1)
+                for layer in convolutions:
+                    values = _PooledConvolution.apply(values, layer.weight, layer.bias, self.threads)
+                return self.linear(values.permute(0, 3, 1, 2).flatten(1))
+            if layer_on_gpu := _layer_on_gpu():
+                values = observations
+                for layer in convolutions:
+                    values = layer_on_gpu.apply(values, layer.weight, layer.bias)
+                return self.linear(values.flatten(1))
+        return self.linear(self.cnn(observations))
 
 
 class PackagePolicy(ActorCriticCnnPolicy):

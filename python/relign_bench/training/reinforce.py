@@ -91,8 +91,11 @@ class Reinforcement:
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
-        if threads:
-            torch.set_num_threads(threads)
+        # Torch's threads wait busily, on cores that could render, and the matrices outside the compiled layers are small.
+        # With one, weights do not depend on the number of threads.
+        alone = recipe.preset != "tuned" and recipe.algorithm in ("ppo", "a2c") and torch.device(device).type == "cpu"
+        if threads or alone:
+            torch.set_num_threads(1 if alone else threads)
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
         self.drawn, self._next_picture = 0, 0.0
         self.trained_on: dict[str, Any] = {}
@@ -139,7 +142,7 @@ class Reinforcement:
             self.env = StableBaselinesEnv(recipe.environments, reward=recipe.reward, **arguments)
         self._make_learner("CnnLstmPolicy" if self.recurrent else PackagePolicy,
                            {"features_extractor_class": PackageFeatures,
-                            "features_extractor_kwargs": {"compiled": recipe.algorithm != "trpo"},
+                            "features_extractor_kwargs": {"compiled": recipe.algorithm != "trpo", "threads": self.threads},
                             "log_std_init": recipe.first_log_std,
                             "net_arch": {"pi": list(recipe.heads), "vf": list(recipe.heads)}})
 
