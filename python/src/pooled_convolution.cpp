@@ -51,9 +51,11 @@ struct Padded {
         std::memcpy(inner(row), from, width_ * channels * sizeof(float));
         continue;
       }
-      for (std::size_t channel = 0; channel < channels; ++channel)
-        for (std::size_t column = 0; column < width_; ++column)
-          inner(row)[column * channels + channel] = from[column * images.column + channel * images.channel];
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        const float* at = from + channel * images.channel;
+        float* to = inner(row) + channel;
+        for (std::size_t column = 0; column < width_; ++column, at += images.column, to += channels) *to = *at;
+      }
     }
   }
   void store(float* image) {
@@ -132,20 +134,10 @@ RELIGN_CLONES void pool_patches(const float* corner, std::size_t stride, std::si
   *reinterpret_cast<Bytes*>(places + kLanes) = two.place;
 }
 
-// Patches, each with a factor, by their first numbers.
-struct Terms {
-  struct Term {
-    std::size_t at;
-    float factor;
-  };
-  explicit Terms(std::size_t most) : terms(most + 1) {}
-  // Without a branch, which would be mispredicted: ReLU gives 0 as often as not.
-  void add(std::size_t at, float factor, bool counts) {
-    terms[count] = {at, factor};
-    count += static_cast<std::size_t>(counts);
-  }
-  std::vector<Term> terms;
-  std::size_t count = 0;
+// A patch, by its first number, and its factor.
+struct Term {
+  std::size_t at;
+  float factor;
 };
 
 // Patches whose rows are `stride` apart.
@@ -156,8 +148,7 @@ struct Patches {
 };
 
 template <std::size_t vectors>
-RELIGN_INLINE void add_columns(Patches<float> sum, Patches<const float> patches, const Terms::Term* term,
-                               const Terms::Term* end) {
+RELIGN_INLINE void add_columns(Patches<float> sum, Patches<const float> patches, const Term* term, const Term* end) {
   Lanes sums[kRows][vectors];
 #pragma GCC unroll 3
   for (std::size_t row = 0; row < kRows; ++row)
@@ -179,12 +170,12 @@ RELIGN_INLINE void add_columns(Patches<float> sum, Patches<const float> patches,
 }
 
 // Adds patches to the one at `sum`; `wide`, the length of their rows, is a multiple of kBlock.
-RELIGN_CLONES void add_patches(Patches<float> sum, Patches<const float> patches, const Terms::Term* terms,
-                               std::size_t count, std::size_t wide) {
+RELIGN_CLONES void add_patches(Patches<float> sum, Patches<const float> patches, const Term* terms, const Term* end,
+                               std::size_t wide) {
   std::size_t done = 0;
   for (; done + 2 * kBlock <= wide; done += 2 * kBlock, sum.first += 2 * kBlock, patches.first += 2 * kBlock)
-    add_columns<4>(sum, patches, terms, terms + count);
-  if (done < wide) add_columns<2>(sum, patches, terms, terms + count);
+    add_columns<4>(sum, patches, terms, end);
+  if (done < wide) add_columns<2>(sum, patches, terms, end);
 }
 
 std::size_t first_of(int part, const Shape& shape) { return static_cast<std::size_t>(part) * shape.images / kParts; }
@@ -193,66 +184,74 @@ std::size_t first_of(int part, const Shape& shape) { return static_cast<std::siz
 class PartGradients {
  public:
   // `filters`: the weights, (out_channels, kRows, wide row), which must outlive this.
-  PartGradients(const Shape& shape, const std::vector<float>& filters, bool wants_images)
+  PartGradients(const Shape& shape, const std::vector<float>& filters)
       : weights(filters.size(), 0.0F),
         bias(shape.out_channels, 0.0F),
         shape_(shape),
         wide_(wide_row_of(shape)),
         filters_(filters),
-        wants_images_(wants_images),
         image_(shape),
         of_image_(shape),
-        of_filter_(shape.out_channels, Terms(shape.out_width())),
-        of_patch_(kNone + 1, Terms(shape.out_channels)) {}
+        terms_((kNone + 1) * longest_list()) {}
 
   // One image, with the gradients and places of its outputs. Writes the image's own gradient unless of_image is null.
   void add(const Images& images, std::size_t number, const float* gradient, const std::uint8_t* places,
            float* of_image) {
     const std::size_t outputs = shape_.out_width() * shape_.out_channels;
     image_.load(images, number);
-    std::fill(of_image_.values.begin(), of_image_.values.end(), 0.0F);
+    if (of_image) std::fill(of_image_.values.begin(), of_image_.values.end(), 0.0F);
     for (std::size_t row = 0; row < shape_.out_height(); ++row)
-      add_row(row, gradient + row * outputs, places + row * outputs);
-    if (wants_images_) of_image_.store(of_image);
+      add_row(row, gradient + row * outputs, places + row * outputs, of_image != nullptr);
+    if (of_image) of_image_.store(of_image);
   }
 
   std::vector<float> weights, bias;  // weights as filters
 
  private:
-  void add_row(std::size_t row, const float* gradient, const std::uint8_t* places) {
-    for (Terms& terms : of_filter_) terms.count = 0;
-    std::array<std::size_t, kNone + 1> to{};
-    for (std::size_t place = 0; place < kNone; ++place) to[place] = image_.to(place);
-    for (std::size_t column = 0; column < shape_.out_width(); ++column) {
-      const std::size_t corner = image_.corner(row, column);
-      for (std::size_t out = 0; out < shape_.out_channels; ++out)
-        of_filter_[out].add(corner + to[places[out]], gradient[out], places[out] != kNone);
-      for (std::size_t out = 0; out < shape_.out_channels; ++out) bias[out] += places[out] != kNone ? gradient[out] : 0;
-      if (wants_images_) add_to_image(corner, gradient, places);
-      gradient += shape_.out_channels;
-      places += shape_.out_channels;
+  // Behind a list is room for a term that does not count: lists have no branch, which would be mispredicted, since
+  // ReLU gives 0 as often as not.
+  std::size_t longest_list() const { return std::max(shape_.out_width(), shape_.out_channels) + 1; }
+
+  void add_row(std::size_t row, const float* gradient, const std::uint8_t* places, bool to_image) {
+    const std::size_t channels = shape_.out_channels;
+    for (std::size_t column = 0; to_image && column < shape_.out_width(); ++column)
+      add_to_image(image_.corner(row, column), gradient + column * channels, places + column * channels);
+    const std::array<std::size_t, kNone + 1> to = places_in_image();
+    for (std::size_t out = 0; out < channels; ++out) {
+      Term* end = terms_.data();
+      for (std::size_t column = 0; column < shape_.out_width(); ++column) {
+        const std::uint8_t place = places[column * channels + out];
+        *end = {image_.corner(row, column) + to[place], gradient[column * channels + out]};
+        end += place != kNone;
+      }
+      for (const Term* term = terms_.data(); term != end; ++term) bias[out] += term->factor;
+      add_patches({&weights[out * kRows * wide_], wide_}, {image_.values.data(), image_.stride}, terms_.data(), end,
+                  wide_);
     }
-    for (std::size_t out = 0; out < shape_.out_channels; ++out)
-      add_patches({&weights[out * kRows * wide_], wide_}, {image_.values.data(), image_.stride},
-                  of_filter_[out].terms.data(), of_filter_[out].count, wide_);
   }
 
+  // An output's patches add up filters.
   void add_to_image(std::size_t corner, const float* gradient, const std::uint8_t* places) {
-    for (Terms& terms : of_patch_) terms.count = 0;
+    std::array<Term*, kNone + 1> ends;
+    for (std::size_t place = 0; place < ends.size(); ++place) ends[place] = &terms_[place * longest_list()];
     for (std::size_t out = 0; out < shape_.out_channels; ++out)
-      of_patch_[places[out]].add(out * kRows * wide_, gradient[out], true);
+      *ends[places[out]]++ = {out * kRows * wide_, gradient[out]};
+    const std::array<std::size_t, kNone + 1> to = places_in_image();
     for (std::size_t place = 0; place < kNone; ++place)
-      add_patches({&of_image_.values[corner + image_.to(place)], image_.stride}, {filters_.data(), wide_},
-                  of_patch_[place].terms.data(), of_patch_[place].count, wide_);
+      add_patches({&of_image_.values[corner + to[place]], image_.stride}, {filters_.data(), wide_},
+                  &terms_[place * longest_list()], ends[place], wide_);
+  }
+
+  // Those of an output's patches behind the first; any for kNone.
+  std::array<std::size_t, kNone + 1> places_in_image() const {
+    return {image_.to(0), image_.to(1), image_.to(2), image_.to(3), 0};
   }
 
   Shape shape_;
   std::size_t wide_;
   const std::vector<float>& filters_;
-  bool wants_images_;
   Padded image_, of_image_;
-  std::vector<Terms> of_filter_;  // in one row of the output: the patches that a filter's gradient adds up
-  std::vector<Terms> of_patch_;   // in one pixel of it: the filters that the gradient of a patch adds up
+  std::vector<Term> terms_;
 };
 
 }  // namespace
@@ -292,7 +291,7 @@ void PooledConvolution::backward(const Shape& shape, const Images& images, const
   });
   std::vector<std::optional<PartGradients>> parts(kParts);
   parallel_.for_each(kParts, [&](int part, unsigned) {
-    PartGradients& sums = parts[static_cast<std::size_t>(part)].emplace(shape, filters, of_images != nullptr);
+    PartGradients& sums = parts[static_cast<std::size_t>(part)].emplace(shape, filters);
     for (std::size_t i = first_of(part, shape); i < first_of(part + 1, shape); ++i)
       sums.add(images, i, gradient + i * outputs, places + i * outputs,
                of_images ? of_images + i * image_size : nullptr);
