@@ -174,6 +174,32 @@ def evaluations():
                   for (name, rule), found in cells.items()])
 
 
+def improvement():
+    """Probability that a training has the lower error, by each rule."""
+    cells = {}
+    for row in read("trainings/improvement.csv"):
+        if row["opponent"] in ("bo-gp", "bo-gp-tuned"):
+            cells.setdefault((row["method"], row["trainings"], row["opponent"]), {})[row["rule"]] = (
+                f"{float(row['improvement']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f})")
+    return table(("trainings", "opponent", *RULES),
+                 [(f"{method} ({count})", opponent, *(found[rule] for rule in RULES))
+                  for (method, count, opponent), found in cells.items()])
+
+
+def limits():
+    """Trainings of the recipe with moves in full and with shrinking ones."""
+    def median(row):
+        return f"{rounded(number(row['rmse']))} ({rounded(number(row['rmse_lo95']))} to {rounded(number(row['rmse_hi95']))})"
+
+    return table(("training", "moves", "RMSE after fifty", "without the common offset", "in specification after 10, 20, 50",
+                  "distance to the nominal pose", "meets the goal"),
+                 [(row["training"] if row["moves"] == "full" else "", row["moves"], median(row),
+                   rounded(number(row["corrected"])),
+                   ", ".join(f"{100 * float(row[f'in_spec_{images}']):.0f} %" for images in (10, 20, 50)),
+                   rounded(number(row["distance"]), 2), f"{100 * float(row['goal']):.0f} %")
+                  for row in read("trainings/limits.csv")])
+
+
 def arrivals(study, protocol):
     """Images after which half of the instances stay within some distances of their own optimum."""
     def cell(name, level):
@@ -235,6 +261,8 @@ def tables():
             made[f"curves {protocol} {level}"] = curves(study, protocol, level)
     made["training"] = trainings()
     made["evaluations of trainings"] = evaluations()
+    made["improvement of trainings"] = improvement()
+    made["limits of trainings"] = limits()
     made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv")
     return made
 
