@@ -95,7 +95,8 @@ RELIGN_INLINE Pooled pooled(const Lanes& a, const Lanes& b, const Lanes& c, cons
   Lanes best = a;
   Marks which = {};
   const auto compare = [&](const Lanes& other, std::int32_t place) __attribute__((always_inline)) {
-    const Marks larger = other > best;  // the first of equal ones, as in torch
+    // As in torch, the first of equal ones, and NaN is larger than all numbers.
+    const Marks larger = (other > best) | (other != other);
     best = larger ? other : best;
     which = larger ? Marks{} + place : which;
   };

@@ -1,11 +1,11 @@
-"""The probability that a training is better than a method without trainings, from reports by any number of rules:
+"""The probability that a training is better than another method, from reports by any number of rules:
 
     for rule in own best current; do relign-bench report RESULTS --format json --rule $rule; done \
         | python3 reports/paper/improvement.py > reports/paper/trainings/improvement.csv
 
-A row is a list of trainings, an opponent and a rule: the share of pairs of a training and an instance, over all noise
-levels, on which the training has the lower error, and its 95 % interval over trainings and instances (docs/statistics.md,
-"Aggregate scores"). Standard library only.
+A row is a list of trainings, a method without trainings and a rule: the share of pairs of a training and an instance on which
+the training has the lower normalised error, ties counting half and levels alike, and its 95 % interval over trainings and
+instances (docs/statistics.md, "Aggregate scores"). Standard library only.
 """
 
 import csv

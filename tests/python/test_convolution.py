@@ -108,6 +108,10 @@ class Layer(unittest.TestCase):
         out, _ = forward(PooledConvolution(1), images, weights, bias)
         self.assertTrue(np.isnan(out[0, 3]).all())
         self.assertFalse(np.isnan(np.delete(out, 3, axis=1)).any())
+        images[0, 0, 3, 3] = np.nan  # in the last of the four patches that the first output pools
+        out, places = forward(PooledConvolution(1), images, weights, np.zeros_like(bias))
+        self.assertTrue(np.isnan(out[0, :, 0, 0]).all())
+        self.assertEqual(set(places[0, :, 0, 0]), {3})
 
     def test_wrong_arrays_are_refused(self):
         layer = PooledConvolution(1)

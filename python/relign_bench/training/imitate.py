@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
+from .._native import chosen_threads
 from . import policy
 from .devices import check_device, trained_on
 from .directions import Directions
@@ -183,8 +184,7 @@ class Training:
         if recipe.randomise:
             self.imaging_errors = str((self.folder / "randomisation.json").resolve())
         torch.manual_seed(recipe.seed)
-        if threads:
-            torch.set_num_threads(threads)
+        torch.set_num_threads(chosen_threads(threads))
         self.directions = Directions(recipe.scene, recipe.size)
         self.net = StridedNet(recipe.size, len(self.directions.values), self.directions.vectors, doubt=True)
         self.net.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import torch
 
+from .._native import chosen_threads
 from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
@@ -91,11 +92,11 @@ class Reinforcement:
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
-        # Torch's threads wait busily, on cores that could render, and the matrices outside the compiled layers are small.
-        # With one, weights do not depend on the number of threads.
-        alone = recipe.preset != "tuned" and recipe.algorithm in ("ppo", "a2c") and torch.device(device).type == "cpu"
-        if threads or alone:
-            torch.set_num_threads(1 if alone else threads)
+        if not opened:
+            # Torch's threads wait busily, on cores that could render, and the matrices outside the compiled layers are
+            # small. With one, weights do not depend on the number of threads.
+            alone = recipe.preset != "tuned" and recipe.algorithm in ("ppo", "a2c") and torch.device(device).type == "cpu"
+            torch.set_num_threads(1 if alone else chosen_threads(threads))
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
         self.drawn, self._next_picture = 0, 0.0
         self.trained_on: dict[str, Any] = {}
