@@ -3,10 +3,7 @@
 
 namespace {
 
-class PpoPaper : public relign::policies::PolicyAgent {
- public:
-  explicit PpoPaper(const relign::Parameters& given) : PolicyAgent(given, 0, given.integer("full_moves")) {}
-};
+using PpoPaper = relign::policies::PolicyAgent;
 
 }  // namespace
 
