@@ -74,7 +74,7 @@ struct Padded {
   std::size_t height_, width_;
 };
 
-// Calls body(output, row, column, channel, place of the weight in an output's) for all weights.
+// Calls body(place of the weight, output, row of the patch, place in the row) for all weights.
 template <class Body>
 void for_weights(const Shape& shape, const Body& body) {
   std::size_t at = 0;

@@ -36,25 +36,26 @@ class _PooledConvolution(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx: Any, images: torch.Tensor, weight: torch.Tensor, bias: torch.Tensor, threads: int) -> torch.Tensor:
-        """Images, which may be any view, and outputs have the channels last."""
+        """Outputs are stored with the channels last, as the compiled module has them; images may be stored in any way."""
+        images, weight, bias = images.detach().permute(0, 2, 3, 1), weight.detach().contiguous(), bias.detach().contiguous()
         shape = (len(images), (images.shape[1] + 1) // 4, (images.shape[2] + 1) // 4, len(weight))
         out, places = torch.empty(shape), torch.empty(shape, dtype=torch.uint8)
-        images, weight, bias = images.detach(), weight.detach().contiguous(), bias.detach().contiguous()
         _compiled_layer(threads).forward(images.numpy(), weight.numpy(), bias.numpy(), out.numpy(), places.numpy())
         ctx.save_for_backward(images, weight, places)
         ctx.threads = threads
-        return out
+        return out.permute(0, 3, 1, 2)
 
     @staticmethod
     @once_differentiable  # type: ignore[untyped-decorator]
     def backward(ctx: Any, gradient: torch.Tensor) -> tuple[torch.Tensor | None, torch.Tensor, torch.Tensor, None]:
         images, weight, places = ctx.saved_tensors
+        gradient = gradient.permute(0, 2, 3, 1).contiguous()
         of_images = torch.empty(images.shape) if ctx.needs_input_grad[0] else None
         of_weight, of_bias = torch.empty_like(weight), torch.empty(len(weight))
         _compiled_layer(ctx.threads).backward(
-            images.numpy(), weight.numpy(), gradient.contiguous().numpy(), places.numpy(),
+            images.numpy(), weight.numpy(), gradient.numpy(), places.numpy(),
             None if of_images is None else of_images.numpy(), of_weight.numpy(), of_bias.numpy())
-        return of_images, of_weight, of_bias, None
+        return None if of_images is None else of_images.permute(0, 3, 1, 2), of_weight, of_bias, None
 
 
 @functools.cache
@@ -106,19 +107,17 @@ class PackageFeatures(BaseFeaturesExtractor):
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
         """Features of a batch."""
-        convolutions = [layer for layer in self.cnn if isinstance(layer, nn.Conv2d)]
+        layer_of: Any = None
+        on_cpu = observations.device.type == "cpu"
         if self.compiled and observations.dtype == torch.float32 and not torch.jit.is_tracing():
-            if observations.device.type == "cpu":
-                values = observations.permute(0, 2, 3, 1)
-                for layer in convolutions:
-                    values = _PooledConvolution.apply(values, layer.weight, layer.bias, self.threads)
-                return self.linear(values.permute(0, 3, 1, 2).flatten(1))
-            if layer_on_gpu := _layer_on_gpu():
-                values = observations
-                for layer in convolutions:
-                    values = layer_on_gpu.apply(values, layer.weight, layer.bias)
-                return self.linear(values.flatten(1))
-        return self.linear(self.cnn(observations))
+            layer_of = _PooledConvolution if on_cpu else _layer_on_gpu()
+        if layer_of is None:
+            return self.linear(self.cnn(observations))
+        values, threads = observations, (self.threads,) if on_cpu else ()
+        for layer in self.cnn:
+            if isinstance(layer, nn.Conv2d):
+                values = layer_of.apply(values, layer.weight, layer.bias, *threads)
+        return self.linear(values.flatten(1))
 
 
 class PackagePolicy(ActorCriticCnnPolicy):
