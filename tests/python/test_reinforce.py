@@ -97,6 +97,36 @@ class Segments(Folder):
         with self.assertRaisesRegex(ValueError, "another recipe \\(total: 80 in the folder, 120 given\\)"):
             Reinforcement(dataclasses.replace(PAPER, last_rate=0.0), self.folder / "falls", threads=1, log=quiet)
 
+    def test_run_continues_the_network_of_another_by_another_recipe(self):
+        first = Reinforcement(PAPER, self.folder / "first", threads=1, log=quiet)
+        first.run(until=2)
+        recipe, log = dataclasses.replace(PAPER, goal=0.0, last_rate=0.0, total=80, seed=1), []
+        whole = Reinforcement(recipe, self.folder / "whole", self.folder / "first", threads=1, log=log.append)
+        for name, value in first.model.policy.state_dict().items():
+            np.testing.assert_array_equal(value.numpy(), whole.model.policy.state_dict()[name].numpy(), name)
+        steps = [learner.model.policy.optimizer.state_dict()["state"][0]["step"] for learner in (first, whole)]
+        self.assertEqual(*steps)
+        self.assertGreater(steps[0], 0)
+        self.assertEqual((whole.done, whole.model.num_timesteps, whole.warm_seconds), (0, 0, first.seconds))
+        self.assertRegex(whole.recipe.warm_start, "^sha256:")
+        whole.run()
+        self.assertEqual([row["steps"] for row in whole.rows], [40, 80])
+        self.assertEqual(log[0].split()[0], "40")
+        Reinforcement(recipe, self.folder / "parts", self.folder / "first", threads=1, log=quiet).run(until=1)
+        resumed = Reinforcement(recipe, self.folder / "parts", self.folder / "first", threads=1, log=quiet)
+        resumed.run()
+        self.expect_same(whole, resumed)
+        again = dataclasses.replace(recipe, seed=0, first_log_std=-4.5)
+        quieter = Reinforcement(again, self.folder / "same", self.folder / "first", threads=1, log=log.append)
+        np.testing.assert_array_equal(quieter.model.policy.log_std.detach(), -4.5)
+        self.assertIn("seed 0 is that of --warm-start, so training repeats its instances", log[-1])
+        with self.assertRaisesRegex(ValueError, r"another recipe \(warm_start: 'sha256:.*' in the folder, '' given\)"):
+            Reinforcement(recipe, self.folder / "parts", threads=1, log=quiet)
+        tuned = self.folder / "tuned"
+        Reinforcement(TUNED, tuned, self.warm_start(), threads=1, log=quiet).run(until=1)
+        with self.assertRaisesRegex(ValueError, "is of preset tuned, whose network is another one"):
+            Reinforcement(recipe, self.folder / "other", tuned, threads=1, log=quiet)
+
     def test_interrupted_tuned_recipe_resumes_to_the_same_weights_after_the_warm_up(self):
         warm = self.warm_start()
         whole = Reinforcement(TUNED, self.folder / "whole", warm, threads=1, log=quiet)
@@ -203,7 +233,12 @@ class Commands(unittest.TestCase):
                            (("--set", "warm_start=x"), "'warm_start' is not a setting; use --warm-start"),
                            (("--set", "preset=x"), "'preset' is not a setting; use --preset"),
                            (("--set", "first_log_std=nan"), "first_log_std must be a finite number"),
-                           (("--warm-start", self.trained), "preset 'paper' starts from nothing; leave --warm-start out"),
+                           (("--warm-start", self.trained, "--set", "size=200"),
+                            "has a network for size=100, not 200; add --set size=100"),
+                           (("--warm-start", self.trained, "--set", "heads="),
+                            "has a network for heads=64,64, not \\(\\); add --set heads=64,64"),
+                           (("--warm-start", self.trained, "--algorithm", "a2c"), "add --algorithm ppo"),
+                           (("--warm-start", "nowhere"), "'nowhere' is not the folder of a run"),
                            ((*tuned, "environments=5", "--set", "stretch=50", "--warm-start", self.trained),
                             "is the folder of a run of relign-train ppo; expected one of relign-train imitate"),
                            ((*tuned, "environments=7"), "environments=7 must be a multiple of 5"),

@@ -154,7 +154,9 @@ def make_parser() -> argparse.ArgumentParser:
                      help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
                           "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
                           "[default: %(default)s]")
-    ppo.add_argument("--warm-start", metavar="DIR", help="folder of a run of relign-train imitate; required by preset tuned")
+    ppo.add_argument("--warm-start", metavar="DIR", 
+                     help="folder of the run to start from: of relign-train imitate, required by preset tuned; or of "
+                          "relign-train ppo by the presets paper and package, which otherwise start from nothing")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     devices(ppo)
@@ -383,10 +385,11 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     if training.warm_seconds > 0:
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
     usual = preset_recipe(recipe.preset, recipe.algorithm, recipe.scene, recipe.seed)
-    words = ["ppo", "--preset", recipe.preset, *(("--algorithm", recipe.algorithm) if recipe.algorithm != "ppo" else ())]
+    words = ["ppo", "--preset", recipe.preset, *(("--algorithm", recipe.algorithm) if recipe.algorithm != "ppo" else ()),
+             *(("--warm-start", f"FOLDER_OF_{'IMITATE' if recipe.preset == 'tuned' else 'PPO'}") if recipe.warm_start else ())]
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            command_of(training, usual, *words, "--warm-start", "FOLDER_OF_IMITATE"))
+                            command_of(training, usual, *words))
     return export.write(export.Actor(training.model.policy, recipe.input), path, recipe.scene, recipe.size, recipe.frames,
                         "move", trained, command_of(training, usual, *words), values=export.VALUES[recipe.input])
 

@@ -19,6 +19,9 @@ SHAPED = "shaped"
 """Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Noise levels N of the preset "tuned"."""
+NETWORK = ("algorithm", "scene", "size", "input", "heads", "frames")
+"""Settings that a run shares with the one whose network it continues, presets "paper" and "package"."""
+OPTIONS = {"algorithm": "--algorithm ", "scene": "--scene "}
 SMALLEST = 64  # columns: the package's network halves the image six times
 
 
@@ -120,25 +123,34 @@ def check_recipe(recipe: Recipe) -> None:
 
 
 def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None:
-    """The checkpoint of the initial weights; None for presets that start from nothing.
+    """The checkpoint of the initial weights; None for a run that starts from nothing.
 
     Args:
         recipe: The recipe.
-        folder: Folder of a run of relign-train imitate; None: none was given.
+        folder: For preset "tuned" the folder of a run of relign-train imitate; for the others None, or that of a run of
+            relign-train ppo whose network the recipe has, too.
 
     Raises:
-        ValueError: The preset needs a folder and none is given, or the other way round, or the folder does not suit.
+        ValueError: The preset needs a folder and none is given, or the folder does not suit.
     """
-    if recipe.preset != "tuned":
-        if folder:
-            raise ValueError(f"preset '{recipe.preset}' starts from nothing; leave --warm-start out, or use --preset tuned")
-        return None
     if not folder:
-        raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
-    size = read_recipe(folder, "imitate").get("size")
-    if size != recipe.size:
-        raise ValueError(f"--warm-start '{folder}' has a network for size={size}, not {recipe.size}; add --set size={size}")
+        if recipe.preset == "tuned":
+            raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
+        return None
+    kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
+    if kept.get("preset") == "tuned":
+        raise ValueError(f"--warm-start '{folder}' is of preset tuned, whose network is another one; preset '{recipe.preset}' "
+                         "starts from nothing or from a run of presets paper or package")
+    for name in ("size",) if recipe.preset == "tuned" else NETWORK:
+        there, here = kept.get(name), getattr(recipe, name)
+        if there != (list(here) if isinstance(here, tuple) else here):
+            raise ValueError(f"--warm-start '{folder}' has a network for {name}={_as_text(there)}, not {_as_text(here) or '()'}; "
+                             f"add {OPTIONS.get(name, f'--set {name}=')}{_as_text(there)}")
     checkpoint = pathlib.Path(folder) / "checkpoint.pt"
     if not checkpoint.is_file():
         raise ValueError(f"nothing trained yet: --warm-start '{folder}' has no checkpoint.pt")
     return checkpoint
+
+
+def _as_text(value: Any) -> str:
+    return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)

@@ -21,7 +21,7 @@ from .._native import chosen_threads
 from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
-from .folder import RunFolder, reading
+from .folder import RunFolder, read_recipe, reading
 from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 
 if TYPE_CHECKING:
@@ -48,7 +48,8 @@ class Reinforcement:
     Args:
         recipe: The recipe.
         folder: Folder of the run.
-        warm_start: Folder of a run of relign-train imitate, whose network is the initial one; for preset "tuned" only.
+        warm_start: Folder of the run whose network is the initial one, as recipe.check_warm_start describes; the learner of
+            a run of relign-train ppo continues with its optimizer's state.
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each training segment.
         opened: Opens a run without its warm start, to export its network.
@@ -86,8 +87,10 @@ class Reinforcement:
         checkpoint = None if opened else check_warm_start(recipe, warm_start)
         if checkpoint:
             with reading(checkpoint):
-                initial = torch.load(checkpoint, weights_only=True, map_location=device)
-                initial["net"].items()
+                # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
+                initial = torch.load(checkpoint, weights_only=True, map_location="cpu")
+                if recipe.preset == "tuned":
+                    initial["net"].items()
             recipe = replace(recipe, warm_start=weights_hash(checkpoint))
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
@@ -109,6 +112,16 @@ class Reinforcement:
             self._make_tuned(initial)
         else:
             self._make_package()
+            if initial:
+                with reading(checkpoint):
+                    self._take(initial)
+                self.warm_seconds = initial["seconds"] + initial["warm_seconds"]
+                of_initial = read_recipe(str(warm_start), "ppo")
+                if recipe.first_log_std != of_initial["first_log_std"]:
+                    torch.nn.init.constant_(self.model.policy.log_std, recipe.first_log_std)
+                if recipe.seed == of_initial["seed"]:
+                    self.log(f"warning: seed {recipe.seed} is that of --warm-start, so training repeats its instances; choose "
+                             "another one")
         self._load()
         if self.done and not opened:
             self.log(f"resuming at step {self.model.num_timesteps}")
@@ -333,16 +346,18 @@ class Reinforcement:
         self.drawn, self._next_picture = self.done, time.monotonic() + SECONDS_BETWEEN_PICTURES
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
+    def _take(self, state: dict[str, Any]) -> None:
+        self.model.policy.load_state_dict(state["policy"])
+        if "optimizer" in state:
+            self.model.policy.optimizer.load_state_dict(state["optimizer"])
+
     def _load(self, name: str = "checkpoint.pt") -> None:
         path = self.folder / name
         if not path.is_file():
             return
         with reading(path):
-            # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
             state = torch.load(path, weights_only=True, map_location="cpu")
-            self.model.policy.load_state_dict(state["policy"])
-            if "optimizer" in state:
-                self.model.policy.optimizer.load_state_dict(state["optimizer"])
+            self._take(state)
             self.model.num_timesteps, self.model._n_updates = state["steps"], state["updates"]
             self.done, self.seconds, self.best = state["done"], state["seconds"], state["best"]
             self.rows = state.get("rows", self.rows)
