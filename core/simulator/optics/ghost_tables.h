@@ -21,6 +21,12 @@ class GhostTables {
   static int queue_of(int gap, bool to_image) { return 2 * gap + (to_image ? 1 : 0); }
   int search_queue(int glass) const;  // 0: air
 
+  // Of the queues before air's. The lens has the addresses of bodies and stops.
+  const std::vector<GhostStep>& steps() const { return steps_; }
+  const std::vector<GhostBody>& bodies() const { return bodies_; }
+  const std::vector<GhostStop>& stops() const { return stops_; }
+  const GhostLens& lens() const { return lens_; }
+
   // Advances rays of any queue but the ends. count is a multiple of kGhostLanes.
   void advance(const GhostKernels& kernels, int queue, const GhostRay* rays, const GhostChoice& choice,
                GhostChildren& children, int count) const;

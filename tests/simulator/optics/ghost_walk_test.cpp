@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "lens_under_test.h"
+#include "optics/ghost_steps.h"
 #include "optics/ghost_tables.h"
 #include "optics/ray_block.h"
 #include "optics/trace.h"
@@ -305,6 +306,54 @@ TEST(GhostBlocks, AllInstructionSetsGiveTheSameBits) {
           << name;
     }
   }
+}
+
+TEST(GhostSteps, AdvanceOneRayWithTheBitsOfBlocks) {
+  GhostWalk walk;
+  walk.set(Assembly(relign_od()));
+  GhostTables tables;
+  tables.set(walk);
+  std::vector<std::vector<GhostRay>> of_queues(static_cast<std::size_t>(tables.queues()));
+  for (Sample sample : rays_on_their_way(walk, tables, 3000)) {
+    sample.same.weight = 0.3F;
+    sample.same.tag |= kGhostEvent * (sample.same.tag % 8);  // with and without roulette
+    of_queues[static_cast<std::size_t>(sample.queue)].push_back(sample.same);
+  }
+  const auto children = std::make_unique<GhostChildren>();
+  std::vector<std::uint32_t> words(kGhostRays), more_words(kGhostRays);
+  const GhostChoice choice{false, 0, 0, words.data(), more_words.data()};
+  Random random(3);
+  int ways[3] = {0, 0, 0};  // through, back, gone
+  // Rays that meet nothing next wait in queues of search or behind a stop.
+  for (int pass = 0; pass < 4; ++pass)
+    for (int queue = 0; queue < tables.object_side(); ++queue) {
+      std::vector<GhostRay> rays;
+      rays.swap(of_queues[static_cast<std::size_t>(queue)]);
+      for (std::size_t first = 0; first < rays.size(); first += kGhostRays) {
+        const auto count = std::min<std::size_t>(kGhostRays, rays.size() - first);
+        std::vector<GhostRay> block(rays.begin() + static_cast<std::ptrdiff_t>(first),
+                                    rays.begin() + static_cast<std::ptrdiff_t>(first + count));
+        block.resize(kGhostRays, block.front());
+        for (int i = 0; i < kGhostRays; ++i) {
+          words[static_cast<std::size_t>(i)] = random.bits();
+          more_words[static_cast<std::size_t>(i)] = random.bits();
+        }
+        tables.advance(*block_kernels().ghosts, queue, block.data(), choice, *children, kGhostRays);
+        for (std::size_t i = 0; i < count; ++i) {
+          GhostRay one = block[i];
+          const int to = advance_ghost(tables.steps().data(), tables.lens(), queue, words[i], more_words[i], one);
+          ASSERT_EQ(to, children->first_to[i]) << queue;
+          if (to == kGhostGone) {
+            ++ways[2];
+            continue;
+          }
+          ASSERT_EQ(std::memcmp(&one, &children->first[i], sizeof one), 0) << queue;
+          if (to < tables.object_side()) of_queues[static_cast<std::size_t>(to)].push_back(one);
+          ++ways[one.n * block[i].n > 0 ? 0 : 1];
+        }
+      }
+    }
+  for (const int count : ways) EXPECT_GT(count, 500);
 }
 
 }  // namespace
