@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <relign/random.hpp>
 #include <vector>
 
@@ -201,6 +202,36 @@ void print_errors(gpu::Gpu& device, imaging::Camera& camera, const imaging::Scen
               1e3 * kernels, 1e3 * prepare);
 }
 
+// The same with reflections, whose images have the CPU's distribution only (gpu/ghost_kernel.h).
+bool print_reflections(gpu::Gpu& device, const imaging::SceneFile& scene, Parallel& parallel) {
+  imaging::CaptureSettings settings;
+  settings.transport = imaging::Transport::ghost;
+  settings.sensor_albedo = 0.5;
+  std::optional<gpu::GpuCamera> on_gpu;
+  try {
+    on_gpu.emplace(device, scene, settings, parallel);
+  } catch (const Error& error) {
+    std::printf("| reflections: %s | |\n", error.what());
+    return true;
+  }
+  std::printf("| with reflections (transport ghost): | |\n");
+  imaging::Camera camera(scene, settings, parallel);
+  const bool same_law = compare_law(*on_gpu, camera, scene);
+  for (const std::size_t count : {std::size_t{1}, std::size_t{256}}) {
+    Instances instances(scene, std::min<std::size_t>(count, 64), count);
+    on_gpu->capture(instances.items);
+    const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu->prepare(instances.items); }); });
+    on_gpu->upload();
+    const double kernel = median_seconds([&] { return seconds_on(device, [&] { on_gpu->run(); }); });
+    const double whole = median_seconds([&] { return seconds_of([&] { on_gpu->capture(instances.items); }); });
+    std::printf(
+        "| batch of %zu: kernel (events), paths on %u CPU threads, all of it | %.3f, %.3f, %.3f ms, %.0f images "
+        "per second |\n",
+        count, core_count(), 1e3 * kernel, 1e3 * prepare, 1e3 * whole, static_cast<double>(count) / whole);
+  }
+  return same_law;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -219,9 +250,10 @@ int main(int argc, char** argv) {
     std::printf("| %s, scene %s, %d x %d | |\n|---|---|\n", device.name().c_str(), scene.name.c_str(),
                 scene.sensor.width, scene.sensor.height);
     compare_bits(on_gpu, camera, scene, reference);
-    const bool same_law = compare_law(on_gpu, camera, scene);
+    bool same_law = compare_law(on_gpu, camera, scene);
     print_times(device, on_gpu, scene);
     if (argc == 3) print_errors(device, camera, scene, parallel, argv[2]);
+    same_law = print_reflections(device, scene, parallel) && same_law;
     return same_law ? 0 : 1;
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -199,16 +199,20 @@ BENCHMARK(batch)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-// What the CPU does for a batch of 64 images on a GPU: with the tiles, or only the paths of lenses.
-void prepare(benchmark::State& state, relign::gpu::CaptureBatch::Tiles tiles) {
+// What the CPU does for a batch of 64 images on a GPU: with the tiles, or only the paths of lenses; with reflections.
+void prepare(benchmark::State& state, relign::gpu::CaptureBatch::Tiles tiles, imaging::Transport transport) {
   relign::Parallel alone(1);
   imaging::MountedLens lens(scene(), tilted());
   const std::vector<imaging::BatchItem> items(64, {&lens, &pose(), 1, nullptr});
-  relign::gpu::CaptureBatch batch(scene(), {}, alone, nullptr, tiles);
+  imaging::CaptureSettings settings;
+  settings.transport = transport;
+  relign::gpu::CaptureBatch batch(scene(), settings, alone, nullptr, tiles);
   for (auto _ : state) batch.prepare(items, relign::gpu::CaptureBatch::Kind::capture);
 }
-BENCHMARK_CAPTURE(prepare, tiles, relign::gpu::CaptureBatch::Tiles::fitted_here)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(prepare, paths, relign::gpu::CaptureBatch::Tiles::fitted_by_kernels)->Unit(benchmark::kMicrosecond);
+using Tiles = relign::gpu::CaptureBatch::Tiles;
+BENCHMARK_CAPTURE(prepare, tiles, Tiles::fitted_here, imaging::Transport::fresnel)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(prepare, paths, Tiles::fitted_by_kernels, imaging::Transport::fresnel)->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(prepare, ghosts, Tiles::fitted_by_kernels, imaging::Transport::ghost)->Unit(benchmark::kMicrosecond);
 
 // The part of a new lens that the CPU keeps when kernels find its regions.
 void mount_only(benchmark::State& state) {

@@ -11,7 +11,6 @@ static_assert(kTileThreads >= imaging::kTilePixels * imaging::kTilePixels);
 
 std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings) {
   const std::string start = "scene '" + scene.name + "': the GPU simulator does not support ";
-  if (settings.transport == imaging::Transport::ghost) return start + "transport 'ghost'; use 'fresnel' or 'refract'";
   if (settings.sampler != imaging::Sampler::paper) return start + "samplers other than 'paper'";
   if (settings.scored_tiles != 1) return start + "'scored_tiles' other than 1";
   if (!scene.wavelengths.empty()) return start + "several 'wavelengths'";
@@ -27,6 +26,7 @@ std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureS
 struct CaptureBatch::Fitter {
   Parallel alone{1};
   std::optional<imaging::PupilTiles> tiles;  // none if kernels fit them
+  std::optional<imaging::GhostImage> ghosts;
   optics::BackwardPath path;
   std::optional<imaging::DrawnErrors> errors;
 };
@@ -39,10 +39,13 @@ CaptureBatch::CaptureBatch(const imaging::SceneFile& scene, const imaging::Captu
   search_ = scene.pupil;
   if (!search_) search_ = std::make_shared<optics::PupilSearch>(imaging::search_pupil(scene, scene.lens));
   places_ = optics::passing_grid(*search_, scene.lens);
-  by_kernels_ = tiles == Tiles::fitted_by_kernels && places_.on_plane;
+  by_kernels_ = tiles == Tiles::fitted_by_kernels && places_.on_plane && !has_ghosts();
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) {
     fitters_.push_back(std::make_unique<Fitter>());
-    if (!by_kernels_) fitters_.back()->tiles.emplace(scene, fitters_.back()->alone);
+    if (has_ghosts())
+      fitters_.back()->ghosts.emplace(scene, settings.sensor_albedo);
+    else if (!by_kernels_)
+      fitters_.back()->tiles.emplace(scene, fitters_.back()->alone);
     if (errors) fitters_.back()->errors = *errors;
   }
 }
@@ -54,6 +57,68 @@ void CaptureBatch::clear(Errors& errors) {
   errors.values.clear();
   errors.rings.clear();
   errors.hot_pixels.clear();
+}
+
+void CaptureBatch::clear(Ghosts& ghosts) {
+  ghosts.boxes.clear();
+  ghosts.lenses.clear();
+  ghosts.steps.clear();
+  ghosts.bodies.clear();
+  ghosts.stops.clear();
+}
+
+void CaptureBatch::set_ghosts(imaging::GhostImage& image, const imaging::BatchItem& item,
+                              const std::optional<optics::Motion>& into_print, Jobs& jobs) const {
+  image.place(item.lens->assembly(), jobs.fit.lens_to_world, into_print);
+  const imaging::GhostScene& placed = image.placed();
+  jobs.ops = {placed.to_world, placed.to_print};
+  if (placed.has_bore) jobs.ops.push_back(placed.bore);
+  jobs.image.ops = static_cast<std::int32_t>(jobs.ops.size());
+  const optics::GhostTables& tables = placed.tables;
+  jobs.ghosts.steps = tables.steps();
+  jobs.ghosts.bodies = tables.bodies();
+  jobs.ghosts.stops = tables.stops();
+  GhostLensJob lens{tables.lens(), 0, 0, 0, tables.entrance()};
+  lens.lens.bodies = nullptr;
+  lens.lens.stops = nullptr;
+  jobs.ghosts.lenses.push_back(lens);
+  for (const imaging::PixelBox& box : image.boxes()) {
+    double area = 0;
+    const imaging::GhostBlocks::Box from = image.box_of(box, item.seed, area);
+    GhostBoxJob job{};
+    job.start = from.start;
+    job.places = imaging::places_of(box, box, rays_.frame_width);
+    job.pixels = box.columns * box.rows;
+    job.whole_disc = from.hemisphere ? 1 : 0;
+    job.first_threshold = static_cast<std::int64_t>(jobs.thresholds.size());
+    job.centre_x = from.centre.x;
+    job.centre_y = from.centre.y;
+    if (!from.hemisphere) {
+      const auto first = jobs.thresholds.size();
+      jobs.thresholds.resize(first + static_cast<std::size_t>(rays_.samples));
+      job.thresholds = imaging::binomial_thresholds(rays_.samples, area / optics::kPi, jobs.thresholds.data() + first);
+      jobs.thresholds.resize(first + static_cast<std::size_t>(job.thresholds));
+    }
+    jobs.ghosts.boxes.push_back(job);
+  }
+}
+
+void CaptureBatch::add_ghosts(const Ghosts& ghosts) {
+  const auto number = [](std::size_t size) { return static_cast<std::int32_t>(size); };
+  for (GhostLensJob lens : ghosts.lenses) {
+    lens.first_step = number(ghosts_.steps.size());
+    lens.first_body = number(ghosts_.bodies.size());
+    lens.first_stop = number(ghosts_.stops.size());
+    ghosts_.lenses.push_back(lens);
+  }
+  for (GhostBoxJob box : ghosts.boxes) {
+    box.image = number(images_.size());
+    box.first_threshold += static_cast<std::int64_t>(thresholds_.size());
+    ghosts_.boxes.push_back(box);
+  }
+  ghosts_.steps.insert(ghosts_.steps.end(), ghosts.steps.begin(), ghosts.steps.end());
+  ghosts_.bodies.insert(ghosts_.bodies.end(), ghosts.bodies.begin(), ghosts.bodies.end());
+  ghosts_.stops.insert(ghosts_.stops.end(), ghosts.stops.begin(), ghosts.stops.end());
 }
 
 void CaptureBatch::set_errors(const imaging::DrawnErrors& drawn, Errors& errors) {
@@ -120,7 +185,9 @@ void CaptureBatch::set_jobs(Fitter& fitter, const imaging::BatchItem& item, Kind
               static_cast<std::int32_t>(path.through_aperture)};
   jobs.tiles.clear();
   jobs.thresholds.clear();
+  clear(jobs.ghosts);
   if (fitter.tiles) fit_tiles(fitter, item, jobs);
+  if (fitter.ghosts) set_ghosts(*fitter.ghosts, item, into_print, jobs);
 }
 
 void CaptureBatch::fit_tiles(Fitter& fitter, const imaging::BatchItem& item, Jobs& jobs) const {
@@ -139,6 +206,10 @@ void CaptureBatch::fit_tiles(Fitter& fitter, const imaging::BatchItem& item, Job
 
 void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind kind,
                            const std::vector<std::uint32_t>& places) {
+  if (kind == Kind::noise_free_mse && has_ghosts())
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name +
+                                          "': the GPU simulator does not support noise-free MSE of transport 'ghost'; "
+                                          "use the CPU's");
   if (jobs_.size() < items.size()) jobs_.resize(items.size());
   const imaging::Sensor& sensor = scene_->sensor;
   rays_ = {kind == Kind::capture ? 1 : 0,
@@ -155,6 +226,7 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
   ops_.clear();
   thresholds_.clear();
   clear(errors_);
+  clear(ghosts_);
   blurred_images_ = 0;
   for (std::size_t i = 0; i < items.size(); ++i) {
     const Jobs& jobs = jobs_[i];
@@ -163,6 +235,7 @@ void CaptureBatch::prepare(const std::vector<imaging::BatchItem>& items, Kind ki
       tile.first_threshold += static_cast<std::int64_t>(thresholds_.size());
       tiles_.push_back(tile);
     }
+    add_ghosts(jobs.ghosts);
     fits_.push_back(jobs.fit);
     lenses_.push_back(items[i].lens->identity());
     images_.push_back(jobs.image);
@@ -210,6 +283,21 @@ Batch CaptureBatch::batch(const imaging::Reference* reference) const {
           reference ? reference->mean.data() : nullptr};
 }
 
+GhostBatch CaptureBatch::ghost_batch() const {
+  int most_pixels = 0;
+  for (const GhostBoxJob& box : ghosts_.boxes) most_pixels = std::max(most_pixels, box.pixels);
+  return {ghosts_.boxes.data(),
+          ghosts_.lenses.data(),
+          ghosts_.steps.data(),
+          ghosts_.bodies.data(),
+          ghosts_.stops.data(),
+          scene_->sensor,
+          static_cast<float>(settings_.sensor_albedo),
+          scene_->lens.barrel ? 1 : 0,
+          settings_.samples,
+          (most_pixels + kTileThreads - 1) / kTileThreads};
+}
+
 ErrorBatch CaptureBatch::error_batch() const {
   const imaging::Sensor& sensor = scene_->sensor;
   ErrorBatch batch{};
@@ -231,6 +319,9 @@ std::vector<float> CaptureBatch::capture_here() const {
   errors.rows = rows.data();
   for (const TileJob& tile : tiles_)
     for (std::int32_t pixel = 0; pixel < tile.lit_pixels; ++pixel) capture_pixel(here, tile, pixel, images.data());
+  const GhostBatch ghosts = ghost_batch();
+  for (const GhostBoxJob& box : ghosts_.boxes)
+    for (std::int32_t pixel = 0; pixel < box.pixels; ++pixel) ghost_pixel(here, ghosts, box, pixel, images.data());
   if (errors.electronics.present)
     for (std::size_t i = 0; i < images.size(); ++i)
       read_out_pixel(here, errors, static_cast<std::int64_t>(i), images.data());

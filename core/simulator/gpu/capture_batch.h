@@ -8,17 +8,18 @@
 #include <vector>
 
 #include "base/parallel.h"
-#include "gpu/capture_kernel.h"
+#include "gpu/ghost_kernel.h"
 #include "gpu/table_slots.h"
 #include "imaging/camera.h"
 #include "imaging/camera_batch.h"
 #include "imaging/drawn_errors.h"
+#include "imaging/ghost_image.h"
 
 namespace relign::gpu {
 
-// Why the kernels cannot render a scene, or empty: they do captures at the paper's noise (transports refract and
-// fresnel), with electronics and imaging errors, and noise-free MSE, through spheres and conics, at one wavelength,
-// without diffraction and windows.
+// Why the kernels cannot render a scene, or empty: they do captures at the paper's noise, with electronics and imaging
+// errors, and noise-free MSE but of transport ghost, through spheres and conics, at one wavelength, without diffraction
+// and windows.
 std::string unsupported(const imaging::SceneFile& scene, const imaging::CaptureSettings& settings);
 
 class CaptureBatch {
@@ -39,6 +40,17 @@ class CaptureBatch {
   const std::vector<ImageJob>& images() const { return images_; }
   const std::vector<optics::Op>& ops() const { return ops_; }
   const std::vector<std::uint32_t>& thresholds() const { return thresholds_; }
+  // Of transport ghost, in place of tiles.
+  struct Ghosts {
+    std::vector<GhostBoxJob> boxes;
+    std::vector<GhostLensJob> lenses;
+    std::vector<optics::GhostStep> steps;
+    std::vector<optics::GhostBody> bodies;
+    std::vector<optics::GhostStop> stops;
+  };
+  bool has_ghosts() const { return settings_.transport == imaging::Transport::ghost; }
+  const Ghosts& ghosts() const { return ghosts_; }
+  GhostBatch ghost_batch() const;  // with the jobs in this memory
   bool kernels_fit_tiles() const { return by_kernels_; }
   const std::vector<FitJob>& fits() const { return fits_; }            // without tables
   const std::vector<LensIdentity>& lenses() const { return lenses_; }  // of each image
@@ -76,11 +88,16 @@ class CaptureBatch {
     std::vector<TileJob> tiles;
     std::vector<optics::Op> ops;
     std::vector<std::uint32_t> thresholds;
+    Ghosts ghosts;
     Errors errors;  // of at most one job
     ImageJob image{};
     FitJob fit;
   };
   static void clear(Errors& errors);
+  static void clear(Ghosts& ghosts);
+  void set_ghosts(imaging::GhostImage& image, const imaging::BatchItem& item,
+                  const std::optional<optics::Motion>& into_print, Jobs& jobs) const;
+  void add_ghosts(const Ghosts& ghosts);
   static void set_errors(const imaging::DrawnErrors& drawn, Errors& errors);
   void add_errors(const Errors& errors);
   void set_jobs(Fitter& fitter, const imaging::BatchItem& item, Kind kind, Jobs& jobs) const;
@@ -101,6 +118,7 @@ class CaptureBatch {
   TileRays rays_{};
   std::vector<optics::Op> ops_;
   std::vector<std::uint32_t> thresholds_;
+  Ghosts ghosts_;
   Errors errors_;
   std::size_t blurred_images_ = 0;
 };

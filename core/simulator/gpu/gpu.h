@@ -55,7 +55,7 @@ class Gpu {
 
   const std::string& name() const { return name_; }
   const Driver& driver() const { return driver_; }
-  // Of tile_kernel.h and capture_kernel.h.
+  // Of tile_kernel.h, capture_kernel.h and ghost_kernel.h.
   enum class Kernel {
     request,
     fill,
@@ -70,12 +70,13 @@ class Gpu {
     electronics,
     read_out,
     squares,
-    mse
+    mse,
+    ghosts
   };
   static constexpr const char* kKernels[] = {
       "relign_request",     "relign_fill",     "relign_corners", "relign_probes", "relign_blur",
       "relign_see",         "relign_tiles",    "relign_check",   "relign_clear",  "relign_capture",
-      "relign_electronics", "relign_read_out", "relign_squares", "relign_mse"};
+      "relign_electronics", "relign_read_out", "relign_squares", "relign_mse",    "relign_ghosts"};
   // So many blocks of kTileThreads threads. Does not wait.
   void launch(Kernel kernel, std::size_t blocks, void** arguments);
   // Until all work in the context is done, that of other libraries too.

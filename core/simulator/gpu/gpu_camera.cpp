@@ -32,6 +32,11 @@ GpuCamera::GpuCamera(Gpu& gpu, const imaging::SceneFile& scene, const imaging::C
       first_(gpu),
       second_(gpu),
       mean_(gpu),
+      ghost_boxes_(gpu),
+      ghost_lenses_(gpu),
+      ghost_steps_(gpu),
+      ghost_bodies_(gpu),
+      ghost_stops_(gpu),
       errors_(gpu),
       error_values_(gpu),
       rings_(gpu),
@@ -81,6 +86,12 @@ void GpuCamera::upload() {
     send(tiles_, jobs_.tiles());
     send(thresholds_, jobs_.thresholds());
   }
+  const CaptureBatch::Ghosts& ghosts = jobs_.ghosts();
+  send(ghost_boxes_, ghosts.boxes);
+  send(ghost_lenses_, ghosts.lenses);
+  send(ghost_steps_, ghosts.steps);
+  send(ghost_bodies_, ghosts.bodies);
+  send(ghost_stops_, ghosts.stops);
   send(errors_, jobs_.errors());
   send(error_values_, jobs_.error_values());
   send(rings_, jobs_.rings());
@@ -197,8 +208,12 @@ Batch GpuCamera::batch_on_gpu() const {
 void GpuCamera::run(float* images) {
   Batch batch = batch_on_gpu();
   void* arguments[] = {&batch, &images};
-  gpu_->launch(Gpu::Kernel::clear, jobs_.images().size(), arguments);
-  gpu_->launch(Gpu::Kernel::capture, jobs_.tile_count(), arguments);
+  if (jobs_.has_ghosts()) {
+    run_ghosts(batch, images);
+  } else {
+    gpu_->launch(Gpu::Kernel::clear, jobs_.images().size(), arguments);
+    gpu_->launch(Gpu::Kernel::capture, jobs_.tile_count(), arguments);
+  }
   if (!jobs_.reads_out()) return;
   ErrorBatch errors = jobs_.error_batch();
   errors.jobs = errors_.as<const ErrorJob>();
@@ -212,6 +227,18 @@ void GpuCamera::run(float* images) {
     gpu_->launch(Gpu::Kernel::electronics, blocks_of(static_cast<std::size_t>(pixels)), read_out_arguments);
   if (jobs_.errors().empty()) return;
   gpu_->launch(Gpu::Kernel::read_out, jobs_.images().size(), read_out_arguments);
+}
+
+void GpuCamera::run_ghosts(Batch& batch, float* images) {
+  GhostBatch ghosts = jobs_.ghost_batch();
+  ghosts.boxes = ghost_boxes_.as<const GhostBoxJob>();
+  ghosts.lenses = ghost_lenses_.as<const GhostLensJob>();
+  ghosts.steps = ghost_steps_.as<const optics::GhostStep>();
+  ghosts.bodies = ghost_bodies_.as<const optics::GhostBody>();
+  ghosts.stops = ghost_stops_.as<const optics::GhostStop>();
+  void* arguments[] = {&batch, &images, &ghosts};
+  gpu_->launch(Gpu::Kernel::ghosts, jobs_.ghosts().boxes.size() * static_cast<std::size_t>(ghosts.blocks_of_box),
+               arguments);
 }
 
 void GpuCamera::run() {

@@ -48,10 +48,12 @@ class GpuCamera {
   FitBatch fits_on_gpu() const;
   void certify(const std::vector<imaging::BatchItem>& items);
   void run(float* images);
+  void run_ghosts(Batch& batch, float* images);
 
   Gpu* gpu_;
   CaptureBatch jobs_;
   Buffer tiles_, image_jobs_, ops_, thresholds_, texels_, images_, sums_, first_, second_, mean_;
+  Buffer ghost_boxes_, ghost_lenses_, ghost_steps_, ghost_bodies_, ghost_stops_;
   Buffer errors_, error_values_, rings_, hot_pixels_, rows_;
   // For tiles that kernels fit.
   RegionTables tables_;

@@ -26,6 +26,10 @@ RELIGN_EMBEDDED(pixel_steps);
 RELIGN_EMBEDDED(read_out_steps);
 RELIGN_EMBEDDED(tile_kernel);
 RELIGN_EMBEDDED(capture_kernel);
+RELIGN_EMBEDDED(ghost_block);
+RELIGN_EMBEDDED(ghost_steps);
+RELIGN_EMBEDDED(ghost_sensor);
+RELIGN_EMBEDDED(ghost_kernel);
 }
 
 namespace relign::gpu {
@@ -113,6 +117,10 @@ const std::vector<KernelSource>& kernel_sources() {
       source("gpu/read_out_steps.h", relign_gpu_read_out_steps, relign_gpu_read_out_steps_size),
       source("gpu/tile_kernel.h", relign_gpu_tile_kernel, relign_gpu_tile_kernel_size),
       source("gpu/capture_kernel.h", relign_gpu_capture_kernel, relign_gpu_capture_kernel_size),
+      source("optics/ghost_block.h", relign_gpu_ghost_block, relign_gpu_ghost_block_size),
+      source("optics/ghost_steps.h", relign_gpu_ghost_steps, relign_gpu_ghost_steps_size),
+      source("imaging/ghost_sensor.h", relign_gpu_ghost_sensor, relign_gpu_ghost_sensor_size),
+      source("gpu/ghost_kernel.h", relign_gpu_ghost_kernel, relign_gpu_ghost_kernel_size),
   };
   return all;
 }

@@ -11,7 +11,7 @@ struct KernelSource {
   std::string text;
 };
 
-// All that gpu/capture_kernel.h includes, itself too.
+// All that gpu/ghost_kernel.h includes, itself too.
 const std::vector<KernelSource>& kernel_sources();
 
 }  // namespace relign::gpu

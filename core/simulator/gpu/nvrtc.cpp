@@ -12,7 +12,7 @@
 namespace relign::gpu {
 namespace {
 
-constexpr const char* kProgram = "#include \"gpu/capture_kernel.h\"\n";
+constexpr const char* kProgram = "#include \"gpu/ghost_kernel.h\"\n";
 
 // Declared as in nvrtc.h of CUDA 12 and 13; nvrtcResult is int.
 struct Nvrtc {

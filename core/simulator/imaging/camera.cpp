@@ -17,24 +17,6 @@ namespace {
 
 using optics::kPi;
 
-// GhostWalk intersects faces from either side and repeatedly, which is solved only for spheres, and stops only at their
-// position.
-void refuse_ghosts(const optics::Prescription& lens) {
-  for (const optics::Stop& stop : lens.stops)
-    if (stop.before_face)
-      throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': the stop '" + stop.name + "' has '" +
-                                            (stop.on_face ? "on_face" : "before_face") +
-                                            "', but transport 'ghost' supports only stops in air; use transport "
-                                            "'fresnel'");
-  for (const optics::Element& element : lens.elements)
-    for (std::size_t f = 0; f < element.faces.size(); ++f)
-      if (!element.faces[f].is_sphere())
-        throw Error(ErrorKind::bad_input,
-                    "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " + element.name +
-                        " is aspheric, but transport 'ghost' supports only spheres and planes; use "
-                        "transport 'fresnel'");
-}
-
 // Features that support only one wavelength.
 void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings, bool traced) {
   const std::size_t count = scene.wavelengths.size();
@@ -144,7 +126,6 @@ Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel
   emitter_ = scene.emitter.plane();
   if (scene.diffraction) diffraction_.emplace(scene);
   if (settings.transport != Transport::ghost) return;
-  refuse_ghosts(scene.lens);
   ghosts_.emplace(scene, settings.sensor_albedo);
   for (std::vector<float>& image : with_ghosts_) image.resize(scene.sensor.pixels());
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "imaging/ghost_sensor.h"
+
 namespace relign::imaging {
 namespace {
 
@@ -19,12 +21,7 @@ using optics::kPi;
 // than the variance of the error grows.
 constexpr float kLeastWeight = 0.005F, kLeastFaint = 0.08F;
 
-constexpr int kPaperRouletteFrom = 5;
-constexpr float kPaperSurvival = 0.95F;
-
 int padded(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
-
-float unit_of_word(std::uint32_t word) { return static_cast<float>(word >> 8) * 0x1p-24F; }
 
 }  // namespace
 
@@ -153,39 +150,30 @@ void GhostBlocks::reach_sensor(const GhostRay* rays, int count) {
   load(rays, count, scene_->to_world);
   const Sensor& sensor = scene_->scene->sensor;
   const auto albedo = static_cast<float>(scene_->albedo);
+  const optics::Op* const bore = scene_->has_bore ? &scene_->bore : nullptr;
   int arrived = 0;
   for (int i = 0; i < count; ++i) {
     const GhostRay ray = rays[i];
-    if (!(block_.lz[i] > 0)) continue;
-    const float t = (static_cast<float>(sensor.z_mm) - block_.z[i]) / block_.lz[i];
-    const double x = static_cast<double>(block_.x[i] + t * block_.lx[i]);
-    const double y = static_cast<double>(block_.y[i] + t * block_.ly[i]);
-    const double column = (x - sensor.left_mm) / sensor.pitch_mm, row = (sensor.top_mm - y) / sensor.pitch_mm;
-    if (!(column > 0 && column < sensor.width && row > 0 && row < sensor.height)) continue;
-    if (scene_->has_bore) {
-      const float at_rim = std::min(t, (scene_->bore.vertex_z - ray.z) / ray.n);
-      const float bx = ray.x + at_rim * ray.l, by = ray.y + at_rim * ray.m;
-      if (!(bx * bx + by * by < scene_->bore.clear_radius2)) continue;
-    }
+    const optics::FloatRay there{block_.x[i],  block_.y[i], block_.z[i], block_.lx[i], block_.ly[i],
+                                 block_.lz[i], 1.0F,        1.0F,        1.0F};
+    ScatterPlace place;
+    if (!meets_sensor(sensor, bore, ray, there, place)) continue;
     float weight = ray.weight * albedo;
-    const float u = unit_of_word(choice_.words[i]);
-    const std::uint32_t tag =
-        ((ray.tag & ~(kGhostReflected | optics::kGhostLeftFace)) | optics::kGhostFaint) + kGhostEvent;
+    const float u = optics::unit_of_word(choice_.words[i]);
+    const std::uint32_t tag = scattered(ray.tag);
     if ((tag & kGhostEventMask) >= kGhostEvents * kGhostEvent) continue;
     if (box_.straight != nullptr) {
       // Lambertian: the mean incident radiance is the irradiance over pi.
-      const std::size_t pixel =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(sensor.width) + static_cast<std::size_t>(column);
-      sums_[ray.tag % kGhostPaths] += static_cast<double>(weight * box_.straight[pixel]) / kPi;
+      sums_[ray.tag % kGhostPaths] += static_cast<double>(weight * box_.straight[place.pixel]) / kPi;
       if (!(weight >= kLeastFaint || u * kLeastFaint < weight)) continue;
       weight = std::max(weight, kLeastFaint);
-    } else if ((tag & kGhostEventMask) >= kPaperRouletteFrom * kGhostEvent) {
-      const float survival = std::min(weight, kPaperSurvival);
+    } else if ((tag & kGhostEventMask) >= optics::kGhostRouletteFrom) {
+      const float survival = std::min(weight, optics::kGhostMostSurvival);
       if (!(u < survival)) continue;
       weight /= survival;
     }
-    block_.pixel_x[arrived] = static_cast<float>(x - box_.centre.x);
-    block_.pixel_y[arrived] = static_cast<float>(y - box_.centre.y);
+    block_.pixel_x[arrived] = static_cast<float>(place.x - box_.centre.x);
+    block_.pixel_y[arrived] = static_cast<float>(place.y - box_.centre.y);
     started_[arrived].weight = weight;
     started_[arrived++].tag = tag;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/error.h"
 #include "imaging/binomial.h"
 #include "imaging/streams.h"
 
@@ -14,7 +15,7 @@ using optics::kPi;
 // Streams of one frame seed. PathRandom's are apart from those of the block kernels, of which others use those
 // below 32.
 enum Use : std::uint32_t { kPaths = 2 };
-constexpr std::uint32_t kCountStream = 32, kStartStream = 33, kEventStream = 34, kFirstGroup = 64, kStreamsPerGroup = 2;
+constexpr std::uint32_t kFirstGroup = 64, kStreamsPerGroup = 2;
 
 int whole_lanes(int count) { return (count + optics::kGhostLanes - 1) / optics::kGhostLanes * optics::kGhostLanes; }
 
@@ -23,9 +24,28 @@ constexpr int kBoxPixels = 40;  // a side, at most
 std::uint32_t low_word(std::uint64_t seed) { return static_cast<std::uint32_t>(seed); }
 std::uint32_t high_word(std::uint64_t seed) { return static_cast<std::uint32_t>(seed >> 32); }
 
+// GhostWalk intersects faces from either side and repeatedly, which is solved only for spheres, and stops only at their
+// position.
+void refuse_ghosts(const optics::Prescription& lens) {
+  for (const optics::Stop& stop : lens.stops)
+    if (stop.before_face)
+      throw Error(ErrorKind::bad_input, "lens '" + lens.name + "': the stop '" + stop.name + "' has '" +
+                                            (stop.on_face ? "on_face" : "before_face") +
+                                            "', but transport 'ghost' supports only stops in air; use transport "
+                                            "'fresnel'");
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f)
+      if (!element.faces[f].is_sphere())
+        throw Error(ErrorKind::bad_input,
+                    "lens '" + lens.name + "': face " + std::to_string(f + 1) + " of " + element.name +
+                        " is aspheric, but transport 'ghost' supports only spheres and planes; use "
+                        "transport 'fresnel'");
+}
+
 }  // namespace
 
 GhostImage::GhostImage(const SceneFile& scene, double sensor_albedo) : paths_(scene, sensor_albedo) {
+  refuse_ghosts(scene.lens);
   const int width = scene.sensor.width, height = scene.sensor.height;
   const int across = (width + kBoxPixels - 1) / kBoxPixels, down = (height + kBoxPixels - 1) / kBoxPixels;
   for (int row = 0; row < down; ++row)
@@ -101,7 +121,7 @@ void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, W
   const std::uint32_t zero[kGhostRays] = {};
   double area = 0;
   GhostBlocks::Box blocks = box_of(box, seed, area);
-  blocks.stream = kEventStream;
+  blocks.stream = kGhostBlocks;
   const int count = box.columns * box.rows;
   work.thresholds.resize(static_cast<std::size_t>(samples));
   const int levels = blocks.hemisphere ? 0 : binomial_thresholds(samples, area / kPi, work.thresholds.data());
@@ -111,14 +131,14 @@ void GhostImage::capture(const PixelBox& box, std::uint64_t seed, int samples, W
   std::uint32_t owners[kGhostRays] = {}, numbers[kGhostRays] = {}, sample[kGhostRays] = {};
   int waiting = 0;
   const auto launch = [&] {
-    kernels.philox(block, numbers, sample, kStartStream, low_word(seed), high_word(seed), whole_lanes(waiting));
+    kernels.philox(block, numbers, sample, kGhostStarts, low_word(seed), high_word(seed), whole_lanes(waiting));
     work.blocks.launch(owners, waiting);
     waiting = 0;
   };
   for (int first = 0; first < count; first += kGhostRays) {
     const Places here = places(box, blocks, first);
     std::uint32_t drawn[kGhostRays];
-    kernels.philox(work.words, here.number, zero, kCountStream, low_word(seed), high_word(seed), here.whole);
+    kernels.philox(work.words, here.number, zero, kGhostCounts, low_word(seed), high_word(seed), here.whole);
     kernels.count_reached(work.words.u0, work.thresholds.data(), levels, drawn, here.whole);
     for (int i = 0; i < here.count; ++i)
       for (std::uint32_t k = 0; k < (blocks.hemisphere ? static_cast<std::uint32_t>(samples) : drawn[i]); ++k) {

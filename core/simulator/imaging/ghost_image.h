@@ -17,6 +17,9 @@ class GhostImage {
   void place(const optics::Assembly& assembly, const optics::Motion& lens_to_world,
              const std::optional<optics::Motion>& into_print);
 
+  // As placed last.
+  const GhostScene& placed() const { return scene_; }
+
   // Boxes of pixels that are rendered one by one: large, so that blocks of rays are full, and many enough for threads.
   const std::vector<PixelBox>& boxes() const { return boxes_; }
 
@@ -27,6 +30,9 @@ class GhostImage {
     std::vector<double> sums;
     optics::RayBlock words;
   };
+
+  // Where the paths of a capture's box start, and the area of their directions.
+  GhostBlocks::Box box_of(const PixelBox& box, std::uint64_t seed, double& area) const;
 
   // Each works on one box of an image.
   // Renders a capture with `samples` directions over the hemisphere. Directions that miss the lens are not traced: how
@@ -40,7 +46,6 @@ class GhostImage {
                   Workspace& work, float* pixels) const;
 
  private:
-  GhostBlocks::Box box_of(const PixelBox& box, std::uint64_t seed, double& area) const;
   std::uint32_t number_of(const PixelBox& box, int pixel) const;
   // Numbers and places of the pixels of a box from `first` on, at most kGhostRays.
   struct Places {

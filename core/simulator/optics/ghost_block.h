@@ -99,6 +99,7 @@ struct GhostKernels {
                  GhostChildren& children, int count);
 };
 
+#if !defined(__CUDACC_RTC__)
 namespace generic {
 extern const GhostKernels ghost_kernels;
 }
@@ -108,5 +109,6 @@ extern const GhostKernels ghost_kernels;
 namespace avx512 {
 extern const GhostKernels ghost_kernels;
 }
+#endif
 
 }  // namespace relign::optics

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "base/error.h"
@@ -135,6 +136,31 @@ TEST_F(BatchOnGpu, HasTheBitsOfTheCpuWithImagingErrors) {
   compare("relign_od-sensor", {{"pixels", 32}});
 }
 
+// Their captures have the distribution of the CPU's (gpu/ghost_kernel.h), their truths its bits.
+TEST_F(BatchOnGpu, CapturesReflections) {
+  const gpu::EmulatedGpu emulated;
+  const Json parameters = {{"pixels", 32}};
+  Pair pair(setup(false, "relign_od-package", parameters), setup(true, "relign_od-package", parameters));
+  for (Batch* batch : {&pair.cpu, &pair.gpu}) {
+    batch->reset({{0, SeedDomain::training, 7},
+                  {1, SeedDomain::training, 8},
+                  {2, SeedDomain::tuning, 7},
+                  {3, SeedDomain::benchmark, 1}});
+    const std::vector<double> moves = {0.01, -0.02, 0.03, 0, 0.1};
+    batch->move_by({3}, moves.data());
+  }
+  std::vector<float> frames(pair.gpu.slots() * pair.gpu.frame_pixels());
+  pair.memory.download(frames.data(), pair.bytes(pair.gpu.slots()));
+  for (unsigned slot = 0; slot < pair.gpu.slots(); ++slot) {
+    EXPECT_EQ(pair.cpu.state(slot).true_pose, pair.gpu.state(slot).true_pose);
+    EXPECT_NEAR(pair.cpu.state(slot).measured_rmse, pair.gpu.state(slot).measured_rmse,
+                0.1 * pair.cpu.state(slot).measured_rmse);
+    EXPECT_EQ(pair.cpu.truths({slot}).front().mse, pair.gpu.truths({slot}).front().mse);
+    const auto first = frames.begin() + static_cast<std::ptrdiff_t>(slot * pair.gpu.frame_pixels());
+    EXPECT_GT(*std::max_element(first, first + static_cast<std::ptrdiff_t>(pair.gpu.frame_pixels())), 0);
+  }
+}
+
 TEST_F(BatchOnGpu, RefusesWhatCannotRunThere) {
   const auto refusal = [&](const std::string& scene, const Json& parameters) {
     return error_text(ErrorKind::bad_input, [&] { Batch batch(setup(true, scene, parameters)); });
@@ -144,8 +170,8 @@ TEST_F(BatchOnGpu, RefusesWhatCannotRunThere) {
     EXPECT_THAT(refusal("relign_od", {{"pixels", 32}}), HasSubstr("no NVIDIA driver: /none/libcuda.so.1: "));
   }
   const gpu::EmulatedGpu emulated;
-  EXPECT_EQ(refusal("relign_od", {{"pixels", 32}, {"transport", "ghost"}}),
-            "scene 'relign_od': the GPU simulator does not support transport 'ghost'; use 'fresnel' or 'refract'");
+  EXPECT_EQ(refusal("relign_od", {{"pixels", 32}, {"sampler", "lattice"}}),
+            "scene 'relign_od': the GPU simulator does not support samplers other than 'paper'");
   EXPECT_EQ(refusal("gaussian_spot", {}), "the scene has no GPU simulator");
   Batch batch(setup(true));
   EXPECT_EQ(error_text(ErrorKind::bad_input,

@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "base/error.h"
 #include "imaging/reference.h"
 #include "imaging/scene_under_test.h"
@@ -37,6 +39,8 @@ struct Instances {
   std::vector<std::vector<double>> poses;
   std::vector<BatchItem> items;
 };
+
+CaptureSettings reflections(double albedo) { return {Transport::ghost, imaging::Sampler::paper, 64, albedo}; }
 
 void expect_bits_of_camera(const SceneFile& scene, const CaptureSettings& settings, int lens_count) {
   Instances instances(scene, lens_count);
@@ -128,9 +132,6 @@ TEST(CaptureBatch, RefusesWhatTheKernelsLack) {
   };
   EXPECT_EQ(refused(paper, {}), "");
   CaptureSettings settings;
-  settings.transport = Transport::ghost;
-  EXPECT_THAT(refused(paper, settings), HasSubstr("does not support transport 'ghost'"));
-  settings = {};
   settings.sampler = imaging::Sampler::lattice;
   EXPECT_THAT(refused(paper, settings), HasSubstr("samplers other than 'paper'"));
   settings = {};
@@ -142,6 +143,85 @@ TEST(CaptureBatch, RefusesWhatTheKernelsLack) {
   SceneFile windowed = paper;
   windowed.sensor.windows = {{0, 0, 12, 12}};
   EXPECT_THAT(refused(windowed, {}), HasSubstr("a sensor with windows"));
+  SceneFile conic = paper;
+  conic.lens.elements[0].faces[1].conic = -0.02;
+  EXPECT_THAT(refused(conic, reflections(0)), HasSubstr("transport 'ghost' supports only spheres and planes"));
+  Instances instances(paper, 1);
+  CaptureBatch batch(paper, reflections(0), alone);
+  EXPECT_THROW(batch.prepare(instances.items, CaptureBatch::Kind::noise_free_mse), Error);
+}
+
+// Means and variances of each pixel and of the sum of all, from captures with different seeds.
+struct Statistics {
+  explicit Statistics(std::size_t pixels) : mean(pixels), variance(pixels) {}
+  void add(const float* pixels) {
+    ++captures;
+    double sum = 0;
+    for (std::size_t i = 0; i < mean.size(); ++i) {
+      const double value = static_cast<double>(pixels[i]), step = value - mean[i];
+      sum += value;
+      mean[i] += step / captures;
+      variance[i] += step * (value - mean[i]);
+    }
+    sums.push_back(sum);
+  }
+  // Of a mean.
+  double error2(std::size_t pixel) const { return variance[pixel] / (captures - 1) / captures; }
+  std::vector<double> mean, variance, sums;
+  int captures = 0;
+};
+
+// How many standard errors the sums' means differ by.
+double sigmas(const Statistics& a, const Statistics& b) {
+  const auto mean_and_error2 = [](const std::vector<double>& values) {
+    double mean = 0, squares = 0;
+    for (const double value : values) mean += value / static_cast<double>(values.size());
+    for (const double value : values) squares += (value - mean) * (value - mean);
+    const auto count = static_cast<double>(values.size());
+    return std::pair{mean, squares / (count - 1) / count};
+  };
+  const auto [here, error_here] = mean_and_error2(a.sums);
+  const auto [there, error_there] = mean_and_error2(b.sums);
+  return std::fabs(here - there) / std::sqrt(error_here + error_there);
+}
+
+TEST(CaptureBatch, CapturesReflectionsWithTheDistributionOfTheCamera) {
+  imaging::SceneChoices choices;
+  choices.pixels = 40;
+  const SceneFile scene = imaging::relign_od_scene_with(choices);
+  Parallel two(2);
+  const CaptureSettings settings = reflections(0.5);
+  CaptureBatch batch(scene, settings, two);
+  Camera camera(scene, settings, two), straight(scene, {}, two);
+  Instances instances(scene, 1);
+  Statistics here(scene.sensor.pixels()), there(scene.sensor.pixels()), without(scene.sensor.pixels());
+  constexpr std::uint64_t kCaptures = 64;
+  std::vector<float> pixels(scene.sensor.pixels());
+  BatchItem item = instances.items.front();
+  for (std::uint64_t seed = 1; seed <= kCaptures; ++seed) {
+    item.seed = seed;
+    batch.prepare({item}, CaptureBatch::Kind::capture);
+    here.add(batch.capture_here().data());
+    camera.capture(*item.lens, *item.true_pose, 1000 + seed, pixels.data());
+    there.add(pixels.data());
+    straight.capture(*item.lens, *item.true_pose, 2000 + seed, pixels.data());
+    without.add(pixels.data());
+  }
+  EXPECT_LT(sigmas(here, there), 3.5);
+  EXPECT_GT(sigmas(here, without), 10);
+  // Squared differences of pixels in units of their variance, and the ratio of variances.
+  double squares = 0, ratio = 0;
+  int lit = 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (!(there.mean[i] > 0.01)) continue;
+    ++lit;
+    const double difference = here.mean[i] - there.mean[i];
+    squares += difference * difference / (here.error2(i) + there.error2(i));
+    ratio += std::log(here.variance[i] / there.variance[i]);
+  }
+  ASSERT_GT(lit, 300);
+  EXPECT_NEAR(squares / lit, 1, 6 * std::sqrt(2.0 / lit));
+  EXPECT_NEAR(ratio / lit, 0, 6 * std::sqrt(4.0 / kCaptures / lit));
 }
 
 }  // namespace

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "gpu/capture_kernel.h"
+#include "gpu/ghost_kernel.h"
 #include "gpu/gpu.h"
 
 #define EXPORT extern "C" __attribute__((visibility("default")))
@@ -137,6 +137,17 @@ void render(Kernel kernel, void** arguments, unsigned blocks) {
     return each_thread(blocks, count, [&](std::int32_t i) {
       gpu::read_out_pixel(batch, *static_cast<gpu::ErrorBatch*>(arguments[2]), i, images);
     });
+  }
+  if (kernel == Kernel::ghosts) {
+    const auto& ghosts = *static_cast<const gpu::GhostBatch*>(arguments[2]);
+    const auto of_box = static_cast<unsigned>(ghosts.blocks_of_box);
+    for (unsigned block = 0; block < blocks; ++block)
+      for (std::int32_t thread = 0; thread < gpu::kTileThreads; ++thread) {
+        const gpu::GhostBoxJob& box = ghosts.boxes[block / of_box];
+        const std::int32_t pixel = static_cast<std::int32_t>(block % of_box) * gpu::kTileThreads + thread;
+        if (pixel < box.pixels) gpu::ghost_pixel(batch, ghosts, box, pixel, images);
+      }
+    return;
   }
   for (unsigned block = 0; block < blocks; ++block) switch (kernel) {
       case Kernel::clear:

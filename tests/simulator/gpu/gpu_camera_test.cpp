@@ -112,6 +112,26 @@ TEST(GpuCamera, FitsTheTilesOfEveryShippedScene) {
 }
 
 // Regions in direction cosines are found by the CPU.
+TEST(GpuCamera, CapturesReflectionsAsThePlainLoop) {
+  const EmulatedGpu emulated;
+  Gpu gpu;
+  Instances instances(small_scene(), 3);
+  Parallel two(2);
+  const imaging::CaptureSettings settings{imaging::Transport::ghost, imaging::Sampler::paper, 16, 0.3};
+  GpuCamera on_gpu(gpu, small_scene(), settings, two);
+  EXPECT_FALSE(on_gpu.certifies());
+  const int before = emulated.launches();
+  on_gpu.capture(instances.items);
+  EXPECT_EQ(emulated.launches() - before, 1);
+  CaptureBatch here(small_scene(), settings, two);
+  here.prepare(instances.items, CaptureBatch::Kind::capture);
+  std::vector<float> expected = here.capture_here();
+  std::vector<float> found;
+  for (const std::vector<float>& image : instances.images) found.insert(found.end(), image.begin(), image.end());
+  EXPECT_EQ(found, expected);
+  EXPECT_NE(instances.images[0], instances.images[1]);
+}
+
 TEST(GpuCamera, LeavesTilesToTheCpuWhereNoPlaneHoldsTheRegions) {
   const EmulatedGpu emulated;
   Gpu gpu;

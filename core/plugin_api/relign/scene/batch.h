@@ -1,6 +1,8 @@
 /*
  * relign/scene/batch.h: optional ability of a scene, since 1.7: captures and noise-free MSE of many assemblies in one
- * call on an NVIDIA GPU, where images stay. Values are those of relign_scene_interface, bit for bit.
+ * call on an NVIDIA GPU, where images stay. Values are those of relign_scene_interface, bit for bit; a scene that
+ * cannot keep this for its captures documents what is the same: those of `lens_system` with transport `ghost` have the
+ * same distribution.
  *
  * The GPU is the first one of CUDA. Images are written to memory of the caller in its primary context, which libraries
  * such as PyTorch use.
