@@ -20,18 +20,23 @@ double gain(unsigned step, std::int64_t whole_guesses) {
   return step <= whole_guesses ? 1.0 : 1.0 / (static_cast<double>(step) - static_cast<double>(whole_guesses) + 1);
 }
 
-PolicyAgent::PolicyAgent(const Parameters& given, double stop_below)
-    : PolicyAgent(given, given.text("model"), stop_below) {}
+PolicyAgent::PolicyAgent(const Parameters& given, double stop_below, std::int64_t full_moves)
+    : PolicyAgent(given, given.text("model"), stop_below, full_moves) {}
 
-PolicyAgent::PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below)
+PolicyAgent::PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below,
+                         std::int64_t full_moves)
     : model_(onnx_path),
       whole_guesses_(given.integer("whole_guesses")),
       other_scenes_(given.boolean("other_scenes")),
-      stop_below_(stop_below) {
+      stop_below_(stop_below),
+      full_moves_(full_moves) {
   const SideFile& about = model_.about();
   if (stop_below_ > 0 && !about.doubt)
     throw std::invalid_argument("'stop_below' needs a network that predicts its own errors; '" + onnx_path +
                                 "' does not ('doubt' in its side file)");
+  if (full_moves_ > 0 && about.displacement)
+    throw std::invalid_argument("'full_moves' needs a network that predicts the next move; '" + onnx_path +
+                                "' predicts the displacement to the optimum, see 'whole_guesses'");
   const auto size = static_cast<std::size_t>(about.size);
   frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);
 }
@@ -124,7 +129,7 @@ void PolicyAgent::follow_moves(Trial& trial) {
   const ImageView reference = trial.reference();
   double lowest = std::numeric_limits<double>::infinity();
   std::optional<Observation> observation = trial.first();
-  while (observation) {
+  for (std::int64_t step = 1; observation; ++step) {
     if (const double measured = rmse(observation->image(), reference); measured < lowest) {
       lowest = measured;
       trial.recommend(observation->pose);
@@ -132,6 +137,8 @@ void PolicyAgent::follow_moves(Trial& trial) {
     push_frame(observation->image());
     Pose move = model_.answer(frames_);
     clamp(move, trial.largest_move());
+    if (full_moves_ > 0 && step > full_moves_)
+      for (double& along : move) along *= static_cast<double>(full_moves_) / static_cast<double>(step);
     observation = trial.move(move);
   }
 }

@@ -21,12 +21,13 @@ namespace relign::policies {
 //
 // Relative output (the next move, "move" in the side file): every move follows the output in full. The moves do not
 // shrink near the optimum, so the recommendation is the pose whose capture had the lowest RMSE to the reference image.
+// With `full_moves`, only so many follow it in full, and move k is scaled by full_moves / k after them.
 class PolicyAgent : public Agent {
  public:
-  // stop_below: in the scene's units; 0: never.
-  explicit PolicyAgent(const Parameters& given, double stop_below = 0);
+  // stop_below: in the scene's units; 0: never. full_moves: 0: all.
+  explicit PolicyAgent(const Parameters& given, double stop_below = 0, std::int64_t full_moves = 0);
   // With the network at this path instead of that of "model".
-  PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below);
+  PolicyAgent(const Parameters& given, const std::string& onnx_path, double stop_below, std::int64_t full_moves = 0);
   void run(Trial& trial) override;
 
  private:
@@ -40,6 +41,7 @@ class PolicyAgent : public Agent {
   std::int64_t whole_guesses_;
   bool other_scenes_;
   double stop_below_;
+  std::int64_t full_moves_;
   std::vector<float> frames_;  // frames x size x size, zeros before the first capture
 };
 

@@ -115,10 +115,10 @@ def rules(study, protocol):
                   for name in study.algorithms(protocol)])
 
 
-def contrasts(protocol, source="contrasts.csv"):
-    """Ratio of errors of each planned contrast, its interval and verdict by the rules own and best."""
+def contrasts(protocol, source="contrasts.csv", shown=("own", "best"), wanted=lambda first: True):
+    """Ratio of errors of each planned contrast, its interval and verdict by some rules, for some first methods."""
     cells = {(row["first"], row["second"], row["noise_level"], row["rule"]): row
-             for row in read(source) if row["protocol"] == protocol}
+             for row in read(source) if row["protocol"] == protocol and wanted(row["first"])}
     pairs = list(dict.fromkeys(key[:2] for key in cells))
 
     def cell(first, second, level, rule):
@@ -127,9 +127,9 @@ def contrasts(protocol, source="contrasts.csv"):
             f"{float(row['ratio']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f}) {row['verdict']}")
 
     return table(("contrast", "rule") + LEVELS,
-                 [(f"{first} : {second}" if rule == "own" else "", rule,
+                 [(f"{first} : {second}" if rule == shown[0] else "", rule,
                    *(cell(first, second, level, rule) for level in LEVELS))
-                  for first, second in pairs for rule in ("own", "best")])
+                  for first, second in pairs for rule in shown])
 
 
 def final(study, protocol):
@@ -166,7 +166,7 @@ def evaluations():
     cells = {}
     for row in read("trainings/curves.csv"):
         for rule, column in (("own", "recommended_median"), ("current", "recommended_current_median")):
-            if row["step"] in ("4", "10", "50"):
+            if "shrinking" not in row["algorithm"] and row["step"] in ("4", "10", "50"):
                 cells.setdefault((row["algorithm"], rule), {}).setdefault(row["noise_level"], []).append(
                     rounded(number(row[column])))
     return table(("training", "rule") + LEVELS,
@@ -263,7 +263,9 @@ def tables():
     made["evaluations of trainings"] = evaluations()
     made["improvement of trainings"] = improvement()
     made["limits of trainings"] = limits()
-    made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv")
+    made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv", wanted=lambda name: "shrinking" not in name)
+    made["shrinking of trainings"] = contrasts("paper", "trainings/contrasts.csv", ("own", "current"),
+                                               lambda name: "shrinking" in name)
     return made
 
 

@@ -3,7 +3,10 @@
 
 namespace {
 
-using PpoPaper = relign::policies::PolicyAgent;
+class PpoPaper : public relign::policies::PolicyAgent {
+ public:
+  explicit PpoPaper(const relign::Parameters& given) : PolicyAgent(given, 0, given.integer("full_moves")) {}
+};
 
 }  // namespace
 

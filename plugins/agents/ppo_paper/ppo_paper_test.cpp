@@ -15,6 +15,7 @@ namespace {
 using testing::AllOf;
 using testing::DoubleNear;
 using testing::Each;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 // The golden network with relative output ("move"), as the paper's has.
@@ -30,19 +31,40 @@ std::string network_of_moves() {
   return (folder / "moves.onnx").string();
 }
 
-TEST(PpoPaper, FollowsEveryMoveInFull) {
+// Along the first axis, of a network whose output is about 0.12 everywhere.
+std::vector<double> moves_of(unsigned count, Json parameters) {
   test::GreyTrial grey(0.12);
-  grey.setup.budget = 12;
+  grey.setup.budget = count;
   test::FakeTrial trial(grey.setup);
-  test::run_policy("ppo_paper", trial, {{"model", network_of_moves()}});
+  parameters["model"] = network_of_moves();
+  test::run_policy("ppo_paper", trial, parameters);
   std::vector<double> moves;
   double before = 0;
   for (const auto& visit : trial.steps) {
     moves.push_back(visit.pose[0] - before);
     before = visit.pose[0];
   }
+  return moves;
+}
+
+TEST(PpoPaper, FollowsEveryMoveInFull) {
+  const std::vector<double> moves = moves_of(12, Json::object());
   ASSERT_EQ(moves.size(), 12u);
   EXPECT_THAT(moves, Each(DoubleNear(0.12, 0.002)));
+}
+
+TEST(PpoPaper, MovesShrinkAfterTheFullOnes) {
+  EXPECT_THAT(moves_of(6, {{"full_moves", 3}}),
+              ElementsAre(DoubleNear(0.12, 0.002), DoubleNear(0.12, 0.002), DoubleNear(0.12, 0.002),
+                          DoubleNear(0.09, 0.002), DoubleNear(0.072, 0.002), DoubleNear(0.06, 0.002)));
+}
+
+TEST(PpoPaper, RefusesToShrinkMovesOfADisplacement) {
+  test::GreyTrial grey(0.1);
+  test::FakeTrial trial(grey.setup);
+  const std::string displacement = std::string(RELIGN_SOURCE_DIR) + "/tests/golden/policies/tiny.onnx";
+  EXPECT_THAT(test::refusal("ppo_paper", trial, {{"model", displacement}, {"full_moves", 3}}),
+              HasSubstr("predicts the displacement to the optimum, see 'whole_guesses'"));
 }
 
 TEST(PpoPaper, RecommendsPoseOfCaptureNearestToReference) {
