@@ -10,6 +10,7 @@ Standard library only.
 import csv
 import pathlib
 import re
+import statistics
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -200,6 +201,40 @@ def limits():
                   for row in read("trainings/limits.csv")])
 
 
+def goals():
+    """How often poses near the nominal one and farther away meet the goal of training and the specification."""
+    cells = {}
+    for row in read("trainings/goal.csv"):
+        shell = f"{float(row['from']):g} to {float(row['to']):g}"
+        cells.setdefault((row["noise_level"], row["goal"]), {})[shell] = (
+            f"{100 * float(row['measured_below_goal']):.0f} %, {100 * float(row['in_spec']):.1f} %")
+    shells = list(next(iter(cells.values())))
+    return table(("level", "goal", *shells), [(*key, *(of_level[shell] for shell in shells)) for key, of_level in cells.items()])
+
+
+def ablations():
+    """Trainings that continue one of the recipe with one change: means of their last five evaluations, and limits.py."""
+    evaluations, settled = {}, {(row["training"], row["moves"]): row for row in read("trainings/ablation_limits.csv")}
+    for row in read("trainings/ablations.csv"):
+        evaluations.setdefault(row["training"], []).append(row)
+
+    def mean(rows, name, digits=4):
+        return rounded(statistics.mean(float(row[name]) for row in rows[-5:]), digits)
+
+    def limit(name, moves, images=50):
+        row = settled.get((name, moves))
+        if row is None:
+            return NO_VALUE
+        rmse = " to ".join(rounded(number(row[f"rmse_{end}95"]), 4) for end in ("lo", "hi"))
+        return f"{rounded(number(row['rmse']), 4)} ({rmse}), {100 * float(row[f'in_spec_{images}']):.0f} %"
+
+    return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves", "full moves, in specification",
+                  "shrinking moves, in specification"),
+                 [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
+                   f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}", limit(name, "full"), limit(name, "shrinking"))
+                  for name, rows in evaluations.items()])
+
+
 def arrivals(study, protocol):
     """Images after which half of the instances stay within some distances of their own optimum."""
     def cell(name, level):
@@ -263,6 +298,8 @@ def tables():
     made["evaluations of trainings"] = evaluations()
     made["improvement of trainings"] = improvement()
     made["limits of trainings"] = limits()
+    made["goal of trainings"] = goals()
+    made["ablations of trainings"] = ablations()
     made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv", wanted=lambda name: "shrinking" not in name)
     made["shrinking of trainings"] = contrasts("paper", "trainings/contrasts.csv", ("own", "current"),
                                                lambda name: "shrinking" in name)

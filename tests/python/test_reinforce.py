@@ -111,7 +111,8 @@ class Segments(Folder):
         self.assertRegex(whole.recipe.warm_start, "^sha256:")
         whole.run()
         self.assertEqual([row["steps"] for row in whole.rows], [40, 80])
-        self.assertEqual(log[0].split()[0], "40")
+        self.assertRegex(log[0], r"^starts from '.*first' after 80 steps, with a standard deviation of moves of 0\.0")
+        self.assertEqual(log[1].split()[0], "40")
         Reinforcement(recipe, self.folder / "parts", self.folder / "first", threads=1, log=quiet).run(until=1)
         resumed = Reinforcement(recipe, self.folder / "parts", self.folder / "first", threads=1, log=quiet)
         resumed.run()
@@ -120,8 +121,20 @@ class Segments(Folder):
         quieter = Reinforcement(again, self.folder / "same", self.folder / "first", threads=1, log=log.append)
         np.testing.assert_array_equal(quieter.model.policy.log_std.detach(), -4.5)
         self.assertIn("seed 0 is that of --warm-start, so training repeats its instances", log[-1])
-        with self.assertRaisesRegex(ValueError, r"another recipe \(warm_start: 'sha256:.*' in the folder, '' given\)"):
-            Reinforcement(recipe, self.folder / "parts", threads=1, log=quiet)
+        self.assertEqual(Reinforcement(recipe, self.folder / "parts", threads=1, log=quiet).done, 2)  # without the source
+        first.run()
+        with self.assertRaisesRegex(ValueError, "was begun from another checkpoint than --warm-start"):
+            Reinforcement(recipe, self.folder / "parts", self.folder / "first", threads=1, log=quiet)
+        with self.assertRaisesRegex(ValueError, "is the folder of the run itself"):
+            Reinforcement(PAPER, self.folder / "first", self.folder / "first", threads=1, log=quiet)
+        for change, why in (({"optimizer": None}, "has no state of the optimizer"),
+                            ({"policy": {**first.model.policy.state_dict(), "log_std": torch.full((5,), torch.nan)}},
+                             "weights that are not finite"), ({"policy": None}, "is damaged or of another run")):
+            state = torch.load(self.folder / "first/checkpoint.pt", weights_only=True)
+            shutil.copytree(self.folder / "first", self.folder / "changed", dirs_exist_ok=True)
+            torch.save({**state, **change}, self.folder / "changed/checkpoint.pt")
+            with self.assertRaisesRegex(ValueError, why):
+                Reinforcement(recipe, self.folder / "refused", self.folder / "changed", threads=1, log=quiet)
         tuned = self.folder / "tuned"
         Reinforcement(TUNED, tuned, self.warm_start(), threads=1, log=quiet).run(until=1)
         with self.assertRaisesRegex(ValueError, "is of preset tuned, whose network is another one"):
@@ -239,8 +252,9 @@ class Commands(unittest.TestCase):
                             "has a network for heads=64,64, not \\(\\); add --set heads=64,64"),
                            (("--warm-start", self.trained, "--algorithm", "a2c"), "add --algorithm ppo"),
                            (("--warm-start", "nowhere"), "'nowhere' is not the folder of a run"),
+                           (("--warm-start", ""), "--warm-start '' names no folder"),
                            ((*tuned, "environments=5", "--set", "stretch=50", "--warm-start", self.trained),
-                            "is the folder of a run of relign-train ppo; expected one of relign-train imitate"),
+                            "of relign-train ppo; expected one of relign-train imitate; or add --preset paper"),
                            ((*tuned, "environments=7"), "environments=7 must be a multiple of 5"),
                            (("--until", "0"), "--until must be a positive integer, not 0"),
                            (("--until", "-1"), "--until must be a positive integer, not -1"),

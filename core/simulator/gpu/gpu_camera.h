@@ -1,4 +1,4 @@
-// Batches of images on a GPU, with the bits of imaging/camera.h.
+// Batches of images on a GPU, with the bits of imaging/camera.h; with reflections, with their distribution.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ class GpuCamera {
   // when all images are complete; waits first for what other libraries do on the GPU, since they may use the images.
   std::vector<double> capture(const std::vector<imaging::BatchItem>& items, const std::vector<std::uint32_t>& places,
                               float* images);
-  // The items' pixels are not used.
+  // The items' pixels are not used. Throws Error(bad_input) with transport ghost, which the CPU does.
   std::vector<imaging::MseEstimate> noise_free_mse(const std::vector<imaging::BatchItem>& items);
 
   // Whether it checks each lens before its first image (imaging/certificate.h); otherwise the caller does.

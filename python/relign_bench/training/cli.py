@@ -137,7 +137,7 @@ def make_parser() -> argparse.ArgumentParser:
         made.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
         made.add_argument("--render", default="cpu", metavar="WHERE",
                           help="where images are rendered: cpu, on its cores, or cuda, where they stay on the GPU of the "
-                               "learner; they are the same [default: %(default)s]")
+                               "learner; they are the same (transport ghost: in distribution) [default: %(default)s]")
 
     imitate = verb("imitate", "Train by imitation learning: regression, then DAgger",
                    "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
@@ -154,7 +154,7 @@ def make_parser() -> argparse.ArgumentParser:
                      help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
                           "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
                           "[default: %(default)s]")
-    ppo.add_argument("--warm-start", metavar="DIR", 
+    ppo.add_argument("--warm-start", metavar="DIR",
                      help="folder of the run to start from: of relign-train imitate, required by preset tuned; or of "
                           "relign-train ppo by the presets paper and package, which otherwise start from nothing")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),

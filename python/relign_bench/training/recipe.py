@@ -133,19 +133,26 @@ def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None
     Raises:
         ValueError: The preset needs a folder and none is given, or the folder does not suit.
     """
-    if not folder:
+    if folder is None:
         if recipe.preset == "tuned":
             raise ValueError("preset 'tuned' needs --warm-start FOLDER, the folder of a run of relign-train imitate")
         return None
-    kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
+    if not str(folder):
+        raise ValueError("--warm-start '' names no folder")
+    try:
+        kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
+    except ValueError as problem:
+        hint = "; or add --preset paper" if "of relign-train ppo; expected" in str(problem) else ""
+        raise ValueError(f"{problem}{hint}") from None
     if kept.get("preset") == "tuned":
         raise ValueError(f"--warm-start '{folder}' is of preset tuned, whose network is another one; preset '{recipe.preset}' "
                          "starts from nothing or from a run of presets paper or package")
     for name in ("size",) if recipe.preset == "tuned" else NETWORK:
         there, here = kept.get(name), getattr(recipe, name)
         if there != (list(here) if isinstance(here, tuple) else here):
-            raise ValueError(f"--warm-start '{folder}' has a network for {name}={_as_text(there)}, not {_as_text(here) or '()'}; "
-                             f"add {OPTIONS.get(name, f'--set {name}=')}{_as_text(there)}")
+            words = f"{OPTIONS.get(name, f'--set {name}=')}{_as_text(there)}"
+            raise ValueError(f"--warm-start '{folder}' has a network for {name}={_as_text(there)}, not "
+                             f"{_as_text(here) or '()'}; add {words}")
     checkpoint = pathlib.Path(folder) / "checkpoint.pt"
     if not checkpoint.is_file():
         raise ValueError(f"nothing trained yet: --warm-start '{folder}' has no checkpoint.pt")

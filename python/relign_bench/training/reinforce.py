@@ -7,6 +7,7 @@ evaluation on tuning instances and a checkpoint: an interrupted run repeats its 
 from __future__ import annotations
 
 import hashlib
+import io
 import math
 import pathlib
 import random
@@ -23,6 +24,7 @@ from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
 from .folder import RunFolder, read_recipe, reading
 from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
+from .settings import kept_recipe
 
 if TYPE_CHECKING:
     import os
@@ -35,11 +37,6 @@ if TYPE_CHECKING:
 SECONDS_BETWEEN_PICTURES = 60  # drawing takes half a second, on a GPU a tenth of a training segment
 
 
-def weights_hash(path: str | os.PathLike[str]) -> str:
-    """SHA-256 of a file, with its prefix."""
-    return "sha256:" + hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
-
-
 class Reinforcement:
     """A run in a folder: checkpoint and curve.csv after every training segment, best.pt, and curve.png once a minute.
 
@@ -49,7 +46,7 @@ class Reinforcement:
         recipe: The recipe.
         folder: Folder of the run.
         warm_start: Folder of the run whose network is the initial one, as recipe.check_warm_start describes; the learner of
-            a run of relign-train ppo continues with its optimizer's state.
+            a run of relign-train ppo continues with its optimizer's state. A run that has a checkpoint needs it no more.
         threads: Threads that render and train; None uses all cores.
         log: Gets one line about each training segment.
         opened: Opens a run without its warm start, to export its network.
@@ -84,14 +81,18 @@ class Reinforcement:
         if render != "cpu" and recipe.algorithm == "recurrent-ppo":
             raise ValueError("algorithm 'recurrent-ppo' keeps its images in host memory; use --render cpu")
         initial: dict[str, Any] | None = None
-        checkpoint = None if opened else check_warm_start(recipe, warm_start)
+        kept = "" if opened else begun_from(folder)
+        checkpoint = None if opened or (kept and warm_start is None) else check_warm_start(recipe, warm_start)
         if checkpoint:
-            with reading(checkpoint):
-                # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
-                initial = torch.load(checkpoint, weights_only=True, map_location="cpu")
-                if recipe.preset == "tuned":
-                    initial["net"].items()
-            recipe = replace(recipe, warm_start=weights_hash(checkpoint))
+            initial, begins = _initial(checkpoint, recipe)
+            if checkpoint.parent.resolve() == pathlib.Path(folder).resolve():
+                raise ValueError(f"--warm-start '{warm_start}' is the folder of the run itself; choose another one")
+            if kept and begins != kept:
+                raise ValueError(f"'{folder}' was begun from another checkpoint than --warm-start '{warm_start}' has now; "
+                                 "leave --warm-start out to resume it, or choose another folder")
+            recipe = replace(recipe, warm_start=begins)
+        elif kept:
+            recipe = replace(recipe, warm_start=kept)
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())
@@ -112,16 +113,8 @@ class Reinforcement:
             self._make_tuned(initial)
         else:
             self._make_package()
-            if initial:
-                with reading(checkpoint):
-                    self._take(initial)
-                self.warm_seconds = initial["seconds"] + initial["warm_seconds"]
-                of_initial = read_recipe(str(warm_start), "ppo")
-                if recipe.first_log_std != of_initial["first_log_std"]:
-                    torch.nn.init.constant_(self.model.policy.log_std, recipe.first_log_std)
-                if recipe.seed == of_initial["seed"]:
-                    self.log(f"warning: seed {recipe.seed} is that of --warm-start, so training repeats its instances; choose "
-                             "another one")
+            if initial and checkpoint:
+                self._start_from(initial, checkpoint)
         self._load()
         if self.done and not opened:
             self.log(f"resuming at step {self.model.num_timesteps}")
@@ -346,6 +339,19 @@ class Reinforcement:
         self.drawn, self._next_picture = self.done, time.monotonic() + SECONDS_BETWEEN_PICTURES
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
 
+    def _start_from(self, state: dict[str, Any], checkpoint: pathlib.Path) -> None:
+        source = kept_recipe(Recipe, checkpoint.parent)
+        with reading(checkpoint):
+            self._take(state)
+            steps, self.warm_seconds = state["steps"], state["seconds"] + state.get("warm_seconds", 0.0)
+        if self.recipe.first_log_std != source.first_log_std:
+            torch.nn.init.constant_(self.model.policy.log_std, self.recipe.first_log_std)
+        self.log(f"starts from '{checkpoint.parent}' after {steps} steps, with a standard deviation of moves of "
+                 f"{float(self.model.policy.log_std.detach().exp().mean()):.3g}")
+        if self.recipe.seed == source.seed:
+            self.log(f"warning: seed {source.seed} is that of --warm-start, so training repeats its instances; choose another "
+                     "one")
+
     def _take(self, state: dict[str, Any]) -> None:
         self.model.policy.load_state_dict(state["policy"])
         if "optimizer" in state:
@@ -386,6 +392,35 @@ class Reinforcement:
             raise ValueError(self.untrained())
         self._load("best.pt")
         return self.model.num_timesteps
+
+
+def begun_from(folder: str | os.PathLike[str]) -> str:
+    """The hash of the initial weights of the run in a folder that has a checkpoint; "" if it has none, or no such weights."""
+    folder = pathlib.Path(folder)
+    if not (folder / "checkpoint.pt").is_file() or not (folder / "recipe.json").is_file():
+        return ""
+    return str(read_recipe(folder).get("warm_start", ""))
+
+
+def _initial(checkpoint: pathlib.Path, recipe: Recipe) -> tuple[dict[str, Any], str]:
+    """The state in the checkpoint of a warm start, and its hash.
+
+    Raises:
+        ValueError: It is damaged, not that of such a run, or has a value that is not finite.
+    """
+    with reading(checkpoint):
+        content = checkpoint.read_bytes()
+        # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
+        state = torch.load(io.BytesIO(content), weights_only=True, map_location="cpu")
+        weights = state["net" if recipe.preset == "tuned" else "policy"]
+        finite = all(bool(torch.isfinite(value).all()) for value in weights.values())
+        if recipe.preset != "tuned":
+            optimizer = state.get("optimizer")
+    if not finite:
+        raise ValueError(f"--warm-start: '{checkpoint}' has weights that are not finite")
+    if recipe.preset != "tuned" and not optimizer:
+        raise ValueError(f"--warm-start: '{checkpoint}' has no state of the optimizer; use the checkpoint.pt of a run")
+    return state, "sha256:" + hashlib.sha256(content).hexdigest()
 
 
 def _learner(algorithm: str, recorded: bool) -> Any:

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from .._errors import unknown_name
 from .._native import available_cores
 from .curves import read_csv
-from .folder import check_same
+from .folder import check_same, read_recipe
 from .recipe import Recipe, check_recipe, check_warm_start, preset_recipe
 from .settings import with_goal, with_settings
 
@@ -111,6 +111,11 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
         with _at(f"{path}: {job.name}"):
             grows = ("total",) if job.recipe.rate == job.recipe.last_rate else ()
             check_same(job.folder, job.recipe, grows, ignored=("warm_start",))
+            if (job.folder / "recipe.json").is_file():
+                begun = read_recipe(job.folder, "ppo").get("warm_start")
+                if bool(begun) != bool(job.warm_start):
+                    raise ValueError(f"'{job.folder}' has a run {'with' if begun else 'without'} initial weights, the file one "
+                                     f"{'without' if begun else 'with'}; choose another folder, or remove this one")
     return jobs
 
 
@@ -222,7 +227,7 @@ class Sweep:
             KeyboardInterrupt: The process was interrupted or told to end; the trainings have been ended before.
         """
         missing = [job for job in self._jobs if not job.complete()]
-        for job in missing:
+        for job in self._jobs:
             with _at(job.name):
                 check_warm_start(job.recipe, job.warm_start)
         before = signal.signal(signal.SIGTERM, _interrupt) if threading.current_thread() is threading.main_thread() else None
@@ -269,7 +274,8 @@ class Sweep:
                     last.append(line.rstrip())
                     log.write(line)
                     log.flush()
-                    if " steps" in line or " step " in line:  # warnings of libraries are in log.txt alone
+                    # Warnings of libraries are in log.txt alone.
+                    if " steps" in line or " step " in line or line.startswith("warning: "):
                         self._log(f"{job.name}: {line.rstrip()}")
         status = process.wait()
         with self._lock:

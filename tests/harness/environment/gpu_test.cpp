@@ -1,4 +1,4 @@
-// A batch on the emulated GPU against one on the CPU: the same bits everywhere.
+// A batch on the emulated GPU against one on the CPU: the same bits everywhere but in captures with reflections.
 #include "gpu/gpu.h"
 
 #include <gmock/gmock.h>

@@ -1,11 +1,16 @@
-// The kernels' functions in a plain loop on the CPU: images and MSE have the camera's bits.
+// The kernels' functions in a plain loop on the CPU: images and MSE have the camera's bits, images with reflections its
+// distribution.
 #include "gpu/capture_batch.h"
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "base/error.h"
+#include "imaging/capture_errors.h"
 #include "imaging/reference.h"
 #include "imaging/scene_under_test.h"
 
@@ -171,7 +176,7 @@ struct Statistics {
   int captures = 0;
 };
 
-// How many standard errors the sums' means differ by.
+// How many standard errors the sums' means differ by, of independent captures.
 double sigmas(const Statistics& a, const Statistics& b) {
   const auto mean_and_error2 = [](const std::vector<double>& values) {
     double mean = 0, squares = 0;
@@ -185,43 +190,134 @@ double sigmas(const Statistics& a, const Statistics& b) {
   return std::fabs(here - there) / std::sqrt(error_here + error_there);
 }
 
-TEST(CaptureBatch, CapturesReflectionsWithTheDistributionOfTheCamera) {
+// A lens of the package's scene, which reflects and whose sensor scatters, with these sensor pixels.
+SceneFile package_scene(int width, int height) {
   imaging::SceneChoices choices;
   choices.pixels = 40;
-  const SceneFile scene = imaging::relign_od_scene_with(choices);
+  SceneFile scene = imaging::read_scene_file(imaging::scene_folder() + "relign_od/package.json", choices);
+  const double side = scene.sensor.pitch_mm * scene.sensor.width;
+  scene.sensor.width = width;
+  scene.sensor.height = height;
+  scene.sensor.pitch_mm = side / std::max(width, height);
+  scene.sensor.left_mm = -0.5 * width * scene.sensor.pitch_mm;
+  scene.sensor.top_mm = 0.5 * height * scene.sensor.pitch_mm;
+  scene.pupil = nullptr;
+  return scene;
+}
+
+struct Law {
+  Statistics here, there, difference;
+  std::vector<double> whole_discs;
+};
+
+// Captures of the kernels' functions and of the camera with equal seeds, whose paths begin alike.
+Law compare(const SceneFile& scene, double albedo, const std::vector<double>& pose, int captures,
+            const imaging::ImagingErrors* errors = nullptr) {
+  constexpr double kWhite = 0.3;
   Parallel two(2);
-  const CaptureSettings settings = reflections(0.5);
-  CaptureBatch batch(scene, settings, two);
-  Camera camera(scene, settings, two), straight(scene, {}, two);
-  Instances instances(scene, 1);
-  Statistics here(scene.sensor.pixels()), there(scene.sensor.pixels()), without(scene.sensor.pixels());
-  constexpr std::uint64_t kCaptures = 64;
+  const CaptureSettings settings = reflections(albedo);
+  Random random(5);
+  const auto lens = imaging::random_lens(scene, random);
+  std::optional<imaging::CaptureErrors> drawn;
+  if (errors) drawn.emplace(*errors, scene.sensor, kWhite, scene.emitter.side_mm);
+  CaptureBatch batch(scene, settings, two, drawn ? &drawn->drawn() : nullptr);
+  Camera camera(scene, settings, two);
+  const std::size_t count = scene.sensor.pixels();
+  Law law{Statistics(count), Statistics(count), Statistics(count), {}};
+  std::vector<float> pixels(count), differences(count);
+  for (int capture = 1; capture <= captures; ++capture) {
+    const auto seed = static_cast<std::uint64_t>(capture);
+    batch.prepare({{lens.get(), &pose, seed, nullptr}}, CaptureBatch::Kind::capture);
+    const std::vector<float> found = batch.capture_here();
+    const bool altered = drawn && drawn->draw(seed);
+    camera.capture(*lens, pose, seed, pixels.data(), altered ? drawn->into_print() : std::nullopt);
+    if (altered) drawn->apply(pixels.data());
+    for (std::size_t i = 0; i < count; ++i) differences[i] = found[i] - pixels[i];
+    law.here.add(found.data());
+    law.there.add(pixels.data());
+    law.difference.add(differences.data());
+  }
+  for (const GhostBoxJob& box : batch.ghosts().boxes) law.whole_discs.push_back(box.whole_disc);
+  return law;
+}
+
+void expect_equal(const Law& law) {
+  const Statistics none(law.difference.mean.size());
+  double sum = 0, squares = 0;
+  for (const double value : law.difference.sums) sum += value;
+  const auto captures = static_cast<double>(law.difference.captures);
+  for (const double value : law.difference.sums) squares += (value - sum / captures) * (value - sum / captures);
+  EXPECT_LT(std::fabs(sum / captures) / std::sqrt(squares / (captures - 1) / captures), 3.5);
+  // All pixels that differ, those without direct light, too (another choice would be a bias): squared means of the
+  // differences in units of their error, and the variance.
+  double chi2 = 0, here = 0, there = 0;
+  int differing = 0;
+  for (std::size_t i = 0; i < law.here.mean.size(); ++i) {
+    here += law.here.variance[i];
+    there += law.there.variance[i];
+    if (!(law.difference.variance[i] > 0)) continue;
+    ++differing;
+    chi2 += law.difference.mean[i] * law.difference.mean[i] / law.difference.error2(i);
+  }
+  ASSERT_GT(differing, 500);
+  EXPECT_NEAR(chi2 / differing, 1, 0.2);
+  EXPECT_NEAR(here / there, 1, 0.05);
+}
+
+const std::vector<double>& oblique_pose() {
+  static const std::vector<double> pose = {0.62, 0.4, 0.55, 0.6, 0.35};
+  return pose;
+}
+
+TEST(CaptureBatch, CapturesReflectionsWithTheDistributionOfTheCamera) {
+  const SceneFile scene = package_scene(37, 53);
+  const Law law = compare(scene, 0.5, oblique_pose(), 60);
+  expect_equal(law);
+  Parallel two(2);
+  Random random(5);
+  const auto lens = imaging::random_lens(scene, random);
+  Camera straight(scene, {}, two);
+  Statistics without(scene.sensor.pixels());
   std::vector<float> pixels(scene.sensor.pixels());
-  BatchItem item = instances.items.front();
-  for (std::uint64_t seed = 1; seed <= kCaptures; ++seed) {
-    item.seed = seed;
-    batch.prepare({item}, CaptureBatch::Kind::capture);
-    here.add(batch.capture_here().data());
-    camera.capture(*item.lens, *item.true_pose, 1000 + seed, pixels.data());
-    there.add(pixels.data());
-    straight.capture(*item.lens, *item.true_pose, 2000 + seed, pixels.data());
+  for (std::uint64_t seed = 1001; seed <= 1060; ++seed) {
+    straight.capture(*lens, oblique_pose(), seed, pixels.data());
     without.add(pixels.data());
   }
-  EXPECT_LT(sigmas(here, there), 3.5);
-  EXPECT_GT(sigmas(here, without), 10);
-  // Squared differences of pixels in units of their variance, and the ratio of variances.
-  double squares = 0, ratio = 0;
-  int lit = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (!(there.mean[i] > 0.01)) continue;
-    ++lit;
-    const double difference = here.mean[i] - there.mean[i];
-    squares += difference * difference / (here.error2(i) + there.error2(i));
-    ratio += std::log(here.variance[i] / there.variance[i]);
+  EXPECT_GT(sigmas(law.here, without), 10);
+}
+
+// Of its light alone: what albedo 1 adds to captures that begin alike.
+TEST(CaptureBatch, SensorScattersAsMuchAsTheCameras) {
+  const SceneFile scene = package_scene(40, 40);
+  const Law dark = compare(scene, 0, oblique_pose(), 100), bright = compare(scene, 1, oblique_pose(), 100);
+  expect_equal(bright);
+  Statistics here(1), there(1);
+  for (std::size_t i = 0; i < dark.here.sums.size(); ++i) {
+    const auto of_here = static_cast<float>(bright.here.sums[i] - dark.here.sums[i]);
+    const auto of_there = static_cast<float>(bright.there.sums[i] - dark.there.sums[i]);
+    here.add(&of_here);
+    there.add(&of_there);
   }
-  ASSERT_GT(lit, 300);
-  EXPECT_NEAR(squares / lit, 1, 6 * std::sqrt(2.0 / lit));
-  EXPECT_NEAR(ratio / lit, 0, 6 * std::sqrt(4.0 / kCaptures / lit));
+  EXPECT_GT(there.mean[0], 0);
+  EXPECT_LT(sigmas(here, there), 3.5);
+  EXPECT_LT(std::sqrt(here.error2(0) + there.error2(0)), 0.06 * there.mean[0]);  // it would notice a quarter less
+}
+
+TEST(CaptureBatch, CapturesReflectionsOfWholeDiscsBarrelsAndImagingErrors) {
+  SceneFile close = package_scene(40, 40);
+  const double last = close.lens.elements.back().faces.back().z_mm;
+  close.sensor.z_mm = 8.62;  // among the rims of the last element
+  close.pupil = nullptr;
+  const Law whole = compare(close, 1, {0.5, 0.5, 0.5, 0.5, 0.5}, 20);
+  EXPECT_THAT(whole.whole_discs, testing::Contains(1));
+  expect_equal(whole);
+  SceneFile narrow = package_scene(40, 40);
+  narrow.lens.barrel = optics::Barrel{0.9 * narrow.lens.elements.back().faces.back().clear_radius_mm, -0.5, last + 1};
+  narrow.pupil = nullptr;
+  expect_equal(compare(narrow, 1, oblique_pose(), 40));
+  const imaging::ImagingErrors errors =
+      imaging::read_imaging_errors(std::string(RELIGN_SOURCE_DIR) + "/python/relign_bench/training/randomisation.json");
+  expect_equal(compare(package_scene(40, 40), 0.5, oblique_pose(), 40, &errors));
 }
 
 }  // namespace
