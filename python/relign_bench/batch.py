@@ -35,7 +35,8 @@ class Batch:
         noise_level_parameters: Parameters of the noise level.
         threads: Threads that render; None uses all cores.
         device: "cuda" renders on the first NVIDIA GPU. Images are then PyTorch tensors in its memory: `frames`, and those
-            that `capture_at` returns. Their values, and all others, have the bits of "cpu"; with transport "ghost" images have its distribution.
+            that `capture_at` returns. Their values, and all others, have the bits of "cpu"; with
+            transport "ghost" images have its distribution.
 
     Attributes:
         slots: Number of slots.

@@ -36,7 +36,8 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
             after the last one, whose action is ignored. "SameStep" starts it in the last step: the last observation and info
             are in infos["final_obs"] and infos["final_info"]. "Disabled" waits for reset(options={"reset_mask": ...}) with a
             boolean array of shape (num_envs,).
-        device: "cuda" renders on the first NVIDIA GPU, with the bits of "cpu" (transport "ghost": the distribution). Observations are then PyTorch tensors there,
+        device: "cuda" renders on the first NVIDIA GPU, with the bits of "cpu" (transport "ghost":
+            the distribution). Observations are then PyTorch tensors there,
             infos["final_obs"] too, and no image is copied to the host, except for the score "rmse_binary" and by `render`.
             Rewards, terminated, truncated and infos are
             arrays, because the stages and their scores are computed on the CPU; actions may be arrays or tensors.

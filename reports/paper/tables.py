@@ -209,7 +209,8 @@ def goals():
         cells.setdefault((row["noise_level"], row["goal"]), {})[shell] = (
             f"{100 * float(row['measured_below_goal']):.0f} %, {100 * float(row['in_spec']):.1f} %")
     shells = list(next(iter(cells.values())))
-    return table(("level", "goal", *shells), [(*key, *(of_level[shell] for shell in shells)) for key, of_level in cells.items()])
+    return table(("level", "goal", *shells),
+                 [(*key, *(of_level[shell] for shell in shells)) for key, of_level in cells.items()])
 
 
 def ablations():

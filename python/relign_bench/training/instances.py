@@ -35,7 +35,8 @@ class InstanceSet:
         scene_parameters: Further parameters of the scene, or None.
         noise_level: Id or preset of the noise level.
         observation: What `frames` returns: "uint8" or "float32".
-        device: "cuda" renders on the first GPU, with the bits of "cpu" (transport "ghost": the distribution). Captures are then tensors there.
+        device: "cuda" renders on the first GPU, with the bits of "cpu" (transport "ghost": the
+            distribution). Captures are then tensors there.
 
     Attributes:
         count: Number of slots over all levels; arrays below have this many rows, level by level.
