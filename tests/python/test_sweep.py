@@ -103,6 +103,16 @@ class Reading(Files):
         with self.assertRaisesRegex(ValueError, r"x/seed-0: .*another recipe \(scene: 'tessar' in the folder, 'relign_od'"):
             self.read([{"name": "x", "seeds": [0]}])
 
+    def test_folder_of_a_run_that_started_elsewhere_is_refused(self):
+        job = self.read([{"name": "x", "seeds": [0]}])[0]
+        job.folder.mkdir(parents=True)
+        recipe = {**vars(job.recipe), "heads": [64, 64]}
+        for begun, warm, words in (("sha256:0", {}, "has a run with initial weights, the file one without"),
+                                   ("", {"warm_start": "w"}, "has a run without initial weights, the file one with")):
+            (job.folder / "recipe.json").write_text(json.dumps({**recipe, "warm_start": begun}))
+            with self.subTest(words), self.assertRaisesRegex(ValueError, f"x/seed-0: .*{words}"):
+                self.read([{"name": "x", "seeds": [0], **warm}])
+
 
 class Running(Files):
     @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "matplotlib is not installed: it draws the figure")
