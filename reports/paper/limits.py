@@ -25,8 +25,9 @@ import sys
 import numpy as np
 import onnxruntime
 
+from relign_bench._stacks import Stacks
 from relign_bench.batch import Batch
-from relign_bench.conventions import LARGEST_MOVE, binned, to_bytes
+from relign_bench.conventions import LARGEST_MOVE
 from relign_bench.rewards import scores
 
 INSTANCES, FULL = 48, 4
@@ -50,17 +51,14 @@ class Policy:
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = 1
         self.session = onnxruntime.InferenceSession(path, options)
-        self.input, self.seen, self.frames = self.session.get_inputs()[0].name, observation, None
+        self.input = self.session.get_inputs()[0].name
+        white = None if observation.get("values") == "irradiance" else observation["white"]
+        self.stacks = Stacks(INSTANCES, (observation["frames"], observation["size"], observation["size"]),
+                             observation["captured"][0] // observation["size"], white, np.inf)
 
-    def observe(self, captures):
-        picture = binned(captures, captures.shape[-1] // self.seen["size"])
-        if self.seen.get("values") != "irradiance":
-            picture = to_bytes(picture, self.seen["white"])
-        before = [np.zeros_like(picture)] * self.seen["frames"] if self.frames is None else self.frames
-        self.frames = [*before[1:], picture.copy()]
-
-    def moves(self):
-        stacks = np.stack(self.frames, axis=1).astype(np.float32)
+    def moves(self, captures):
+        self.stacks.push(range(INSTANCES), captures)
+        stacks = self.stacks.all().astype(np.float32)
         answers = [self.session.run(None, {self.input: stack[None]})[0] for stack in stacks]
         return np.clip(np.concatenate(answers).astype(np.float64), -LARGEST_MOVE, LARGEST_MOVE)
 
@@ -79,8 +77,7 @@ def rows(path):
         optima = np.array([pose for pose, _ in batch.optima(every)])
         policy, errors, reached = Policy(path, about["observation"]), {}, np.zeros(INSTANCES, bool)
         for move in range(1, IMAGES[-1] + 1):
-            policy.observe(np.asarray(batch.frames))
-            batch.move_by(every, gain(move) * policy.moves())
+            batch.move_by(every, gain(move) * policy.moves(np.asarray(batch.frames)))
             poses = batch.true_poses(every)
             reached |= scores("combined", batch.measured_rmse(every), poses, nominal, None, None) < recipe["goal"]
             if move in IMAGES:

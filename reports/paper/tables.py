@@ -187,11 +187,12 @@ def improvement():
                   for (method, count, opponent), found in cells.items()])
 
 
+def interval(row, name, digits):
+    return "{} ({} to {})".format(*(rounded(number(row[name + end]), digits) for end in ("", "_lo95", "_hi95")))
+
+
 def limits():
     """Trainings of the recipe with moves in full and with shrinking ones."""
-    def interval(row, name, digits):
-        return "{} ({} to {})".format(*(rounded(number(row[name + end]), digits) for end in ("", "_lo95", "_hi95")))
-
     return table(("training", "moves", "RMSE", "change", "without the common offset", "in specification", "meets the goal",
                   "from the nominal pose"),
                  [(row["training"] if row["moves"] == "full" else "", row["moves"], interval(row, "rmse", 4),
@@ -222,12 +223,9 @@ def ablations():
     def mean(rows, name, digits=4):
         return rounded(statistics.mean(float(row[name]) for row in rows[-5:]), digits)
 
-    def limit(name, moves, images=50):
+    def limit(name, moves):
         row = settled.get((name, moves))
-        if row is None:
-            return NO_VALUE
-        rmse = " to ".join(rounded(number(row[f"rmse_{end}95"]), 4) for end in ("lo", "hi"))
-        return f"{rounded(number(row['rmse']), 4)} ({rmse}), {100 * float(row[f'in_spec_{images}']):.0f} %"
+        return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {100 * float(row['in_spec_50']):.0f} %"
 
     return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves", "full moves, in specification",
                   "shrinking moves, in specification"),

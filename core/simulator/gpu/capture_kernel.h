@@ -29,22 +29,42 @@ struct Batch {
 // Both compilers must see the same layout.
 static_assert(sizeof(Batch) == 112);
 
+// The ray of four random words from a pixel: with a direction from the whole disc, or from the ellipse.
+RELIGN_DEVICE optics::FloatRay start_ray(const optics::TileStart& start, std::int32_t whole_disc,
+                                         const optics::PixelStart& from, const std::uint32_t (&words)[4]) {
+  return whole_disc ? start_in_hemisphere(start, from.x, from.y, words[0], words[1], words[2], words[3])
+                    : start_in_ellipse(start, from.x, from.y, words[0], words[1], words[2], words[3]);
+}
+
+// How many thresholds from `first` on a random word reaches.
+RELIGN_DEVICE std::uint32_t count_reached(const Batch& batch, std::int64_t first, std::int32_t thresholds,
+                                          std::uint32_t word) {
+  std::uint32_t reached = 0;
+  for (std::int32_t k = 0; k < thresholds; ++k) reached += word >= batch.thresholds[first + k] ? 1U : 0U;
+  return reached;
+}
+
+// Moves a ray to the emitter; the radiance there.
+RELIGN_DEVICE float radiance_at(const optics::EmitterPlane& emitter, optics::FloatRay& ray) {
+  return emitter.texels_8_bit ? optics::look_up<true>(ray, emitter) : optics::look_up<false>(ray, emitter);
+}
+
 // The ray of four random words from a pixel, traced to the emitter; its radiance there.
 RELIGN_DEVICE float trace_to_emitter(const Batch& batch, const TileJob& tile, const ImageJob& image,
                                      const optics::PixelStart& from, const std::uint32_t (&words)[4],
                                      optics::FloatRay& ray) {
-  ray = tile.whole_disc ? start_in_hemisphere(tile.start, from.x, from.y, words[0], words[1], words[2], words[3])
-                        : start_in_ellipse(tile.start, from.x, from.y, words[0], words[1], words[2], words[3]);
+  ray = start_ray(tile.start, tile.whole_disc, from, words);
   if (batch.fresnel)
     optics::trace_ray<true>(ray, batch.ops + image.first_op, image.ops);
   else
     optics::trace_ray<false>(ray, batch.ops + image.first_op, image.ops);
-  return batch.emitter.texels_8_bit ? optics::look_up<true>(ray, batch.emitter)
-                                    : optics::look_up<false>(ray, batch.emitter);
+  return radiance_at(batch.emitter, ray);
 }
 
-RELIGN_DEVICE optics::PixelStart start_of(const TileJob& tile, std::int32_t lit_pixel) {
-  return pixel_start(tile.start, tile.places, 1.0F / static_cast<float>(tile.places.columns), lit_pixel);
+// Of one of a job's places.
+template <class Job>
+RELIGN_DEVICE optics::PixelStart start_of(const Job& job, std::int32_t pixel) {
+  return pixel_start(job.start, job.places, 1.0F / static_cast<float>(job.places.columns), pixel);
 }
 
 RELIGN_DEVICE float* image_at(const Batch& batch, const ImageJob& image, float* images) {
@@ -66,9 +86,7 @@ RELIGN_DEVICE void capture_pixel(const Batch& batch, const TileJob& tile, std::i
   const optics::PixelStart from = start_of(tile, lit_pixel);
   std::uint32_t drawn[4] = {0, from.number, imaging::kCounts, 0};
   philox_rounds(drawn, image.seed_low, image.seed_high);
-  std::uint32_t rays = 0;
-  for (std::int32_t k = 0; k < tile.thresholds; ++k)
-    rays += drawn[0] >= batch.thresholds[tile.first_threshold + k] ? 1U : 0U;
+  const std::uint32_t rays = count_reached(batch, tile.first_threshold, tile.thresholds, drawn[0]);
   float sum = 0.0F;
   for (std::uint32_t sample = 0; sample < rays; ++sample) {
     std::uint32_t words[4] = {sample, from.number, imaging::kDirections, 0};

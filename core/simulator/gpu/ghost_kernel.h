@@ -81,10 +81,7 @@ RELIGN_DEVICE optics::FloatRay moved_by(const optics::GhostRay& ray, const optic
 
 RELIGN_DEVICE double light_of(const GhostPath& path, const optics::GhostRay& ray) {
   optics::FloatRay there = moved_by(ray, path.ops[1]);
-  const optics::EmitterPlane& emitter = path.batch->emitter;
-  const float radiance =
-      emitter.texels_8_bit ? optics::look_up<true>(there, emitter) : optics::look_up<false>(there, emitter);
-  return static_cast<double>(ray.weight * radiance);
+  return static_cast<double>(ray.weight * radiance_at(path.batch->emitter, there));
 }
 
 // The sensor scatters a path that left the lens towards the image.
@@ -116,17 +113,15 @@ RELIGN_DEVICE void ghost_pixel(const Batch& batch, const GhostBatch& ghosts, con
                                float* images) {
   const ImageJob& image = batch.images[box.image];
   const GhostLensJob& job = ghosts.lenses[box.image];
-  const optics::PixelStart from =
-      optics::pixel_start(box.start, box.places, 1.0F / static_cast<float>(box.places.columns), pixel);
+  const optics::PixelStart from = start_of(box, pixel);
   GhostPath path{&batch,   &ghosts,      &box,       &image, batch.ops + image.first_op, ghosts.steps + job.first_step,
                  job.lens, job.entrance, from.number};
   path.lens.bodies = ghosts.bodies + job.first_body;
   path.lens.stops = ghosts.stops + job.first_stop;
   std::uint32_t words[4];
   draw_for(path, 0, imaging::kGhostCounts, 0, words);
-  std::uint32_t paths = box.whole_disc ? static_cast<std::uint32_t>(ghosts.samples) : 0;
-  for (std::int32_t k = 0; k < box.thresholds; ++k)
-    paths += words[0] >= batch.thresholds[box.first_threshold + k] ? 1U : 0U;
+  const std::uint32_t paths = box.whole_disc ? static_cast<std::uint32_t>(ghosts.samples)
+                                             : count_reached(batch, box.first_threshold, box.thresholds, words[0]);
   double sum = 0;
   std::uint32_t begun = 0;
   optics::GhostRay ray{};
@@ -135,11 +130,7 @@ RELIGN_DEVICE void ghost_pixel(const Batch& batch, const GhostBatch& ghosts, con
     if (queue == optics::kGhostGone) {
       if (begun == paths) break;
       draw_for(path, begun++, imaging::kGhostStarts, 0, words);
-      const optics::FloatRay start =
-          box.whole_disc
-              ? optics::start_in_hemisphere(box.start, from.x, from.y, words[0], words[1], words[2], words[3])
-              : optics::start_in_ellipse(box.start, from.x, from.y, words[0], words[1], words[2], words[3]);
-      queue = enter_lens(path, start, 1.0F, 0, ray);
+      queue = enter_lens(path, start_ray(box.start, box.whole_disc, from, words), 1.0F, 0, ray);
     } else if (queue == path.lens.object_side) {
       sum += light_of(path, ray);
       queue = optics::kGhostGone;

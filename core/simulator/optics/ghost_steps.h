@@ -65,10 +65,12 @@ RELIGN_DEVICE float absorbed_by(const GhostStop& stop, const GhostLine& ray, flo
   return (t > kGhostNearest) & (t < before) & (multiply_add(x, x, y * y) > stop.opening_radius2) ? t : before;
 }
 
-// again: distance to the face that the ray came from, which it may hit again; absorbed: to a stop inside this glass.
-// kGhostNever: none.
-RELIGN_DEVICE GhostMeeting meet_next_face(const GhostStep& step, const GhostLine& ray, float again, float absorbed) {
-  const GhostFace& face = step.next;
+// Where the line of a ray may meet a face: e + f / (forward +- root of the discriminant) are the distances, p is
+// relative to the vertex.
+struct GhostAim {
+  float px, py, pz, forward, e, f, discriminant;
+};
+RELIGN_DEVICE GhostAim aim_at(const GhostFace& face, const GhostLine& ray) {
   const float c = face.curvature;
   const float px = ray.x - face.vertex[0], py = ray.y - face.vertex[1], pz = ray.z - face.vertex[2];
   const float forward = ghost_product(face.axis, ray.l, ray.m, ray.n);
@@ -77,12 +79,22 @@ RELIGN_DEVICE GhostMeeting meet_next_face(const GhostStep& step, const GhostLine
   const float f = multiply_add(c, multiply_add(mx, mx, multiply_add(my, my, mz * mz)),
                                -2.0F * ghost_product(face.axis, mx, my, mz));
   const float discriminant = multiply_add(forward, forward, -c * f);
-  const float cosine = step.sign * square_root(magnitude(discriminant));
-  const float t = e + f / (forward + cosine);
-  const float hx = multiply_add(t, ray.l, px), hy = multiply_add(t, ray.m, py), hz = multiply_add(t, ray.n, pz);
+  return {px, py, pz, forward, e, f, discriminant};
+}
+
+// again: distance to the face that the ray came from, which it may hit again; absorbed: to a stop inside this glass.
+// kGhostNever: none.
+RELIGN_DEVICE GhostMeeting meet_next_face(const GhostStep& step, const GhostLine& ray, float again, float absorbed) {
+  const GhostFace& face = step.next;
+  const float c = face.curvature;
+  const GhostAim aim = aim_at(face, ray);
+  const float cosine = step.sign * square_root(magnitude(aim.discriminant));
+  const float t = aim.e + aim.f / (aim.forward + cosine);
+  const float hx = multiply_add(t, ray.l, aim.px), hy = multiply_add(t, ray.m, aim.py),
+              hz = multiply_add(t, ray.n, aim.pz);
   const float height = ghost_product(face.axis, hx, hy, hz);
   const float across = multiply_add(-height, height, multiply_add(hx, hx, multiply_add(hy, hy, hz * hz)));
-  const bool met = (step.sign * forward > 0.0F) & (discriminant > 0.0F) & (t > kGhostNearest) &
+  const bool met = (step.sign * aim.forward > 0.0F) & (aim.discriminant > 0.0F) & (t > kGhostNearest) &
                    (across < face.clear_radius2) & !(again < t);
   const bool lost = met & (absorbed < t);
   GhostMeeting at;
@@ -157,22 +169,17 @@ RELIGN_DEVICE GhostHit nearest_on_stop(const GhostStop& stop, const GhostLine& r
 
 RELIGN_DEVICE GhostHit nearest_on_face(const GhostFace& face, std::int32_t what, const GhostLine& ray, GhostHit found) {
   const float c = face.curvature;
-  const float px = ray.x - face.vertex[0], py = ray.y - face.vertex[1], pz = ray.z - face.vertex[2];
-  const float forward = ghost_product(face.axis, ray.l, ray.m, ray.n);
-  const float e = -multiply_add(px, ray.l, multiply_add(py, ray.m, pz * ray.n));
-  const float mx = multiply_add(e, ray.l, px), my = multiply_add(e, ray.m, py), mz = multiply_add(e, ray.n, pz);
-  const float f = multiply_add(c, multiply_add(mx, mx, multiply_add(my, my, mz * mz)),
-                               -2.0F * ghost_product(face.axis, mx, my, mz));
-  const float discriminant = multiply_add(forward, forward, -c * f);
-  const float root = square_root(magnitude(discriminant));
+  const GhostAim aim = aim_at(face, ray);
+  const float root = square_root(magnitude(aim.discriminant));
   const auto or_at = [&](GhostHit hit, float t) {
-    const float hx = multiply_add(t, ray.l, px), hy = multiply_add(t, ray.m, py), hz = multiply_add(t, ray.n, pz);
+    const float hx = multiply_add(t, ray.l, aim.px), hy = multiply_add(t, ray.m, aim.py),
+                hz = multiply_add(t, ray.n, aim.pz);
     const float height = ghost_product(face.axis, hx, hy, hz);
     const float across = multiply_add(-height, height, multiply_add(hx, hx, multiply_add(hy, hy, hz * hz)));
-    return nearer(hit, (discriminant > 0.0F) & (c * height < 1.0F) & (across < face.clear_radius2), t, what);
+    return nearer(hit, (aim.discriminant > 0.0F) & (c * height < 1.0F) & (across < face.clear_radius2), t, what);
   };
   // Of a plane one of them is infinite or NaN, and rejected.
-  return or_at(or_at(found, e + f / (forward + root)), e + f / (forward - root));
+  return or_at(or_at(found, aim.e + aim.f / (aim.forward + root)), aim.e + aim.f / (aim.forward - root));
 }
 
 RELIGN_DEVICE GhostHit nearest_on_edge(const GhostBody& body, std::int32_t number, const GhostLine& ray,

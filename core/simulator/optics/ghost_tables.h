@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "optics/ghost_block.h"
+#include "optics/ghost_steps.h"
 #include "optics/ghost_walk.h"
 
 namespace relign::optics {
@@ -17,8 +17,8 @@ class GhostTables {
   int queues() const { return lens_.image_side + 1; }
   int object_side() const { return lens_.object_side; }
   int image_side() const { return lens_.image_side; }
-  int entrance() const { return 2 * surfaces_; }  // of rays that come from the sensor
-  static int queue_of(int gap, bool to_image) { return 2 * gap + (to_image ? 1 : 0); }
+  int entrance() const { return queue_of(surfaces_, false); }  // of rays that come from the sensor
+  static int queue_of(int gap, bool to_image) { return ghost_queue(gap, to_image); }
   int search_queue(int glass) const;  // 0: air
 
   // Of the queues before air's. The lens has the addresses of bodies and stops.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._errors import check_name, unknown_name
 from ..rewards import REWARDS
-from .folder import read_recipe
+from .folder import kind_of, read_recipe
 
 if TYPE_CHECKING:
     from .folder import Path
@@ -19,9 +19,9 @@ SHAPED = "shaped"
 """Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Noise levels N of the preset "tuned"."""
-NETWORK = ("algorithm", "scene", "size", "input", "heads", "frames")
-"""Settings that a run shares with the one whose network it continues, presets "paper" and "package"."""
-OPTIONS = {"algorithm": "--algorithm ", "scene": "--scene "}
+NETWORK = {"algorithm": "--algorithm ", "scene": "--scene ", **{name: f"--set {name}=" for name in
+                                                                ("size", "input", "heads", "frames")}}
+"""Settings that a run shares with the one whose network it continues, presets "paper" and "package", as options."""
 SMALLEST = 64  # columns: the package's network halves the image six times
 
 
@@ -139,25 +139,24 @@ def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None
         return None
     if not str(folder):
         raise ValueError("--warm-start '' names no folder")
-    try:
-        kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
-    except ValueError as problem:
-        hint = "; or add --preset paper" if "of relign-train ppo; expected" in str(problem) else ""
-        raise ValueError(f"{problem}{hint}") from None
+    if recipe.preset == "tuned" and kind_of(read_recipe(folder)) == "ppo":
+        raise ValueError(f"'{folder}' is the folder of a run of relign-train ppo; expected one of relign-train imitate; or add "
+                         "--preset paper")
+    kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
     if kept.get("preset") == "tuned":
         raise ValueError(f"--warm-start '{folder}' is of preset tuned, whose network is another one; preset '{recipe.preset}' "
                          "starts from nothing or from a run of presets paper or package")
     for name in ("size",) if recipe.preset == "tuned" else NETWORK:
-        there, here = kept.get(name), getattr(recipe, name)
-        if there != (list(here) if isinstance(here, tuple) else here):
-            words = f"{OPTIONS.get(name, f'--set {name}=')}{_as_text(there)}"
-            raise ValueError(f"--warm-start '{folder}' has a network for {name}={_as_text(there)}, not "
-                             f"{_as_text(here) or '()'}; add {words}")
+        there, here = setting_text(kept.get(name)), setting_text(getattr(recipe, name))
+        if there != here:
+            raise ValueError(f"--warm-start '{folder}' has a network for {name}={there}, not {here or '()'}; add "
+                             f"{NETWORK[name]}{there}")
     checkpoint = pathlib.Path(folder) / "checkpoint.pt"
     if not checkpoint.is_file():
         raise ValueError(f"nothing trained yet: --warm-start '{folder}' has no checkpoint.pt")
     return checkpoint
 
 
-def _as_text(value: Any) -> str:
+def setting_text(value: Any) -> str:
+    """A value as --set takes it."""
     return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)

@@ -91,8 +91,8 @@ class Reinforcement:
                 raise ValueError(f"'{folder}' was begun from another checkpoint than --warm-start '{warm_start}' has now; "
                                  "leave --warm-start out to resume it, or choose another folder")
             recipe = replace(recipe, warm_start=begins)
-        elif kept:
-            recipe = replace(recipe, warm_start=kept)
+        if kept:  # it continues from its own checkpoint
+            recipe, initial = replace(recipe, warm_start=kept), None
         self.recipe, self.threads, self.log, self.device, self.render = recipe, threads, log, device, render
         # A longer run has the same beginning only if the learning rate is constant.
         self.folder = RunFolder(folder, recipe, may_grow=("total",) if recipe.rate == recipe.last_rate else ())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._errors import unknown_name
 from .folder import kind_of, read_recipe
-from .recipe import GOALS, PRESETS
+from .recipe import GOALS, PRESETS, setting_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +67,7 @@ def changed_settings(recipe: AnyRecipe, usual: AnyRecipe) -> list[str]:
     changed = {name for name in names if getattr(recipe, name) != getattr(usual, name)}
     changed |= {name for name in names if FOLLOWS.get(name) in changed}
     values = {name: getattr(recipe, name) for name in names if name in changed}
-    return [f"{name}={','.join(map(str, value)) if isinstance(value, tuple) else value}" for name, value in values.items()]
+    return [f"{name}={setting_text(value)}" for name, value in values.items()]
 
 
 def _names(recipe: AnyRecipe) -> list[str]:

@@ -22,7 +22,7 @@ from .._errors import unknown_name
 from .._native import available_cores
 from .curves import read_csv
 from .folder import check_same, read_recipe
-from .recipe import Recipe, check_recipe, check_warm_start, preset_recipe
+from .recipe import Recipe, check_recipe, check_warm_start, preset_recipe, setting_text
 from .settings import with_goal, with_settings
 
 if TYPE_CHECKING:
@@ -149,7 +149,7 @@ def _check_keys(given: Any, allowed: tuple[str, ...], required: tuple[str, ...])
 def _setting(name: str, value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (int, float, str, list)):
         raise ValueError(f"settings: {name}: expected a number, a text or a list of numbers, found {json.dumps(value)}")
-    return f"{name}={','.join(map(str, value)) if isinstance(value, list) else value}"
+    return f"{name}={setting_text(value)}"
 
 
 def _jobs_of(training: Any, scene: str, folder: pathlib.Path, out: pathlib.Path) -> list[Job]:
