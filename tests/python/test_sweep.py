@@ -1,5 +1,6 @@
 """relign-train sweep: what a file means, side by side, interrupted and resumed. The last test needs torch."""
 
+import dataclasses
 import importlib.util
 import json
 import pathlib
@@ -200,6 +201,10 @@ class Running(Files):
         table = sweep_report.write([job], self.folder)[1].read_text()
         self.assertIn("| a | 1 of 1 complete | 40 | 0.5 | - | - | 0.0400 |", table)
         self.assertNotIn("nan", (self.folder / "sweep.csv").read_text())
+        self.assertNotIn("started from", table)
+        begun = dataclasses.replace(job, warm_start=self.folder)
+        self.assertIn("Steps and hours of a do not include those of the runs that they started from.",
+                      sweep_report.write([begun], self.folder)[1].read_text())
         report = ("sweep", self.folder / "study.json", "-o", self.folder / "out", "--report")
         for text, words in ((good.replace(",success", ""), "curve.csv:2: success: expected a number, found None"),
                             (good.replace("-0.025", "fast"), "curve.csv:3: reward: expected a number, found 'fast'"),

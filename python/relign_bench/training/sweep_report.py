@@ -109,6 +109,9 @@ def write(jobs: Sequence[Job], out: pathlib.Path) -> list[pathlib.Path]:
     lines += ["| " + " | ".join(_summary(group, groups[group], found)) + " |" for group, found in curves.items()]
     lines += ["", f"Means of the last {LAST_ROWS} training segments that all seeds have. In brackets, from {FEWEST_SEEDS} "
                   "seeds up, 95 % intervals over trainings; of errors, over trainings and tuning instances."]
+    begun = [group for group, members in groups.items() if members[0].warm_start]
+    if begun:
+        lines += ["", f"Steps and hours of {', '.join(begun)} do not include those of the runs that they started from."]
     paths[1].write_text("\n".join(lines) + "\n")
     _draw(jobs, groups, curves, paths[2])
     return paths
