@@ -13,6 +13,7 @@ import sys
 import tempfile
 import types
 import unittest
+import weakref
 from unittest import mock
 
 from support import failure, np
@@ -23,7 +24,7 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
-from relign_bench.training import cli, export
+from relign_bench.training import cli, export, reinforce
 from relign_bench.training.devices import processor, trained_on
 from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
@@ -80,6 +81,23 @@ class Segments(Folder):
         self.assertEqual([row["steps"] for row in whole.rows], [40, 80, 120])
         self.assertEqual((self.folder / "whole/curve.csv").read_text().count("\n"), 4)
         self.assertTrue((self.folder / "whole/curve.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_segment_does_not_keep_the_last_observations_of_its_episodes(self):
+        last, alive = [], []
+
+        def step_wait(environments, step=StableBaselinesEnv.step_wait):
+            stepped = step(environments)
+            last.extend(weakref.ref(info["terminal_observation"]) for info in stepped[3] if info)
+            return stepped
+
+        def evaluate(*arguments, evaluated=reinforce.evaluate):
+            alive.append(sum(observation() is not None for observation in last))
+            return evaluated(*arguments)
+
+        with mock.patch.object(StableBaselinesEnv, "step_wait", step_wait), mock.patch.object(reinforce, "evaluate", evaluate):
+            Reinforcement(PAPER, self.folder / "run", threads=1, log=quiet).run(until=1)
+        self.assertEqual(len(last), PAPER.stretch // PAPER.episode)
+        self.assertLessEqual(alive[0], PAPER.environments)
 
     def test_run_can_be_extended_when_the_rate_is_constant(self):
         whole = Reinforcement(PAPER, self.folder / "whole", threads=1, log=quiet)

@@ -13,7 +13,7 @@ import pathlib
 import random
 import time
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import torch
@@ -264,13 +264,14 @@ class Reinforcement:
         from stable_baselines3.common.callbacks import BaseCallback
 
         class Episodes(BaseCallback):
-            """Collects the infos of episodes that end."""
+            """Collects what is published of episodes that end, without their last observations, which are large."""
 
             def _init_callback(self) -> None:
-                self.infos: list[dict[str, Any]] = []
+                self.ended: list[Episode] = []
 
             def _on_step(self) -> bool:
-                self.infos += [info for info in self.locals["infos"] if "episode" in info]
+                self.ended += [Episode(info["episode"]["r"], info["episode"]["l"], info["is_success"])
+                               for info in self.locals["infos"] if "episode" in info]
                 return True
 
         steps = self.segments * self.recipe.stretch
@@ -288,7 +289,7 @@ class Reinforcement:
             self.model._last_obs = None  # fresh instances
             self.model.learn(self.recipe.stretch, callback=episodes, reset_num_timesteps=False)
             trained = time.monotonic() - begun
-            row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.infos)}
+            row: dict[str, Any] = {"steps": self.model.num_timesteps, **episode_means(episodes.ended)}
             assert tuning is not None
             row.update(evaluate(self.moves, tuning, self.frames), std=float(self.model.policy.log_std.detach().exp().mean()))
             lasted = time.monotonic() - begun
@@ -438,19 +439,27 @@ def _learner(algorithm: str, recorded: bool) -> Any:
     return sb3_contrib.TRPO if algorithm == "trpo" else sb3_contrib.RecurrentPPO
 
 
-def episode_means(infos: list[dict[str, Any]]) -> dict[str, float | None]:
+class Episode(NamedTuple):
+    """An episode that ended: the sum of its rewards, its steps, and whether it met the goal."""
+
+    reward: float
+    length: int
+    success: bool
+
+
+def episode_means(ended: list[Episode]) -> dict[str, float | None]:
     """Means over the episodes that ended: episodes (their number), reward (per step), episode (length) and success (share).
 
     Without episodes all but their number are None.
     """
-    if not infos:
+    if not ended:
         return {"episodes": 0, "reward": None, "episode": None, "success": None}
-    length = sum(info["episode"]["l"] for info in infos)
+    length = sum(episode.length for episode in ended)
     return {
-        "episodes": len(infos),
-        "reward": sum(info["episode"]["r"] for info in infos) / length,
-        "episode": length / len(infos),
-        "success": float(np.mean([info["is_success"] for info in infos])),
+        "episodes": len(ended),
+        "reward": sum(episode.reward for episode in ended) / length,
+        "episode": length / len(ended),
+        "success": float(np.mean([episode.success for episode in ended])),
     }
 
 
