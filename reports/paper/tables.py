@@ -22,6 +22,7 @@ INSTANCES = "50"
 RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)
+TRAINED = (200_000, 400_000, 600_000, 1_000_000, 1_400_000, 2_000_000)  # of trainings
 TARGETS = (0.01, 0.005, 0.002)
 NO_VALUE = "-"
 
@@ -214,24 +215,57 @@ def goals():
                  [(*key, *(of_level[shell] for shell in shells)) for key, of_level in cells.items()])
 
 
+def by_training(name):
+    found = {}
+    for row in read(name):
+        found.setdefault(row["training"], []).append(row)
+    return found
+
+
+def mean(rows, name, digits=4):
+    """Over the last five evaluations."""
+    return rounded(statistics.mean(float(row[name]) for row in rows[-5:]), digits)
+
+
+def settled_error(limits, name, moves):
+    """Error and share in the specification after fifty moves, by limits.py."""
+    row = next((row for row in limits if (row["training"], row["moves"]) == (name, moves)), None)
+    return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {100 * float(row['in_spec_50']):.0f} %"
+
+
 def ablations():
     """Trainings that continue one of the recipe with one change: means of their last five evaluations, and limits.py."""
-    evaluations, settled = {}, {(row["training"], row["moves"]): row for row in read("trainings/ablation_limits.csv")}
-    for row in read("trainings/ablations.csv"):
-        evaluations.setdefault(row["training"], []).append(row)
-
-    def mean(rows, name, digits=4):
-        return rounded(statistics.mean(float(row[name]) for row in rows[-5:]), digits)
-
-    def limit(name, moves):
-        row = settled.get((name, moves))
-        return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {100 * float(row['in_spec_50']):.0f} %"
-
+    settled = read("trainings/ablation_limits.csv")
     return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves", "full moves, in specification",
                   "shrinking moves, in specification"),
                  [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
-                   f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}", limit(name, "full"), limit(name, "shrinking"))
-                  for name, rows in evaluations.items()])
+                   f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}",
+                   *(settled_error(settled, name, moves) for moves in ("full", "shrinking")))
+                  for name, rows in by_training("trainings/ablations.csv").items()])
+
+
+def from_nothing():
+    """Trainings from nothing with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
+    settled = {(row["training"], row["moves"]): row
+               for name in ("shaped_limits", "limits") for row in read(f"trainings/{name}.csv")}
+    exact = {name.removeprefix("ppo-exact-"): rows for name, rows in by_training("training_exact.csv").items()
+             if rows[0]["size"] == "100"}
+
+    def error_at(rows, steps):
+        rows = [row for row in rows if int(row["steps"]) <= steps]
+        return mean(rows, "rmse_12") if int(rows[-1]["steps"]) == steps else NO_VALUE
+
+    def end(name):
+        full, shrinking = (settled.get((name, moves)) for moves in ("full", "shrinking"))
+        if full is None:
+            return [NO_VALUE] * 4
+        return (f"{100 * float(full['in_spec_10']):.0f} %", interval(full, "rmse", 4), rounded(number(shrinking["corrected"])),
+                rounded(number(full["distance"]), 2))
+
+    return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED),
+                  "in specification after ten images", "RMSE after fifty", "without the common offset", "from the nominal pose"),
+                 [(name, f"{int(rows[-1]['steps']):,}", *(error_at(rows, steps) for steps in TRAINED), *end(name))
+                  for name, rows in {**by_training("trainings/shaped.csv"), **exact}.items()])
 
 
 def arrivals(study, protocol):
@@ -299,6 +333,7 @@ def tables():
     made["limits of trainings"] = limits()
     made["goal of trainings"] = goals()
     made["ablations of trainings"] = ablations()
+    made["trainings from nothing"] = from_nothing()
     made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv", wanted=lambda name: "shrinking" not in name)
     made["shrinking of trainings"] = contrasts("paper", "trainings/contrasts.csv", ("own", "current"),
                                                lambda name: "shrinking" in name)

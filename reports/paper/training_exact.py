@@ -1,48 +1,73 @@
-"""Figure of the exact recipe's trainings, a line each, beside that of ppo-paper: `python3 reports/paper/training_exact.py`.
+"""Figures of trainings, a line each: `python3 reports/paper/training_exact.py`.
 
-Reads training_exact.csv and training.csv beside it and writes docs/images/training_exact.png; needs matplotlib.
+Reads training_exact.csv, training.csv and trainings/shaped.csv beside it and writes docs/images/training_exact.png (the exact
+recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from nothing); needs matplotlib.
 """
 
 import csv
 import pathlib
 
 HERE = pathlib.Path(__file__).resolve().parent
-OUT = HERE.parents[1] / "docs" / "images" / "training_exact.png"
-PANELS = (("reward", "reward a step"), ("success", "share of episodes that reach the goal"),
-          ("rmse_12", "RMSE after twelve moves"))
-# (file, settings of its rows, label, colour)
-TRAININGS = (("training_exact.csv", {"size": "100"}, "100 x 100 pixels, rho0.25", "#0072b2"),
-             ("training_exact.csv", {"size": "200", "level": "0.0"}, "200 x 200, rho0", "#009e73"),
-             ("training_exact.csv", {"size": "200", "level": "0.25"}, "200 x 200, rho0.25", "#cc79a7"),
-             ("training_exact.csv", {"size": "200", "level": "0.5"}, "200 x 200, rho0.5", "#000000"),
-             ("training.csv", {"training": "ppo-paper"}, "ppo-paper", "#d55e00"))
+IMAGES = HERE.parents[1] / "docs" / "images"
+EXACT, SHAPED = "training_exact.csv", "trainings/shaped.csv"
+BLUE, GREEN, PINK, BLACK, RED = "#0072b2", "#009e73", "#cc79a7", "#000000", "#d55e00"
+ERROR = ("rmse_12", "RMSE after twelve moves")
+# By file: columns and titles of the panels; evaluations that a point is the mean of; and (file, settings of its rows, label,
+# colour) of the trainings
+FIGURES = {
+    "training_exact.png": (
+        (("reward", "reward a step"), ("success", "share of episodes that reach the goal"), ERROR), 1,
+        ((EXACT, {"size": "100"}, "100 x 100 pixels, rho0.25", BLUE),
+         (EXACT, {"size": "200", "level": "0.0"}, "200 x 200, rho0", GREEN),
+         (EXACT, {"size": "200", "level": "0.25"}, "200 x 200, rho0.25", PINK),
+         (EXACT, {"size": "200", "level": "0.5"}, "200 x 200, rho0.5", BLACK),
+         ("training.csv", {"training": "ppo-paper"}, "ppo-paper", RED))),
+    "training_shaped.png": (
+        (("rmse_6", "RMSE after six moves"), ERROR), 5,
+        ((EXACT, {"size": "100"}, "paper's reward, three seeds", BLUE),
+         (SHAPED, {"training": "shaped-200"}, "shaped-200", RED),
+         (SHAPED, {"training": "shaped-12"}, "shaped-12", GREEN),
+         (SHAPED, {"training": "shaped-25"}, "shaped-25", PINK),
+         (SHAPED, {"training": "shaped-quiet"}, "shaped-quiet", BLACK),
+         (SHAPED, {"training": "shaped-rate"}, "shaped-rate", "#e69f00"))),
+}
+
+
+def smoothed(values, count):
+    return [sum(values[max(0, end - count):end]) / min(count, end) for end in range(1, len(values) + 1)]
+
+
+def draw(path, panels_shown, count, trainings):
+    from matplotlib import pyplot, ticker
+
+    figure, panels = pyplot.subplots(1, len(panels_shown), figsize=(13, 4), constrained_layout=True)
+    for name, wanted, label, colour in trainings:
+        with (HERE / name).open(newline="") as file:
+            runs = {}
+            for row in csv.DictReader(file):
+                if all(row[key] == value for key, value in wanted.items()):
+                    runs.setdefault(row["training"], []).append(row)
+        for panel, (column, _) in zip(panels, panels_shown):
+            for number, rows in enumerate(runs.values()):
+                shown = [row for row in rows if row[column]]
+                panel.plot([int(row["steps"]) for row in shown], smoothed([float(row[column]) for row in shown], count),
+                           color=colour, linewidth=1, alpha=1 - 0.35 * min(number, 2), label=label if number == 0 else None)
+    for panel, (_, title) in zip(panels, panels_shown):
+        panel.set_title(title, fontsize=10)
+        panel.set_xlabel("steps")
+        panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
+        panel.spines[["top", "right"]].set_visible(False)
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=len(trainings))
+    figure.savefig(path, dpi=100)
+    pyplot.close(figure)
 
 
 def main():
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot, ticker
-
-    figure, panels = pyplot.subplots(1, len(PANELS), figsize=(13, 4), constrained_layout=True)
-    for name, wanted, label, colour in TRAININGS:
-        with (HERE / name).open(newline="") as file:
-            runs = {}
-            for row in csv.DictReader(file):
-                if all(row[key] == value for key, value in wanted.items()):
-                    runs.setdefault(row["training"], []).append(row)
-        for panel, (column, _) in zip(panels, PANELS):
-            for number, rows in enumerate(runs.values()):
-                shown = [row for row in rows if row[column]]
-                panel.plot([int(row["steps"]) for row in shown], [float(row[column]) for row in shown],
-                           color=colour, linewidth=1, alpha=1 - 0.35 * min(number, 2), label=label if number == 0 else None)
-    for panel, (_, title) in zip(panels, PANELS):
-        panel.set_title(title, fontsize=10)
-        panel.set_xlabel("steps")
-        panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=len(TRAININGS))
-    figure.savefig(OUT, dpi=100)
+    for name, (panels, count, trainings) in FIGURES.items():
+        draw(IMAGES / name, panels, count, trainings)
 
 
 if __name__ == "__main__":

@@ -32,9 +32,10 @@ from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import PRESETS, Recipe, preset_recipe
+from relign_bench.training.recipe import PRESETS, SHAPED, SHAPED_EVEN, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import changed_settings, kept_recipe, with_goal, with_settings
+from relign_bench.training.shaped import ShapedEnv
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -459,6 +460,26 @@ class Environments(unittest.TestCase):
         self.assertTrue(over.all())
         self.assertEqual(infos[0]["episode"]["l"], EPISODE)
         self.assertFalse(infos[0]["TimeLimit.truncated"])
+
+    def test_even_reward_counts_a_shift_that_a_tilt_undoes(self):
+        class Optimum:
+            def optima(self, offsets):
+                return np.tile(np.full(5, 0.5), (len(offsets), 1))
+
+        directions, rewards = Directions("relign_od", 40), {}
+        before = directions.values.copy()
+        effects = np.maximum(before, 0.01 * before[0])
+        for name in (SHAPED, SHAPED_EVEN):
+            env = ShapedEnv(2, name, directions, Optimum(), size=40, noise_free=False, action="move")
+            env.seed(5)
+            env.reset()
+            poses = np.full((2, 5), 0.5)
+            poses[1] += 0.4 * directions.vectors[:, 4]  # the image hardly changes
+            rewards[name] = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
+        np.testing.assert_array_equal(directions.values, before)
+        np.testing.assert_allclose(rewards[SHAPED], [0, -np.log10(1 + 0.4 * np.sqrt(before[4]) / FLOOR)], atol=1e-9)
+        np.testing.assert_allclose(rewards[SHAPED_EVEN], [0, -np.log10(1 + 0.4 * np.sqrt(effects[4]) / FLOOR)], atol=1e-9)
+        self.assertLess(rewards[SHAPED_EVEN][1], rewards[SHAPED][1] - 0.5)
 
     def test_initial_exploration_costs_at_most_the_floor(self):
         directions = Directions("relign_od", 40)

@@ -17,6 +17,8 @@ ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper com
 INPUTS = ("float32", "uint8")
 SHAPED = "shaped"
 """Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
+SHAPED_EVEN = "shaped_even"
+"""Name of the same reward where no direction counts less than a tenth of that with the strongest effect (shaped.py)."""
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Noise levels N of the preset "tuned"."""
 NETWORK = {"algorithm": "--algorithm ", "scene": "--scene ", **{name: f"--set {name}=" for name in
@@ -108,7 +110,7 @@ def check_recipe(recipe: Recipe) -> None:
     check_name(recipe.preset, list(PRESETS), "preset")
     check_name(recipe.algorithm, ALGORITHMS, "algorithm")
     check_name(recipe.input, INPUTS, "input")
-    check_name(recipe.reward, (*REWARDS, SHAPED), "reward")
+    check_name(recipe.reward, (*REWARDS, SHAPED, SHAPED_EVEN), "reward")
     if recipe.preset != "tuned" and recipe.size < SMALLEST:
         raise ValueError(f"size={recipe.size} is too small: the package's network halves images six times and needs at least "
                          f"{SMALLEST} columns")

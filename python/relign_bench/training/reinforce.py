@@ -23,7 +23,7 @@ from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
 from .folder import RunFolder, read_recipe, reading
-from .recipe import SHAPED, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
+from .recipe import SHAPED, SHAPED_EVEN, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 from .settings import kept_recipe
 
 if TYPE_CHECKING:
@@ -137,14 +137,15 @@ class Reinforcement:
             "observation": recipe.input, "observation_size": recipe.size, "frame_stack": recipe.frames, "action": "move",
             "goal": recipe.goal or None, "max_episode_steps": recipe.episode, "noise_free": False, "threads": self.threads,
             "device": self.render}
-        if recipe.reward == SHAPED:
+        if recipe.reward in (SHAPED, SHAPED_EVEN):
             from .directions import Directions
             from .instances import OptimumModel
             from .shaped import ShapedEnv
 
             optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, recipe.level or 0.25, self.threads,
                                    noise_level=recipe.noise_level)
-            self.env: Any = ShapedEnv(recipe.environments, Directions(recipe.scene, recipe.size), optimum, **arguments)
+            self.env: Any = ShapedEnv(recipe.environments, recipe.reward, Directions(recipe.scene, recipe.size), optimum,
+                                      **arguments)
         else:
             self.env = StableBaselinesEnv(recipe.environments, reward=recipe.reward, **arguments)
         self._make_learner("CnnLstmPolicy" if self.recurrent else PackagePolicy,

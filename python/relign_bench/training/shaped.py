@@ -1,13 +1,19 @@
-"""The reward of the preset "tuned" for policies that are trained from nothing."""
+"""The reward of the preset "tuned" for policies that are trained from nothing, and one that counts weak directions more.
+
+Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it. Policies
+that started from nothing moved along them to the end of the travel (docs/reproduction.md).
+"""
 
 from __future__ import annotations
 
+import copy
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .instances import OptimumModel, offsets_of
 from .privileged import reward
+from .recipe import SHAPED_EVEN
 from .stable_baselines import StableBaselinesEnv
 
 if TYPE_CHECKING:
@@ -15,19 +21,27 @@ if TYPE_CHECKING:
     from .directions import Directions
 
 
+LEAST_EFFECT = 0.1
+"""Of a direction in the reward "shaped_even", as a share of the strongest one's RMSE per unit of travel."""
+
+
 class ShapedEnv(StableBaselinesEnv):
     """A StableBaselinesEnv whose reward is -log10(1 + e / FLOOR), with e the excess RMSE to first order (privileged.py).
 
     Args:
         count: Number of environments.
+        named: The reward's name, SHAPED or SHAPED_EVEN.
         directions: The image's directions.
         optimum: Model of the instances' own optima.
         **arguments: Of AlignmentVectorEnv.
     """
 
-    def __init__(self, count: int, directions: Directions, optimum: OptimumModel, **arguments: Any) -> None:
+    def __init__(self, count: int, named: str, directions: Directions, optimum: OptimumModel, **arguments: Any) -> None:
         super().__init__(count, **arguments)
         self._directions, self._optimum = directions, optimum
+        if named == SHAPED_EVEN:
+            self._directions = copy.copy(directions)
+            self._directions.values = np.maximum(directions.values, LEAST_EFFECT**2 * directions.values.max())
         self._optima: Float64Array = np.zeros((count, len(directions.values)))
 
     def _draw(self, slots: list[int]) -> None:
