@@ -263,7 +263,8 @@ def from_nothing():
                 rounded(number(full["distance"]), 2))
 
     return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED),
-                  "in specification after ten images", "RMSE after fifty", "without the common offset", "from the nominal pose"),
+                  "in specification after ten images", "RMSE after fifty", "without the common offset",
+                  "from the nominal pose"),
                  [(name, f"{int(rows[-1]['steps']):,}", *(error_at(rows, steps) for steps in TRAINED), *end(name))
                   for name, rows in {**by_training("trainings/shaped.csv"), **exact}.items()])
 

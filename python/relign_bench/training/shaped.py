@@ -1,7 +1,7 @@
 """The reward of the preset "tuned" for policies that are trained from nothing, and one that counts weak directions more.
 
-Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it. Policies
-that started from nothing moved along them to the end of the travel (docs/reproduction.md).
+Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it.
+Policies that started from nothing moved along them to the end of the travel (docs/reproduction.md).
 """
 
 from __future__ import annotations
