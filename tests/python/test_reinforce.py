@@ -35,7 +35,7 @@ from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, expl
 from relign_bench.training.recipe import PRESETS, SHAPED, SHAPED_EVEN, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import changed_settings, kept_recipe, with_goal, with_settings
-from relign_bench.training.shaped import ShapedEnv
+from relign_bench.training.shaped import LEAST_EFFECT, ShapedEnv
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -99,6 +99,17 @@ class Segments(Folder):
             Reinforcement(PAPER, self.folder / "run", threads=1, log=quiet).run(until=1)
         self.assertEqual(len(last), PAPER.stretch // PAPER.episode)
         self.assertLessEqual(alive[0], PAPER.environments)
+
+    def test_rewards_of_the_recipe_are_those_of_the_environments(self):
+        least = {}
+        for reward in (SHAPED, SHAPED_EVEN):
+            recipe = dataclasses.replace(PAPER, reward=reward, goal=0.0, optimum_samples=32, total=40)
+            training = Reinforcement(recipe, self.folder / reward, threads=1, log=quiet)
+            training.run()
+            effects = training.env._directions.values
+            least[reward] = effects.min() / effects.max()
+        self.assertLess(least[SHAPED], 0.001)
+        self.assertAlmostEqual(least[SHAPED_EVEN], LEAST_EFFECT**2, 12)
 
     def test_run_can_be_extended_when_the_rate_is_constant(self):
         whole = Reinforcement(PAPER, self.folder / "whole", threads=1, log=quiet)
@@ -209,6 +220,8 @@ class Segments(Folder):
             Reinforcement(dataclasses.replace(PAPER, size=40), self.folder / "z", threads=1, log=quiet)
         with self.assertRaisesRegex(ValueError, "needs --warm-start FOLDER"):
             Reinforcement(TUNED, self.folder / "x", threads=1, log=quiet)
+        with self.assertRaisesRegex(ValueError, "'tuned' has the reward 'shaped' only, not 'paper'; add --preset paper"):
+            Reinforcement(dataclasses.replace(TUNED, reward="paper"), self.folder / "x", threads=1, log=quiet)
         Reinforcement(PAPER, self.folder / "y", threads=1, log=quiet).run(until=0)
         with self.assertRaisesRegex(ValueError, "another recipe"):
             Reinforcement(dataclasses.replace(PAPER, rate=1e-3), self.folder / "y", threads=1, log=quiet)
@@ -476,6 +489,10 @@ class Environments(unittest.TestCase):
             poses = np.full((2, 5), 0.5)
             poses[1] += 0.4 * directions.vectors[:, 4]  # the image hardly changes
             rewards[name] = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
+            after = {"true_pose": np.full((2, 5), 0.9), "final_info": {"true_pose": poses}}
+            ended = env.rewards(np.zeros(2), after, np.array([False, True]))
+            self.assertEqual(ended[1], rewards[name][1])  # at the last pose of the episode, not at the next one's first
+            self.assertLess(ended[0], rewards[name][0])
         np.testing.assert_array_equal(directions.values, before)
         np.testing.assert_allclose(rewards[SHAPED], [0, -np.log10(1 + 0.4 * np.sqrt(before[4]) / FLOOR)], atol=1e-9)
         np.testing.assert_allclose(rewards[SHAPED_EVEN], [0, -np.log10(1 + 0.4 * np.sqrt(effects[4]) / FLOOR)], atol=1e-9)

@@ -116,6 +116,8 @@ def check_recipe(recipe: Recipe) -> None:
                          f"{SMALLEST} columns")
     if recipe.preset == "tuned" and recipe.algorithm != "ppo":
         raise ValueError(f"preset 'tuned' has no algorithm '{recipe.algorithm}'; use ppo, or --preset paper")
+    if recipe.preset == "tuned" and recipe.reward != SHAPED:
+        raise ValueError(f"preset 'tuned' has the reward '{SHAPED}' only, not '{recipe.reward}'; add --preset paper")
     if recipe.preset == "tuned" and recipe.environments % len(TUNED_LEVELS):
         raise ValueError(f"environments={recipe.environments} must be a multiple of {len(TUNED_LEVELS)}, the number of noise "
                          "levels of preset 'tuned'")
