@@ -29,7 +29,8 @@ FIGURES = {
          (SHAPED, {"training": "shaped-12"}, "shaped-12", GREEN),
          (SHAPED, {"training": "shaped-25"}, "shaped-25", PINK),
          (SHAPED, {"training": "shaped-quiet"}, "shaped-quiet", BLACK),
-         (SHAPED, {"training": "shaped-rate"}, "shaped-rate", "#e69f00"))),
+         (SHAPED, {"training": "shaped-rate"}, "shaped-rate", "#e69f00"),
+         (SHAPED, {"training": "shaped-even"}, "shaped-even", "#56b4e9"))),
 }
 
 
