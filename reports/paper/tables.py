@@ -192,14 +192,18 @@ def interval(row, name, digits):
     return "{} ({} to {})".format(*(rounded(number(row[name + end]), digits) for end in ("", "_lo95", "_hi95")))
 
 
+def percent(row, name, digits=0):
+    return f"{100 * float(row[name]):.{digits}f} %"
+
+
 def limits():
     """Trainings of the recipe with moves in full and with shrinking ones."""
     return table(("training", "moves", "RMSE", "change", "without the common offset", "in specification", "meets the goal",
                   "from the nominal pose"),
                  [(row["training"] if row["moves"] == "full" else "", row["moves"], interval(row, "rmse", 4),
                    *(("", "") if row["moves"] == "full" else (interval(row, "change", 2), rounded(number(row["corrected"])))),
-                   ", ".join(f"{100 * float(row[f'in_spec_{images}']):.0f} %" for images in (10, 20, 50)),
-                   f"{100 * float(row['goal']):.0f} %", rounded(number(row["distance"]), 2))
+                   ", ".join(percent(row, f"in_spec_{images}") for images in (10, 20, 50)),
+                   percent(row, "goal"), rounded(number(row["distance"]), 2))
                   for row in read("trainings/limits.csv")])
 
 
@@ -209,7 +213,7 @@ def goals():
     for row in read("trainings/goal.csv"):
         shell = f"{float(row['from']):g} to {float(row['to']):g}"
         cells.setdefault((row["noise_level"], row["goal"]), {})[shell] = (
-            f"{100 * float(row['measured_below_goal']):.0f} %, {100 * float(row['in_spec']):.1f} %")
+            f"{percent(row, 'measured_below_goal')}, {percent(row, 'in_spec', 1)}")
     shells = list(next(iter(cells.values())))
     return table(("level", "goal", *shells),
                  [(*key, *(of_level[shell] for shell in shells)) for key, of_level in cells.items()])
@@ -227,27 +231,30 @@ def mean(rows, name, digits=4):
     return rounded(statistics.mean(float(row[name]) for row in rows[-5:]), digits)
 
 
-def settled_error(limits, name, moves):
-    """Error and share in the specification after fifty moves, by limits.py."""
-    row = next((row for row in limits if (row["training"], row["moves"]) == (name, moves)), None)
-    return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {100 * float(row['in_spec_50']):.0f} %"
+def settled(*names):
+    """Rows of limits.py by training and moves."""
+    return {(row["training"], row["moves"]): row for name in names for row in read(f"trainings/{name}.csv")}
 
 
 def ablations():
     """Trainings that continue one of the recipe with one change: means of their last five evaluations, and limits.py."""
-    settled = read("trainings/ablation_limits.csv")
+    found = settled("ablation_limits")
+
+    def end(name, moves):
+        row = found.get((name, moves))
+        return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {percent(row, 'in_spec_50')}"
+
     return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves", "full moves, in specification",
                   "shrinking moves, in specification"),
                  [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
                    f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}",
-                   *(settled_error(settled, name, moves) for moves in ("full", "shrinking")))
+                   *(end(name, moves) for moves in ("full", "shrinking")))
                   for name, rows in by_training("trainings/ablations.csv").items()])
 
 
 def from_nothing():
     """Trainings from nothing with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
-    settled = {(row["training"], row["moves"]): row
-               for name in ("shaped_limits", "limits") for row in read(f"trainings/{name}.csv")}
+    found = settled("shaped_limits", "limits")
     exact = {name.removeprefix("ppo-exact-"): rows for name, rows in by_training("training_exact.csv").items()
              if rows[0]["size"] == "100"}
 
@@ -256,10 +263,10 @@ def from_nothing():
         return mean(rows, "rmse_12") if int(rows[-1]["steps"]) == steps else NO_VALUE
 
     def end(name):
-        full, shrinking = (settled.get((name, moves)) for moves in ("full", "shrinking"))
+        full, shrinking = (found.get((name, moves)) for moves in ("full", "shrinking"))
         if full is None:
             return [NO_VALUE] * 4
-        return (f"{100 * float(full['in_spec_10']):.0f} %", interval(full, "rmse", 4), rounded(number(shrinking["corrected"])),
+        return (percent(full, "in_spec_10"), interval(full, "rmse", 4), rounded(number(shrinking["corrected"])),
                 rounded(number(full["distance"]), 2))
 
     return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED),

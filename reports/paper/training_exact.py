@@ -11,6 +11,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 IMAGES = HERE.parents[1] / "docs" / "images"
 EXACT, SHAPED = "training_exact.csv", "trainings/shaped.csv"
 BLUE, GREEN, PINK, BLACK, RED = "#0072b2", "#009e73", "#cc79a7", "#000000", "#d55e00"
+ORANGE, SKY = "#e69f00", "#56b4e9"
 ERROR = ("rmse_12", "RMSE after twelve moves")
 # By file: columns and titles of the panels; evaluations that a point is the mean of; and (file, settings of its rows, label,
 # colour) of the trainings
@@ -29,8 +30,8 @@ FIGURES = {
          (SHAPED, {"training": "shaped-12"}, "shaped-12", GREEN),
          (SHAPED, {"training": "shaped-25"}, "shaped-25", PINK),
          (SHAPED, {"training": "shaped-quiet"}, "shaped-quiet", BLACK),
-         (SHAPED, {"training": "shaped-rate"}, "shaped-rate", "#e69f00"),
-         (SHAPED, {"training": "shaped-even"}, "shaped-even", "#56b4e9"))),
+         (SHAPED, {"training": "shaped-rate"}, "shaped-rate", ORANGE),
+         (SHAPED, {"training": "shaped-even"}, "shaped-even", SKY))),
 }
 
 

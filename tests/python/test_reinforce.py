@@ -26,16 +26,12 @@ except ImportError as problem:
 
 from relign_bench.training import cli, export, reinforce
 from relign_bench.training.devices import processor, trained_on
-from relign_bench.training.directions import Directions
-from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
-from relign_bench.training.policies import PackageFeatures
-from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
 from relign_bench.training.recipe import PRESETS, SHAPED, SHAPED_EVEN, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import changed_settings, kept_recipe, with_goal, with_settings
-from relign_bench.training.shaped import LEAST_EFFECT, ShapedEnv
+from relign_bench.training.shaped import LEAST_EFFECT
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=20, batch=40, epochs=1, episode=10, total=120,
@@ -434,137 +430,6 @@ class Export(Folder):
         inputs = export.enlarged(blocks, 40)
         self.assertEqual(inputs.shape, (64, 2, 40, 40))
         np.testing.assert_array_equal(inputs[3, 1, 8:12, 36:40], np.full((4, 4), blocks[3, 1, 2, 9]))
-
-
-class Environments(unittest.TestCase):
-    def test_stable_baselines_environment_equals_the_vector_environment(self):
-        settings = dict(size=40, noise_free=False, action="move", max_episode_steps=2, reward="paper")
-        from relign_bench.vector_environment import AlignmentVectorEnv
-
-        ours = AlignmentVectorEnv(2, autoreset_mode="SameStep", **settings)
-        theirs = StableBaselinesEnv(2, **settings)
-        theirs.seed(5)
-        first, _ = ours.reset(seed=5)
-        np.testing.assert_array_equal(theirs.reset(), first)
-        moves = np.full((2, 5), 0.05, np.float32)
-        ours.step(moves)
-        theirs.step(moves)
-        expected, rewards, _, truncated, expected_infos = ours.step(moves)
-        observations, got, over, infos = theirs.step(moves)
-        np.testing.assert_array_equal(observations, expected)
-        np.testing.assert_allclose(got, rewards, rtol=1e-6)
-        np.testing.assert_array_equal(over, truncated)
-        np.testing.assert_array_equal(infos[1]["terminal_observation"], expected_infos["final_obs"][1])
-        self.assertTrue(infos[0]["TimeLimit.truncated"])
-        self.assertEqual(infos[0]["episode"]["l"], 2)
-
-    def test_perfect_residual_earns_nearly_the_highest_reward(self):
-        class Optimum:
-            def optima(self, offsets):
-                return np.tile(np.full(5, 0.5), (len(offsets), 1))
-
-        directions = Directions("relign_od", 40)
-        env = PrivilegedEnv("relign_od", (0.0,), 4, 40, directions, Optimum(), seed=1, threads=1)
-        env.reset()
-        for _ in range(EPISODE):
-            _, rewards, over, infos = env.step(env._residuals / exploration(directions))
-        # The distortion of the last, small moves remains.
-        self.assertGreater(rewards.min(), -np.log10(3))
-        self.assertTrue(over.all())
-        self.assertEqual(infos[0]["episode"]["l"], EPISODE)
-        self.assertFalse(infos[0]["TimeLimit.truncated"])
-
-    def test_even_reward_counts_a_shift_that_a_tilt_undoes(self):
-        class Optimum:
-            def optima(self, offsets):
-                return np.tile(np.full(5, 0.5), (len(offsets), 1))
-
-        directions, rewards = Directions("relign_od", 40), {}
-        before = directions.values.copy()
-        effects = np.maximum(before, 0.01 * before[0])
-        for name in (SHAPED, SHAPED_EVEN):
-            env = ShapedEnv(2, name, directions, Optimum(), size=40, noise_free=False, action="move")
-            env.seed(5)
-            env.reset()
-            poses = np.full((2, 5), 0.5)
-            poses[1] += 0.4 * directions.vectors[:, 4]  # the image hardly changes
-            rewards[name] = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
-            after = {"true_pose": np.full((2, 5), 0.9), "final_info": {"true_pose": poses}}
-            ended = env.rewards(np.zeros(2), after, np.array([False, True]))
-            self.assertEqual(ended[1], rewards[name][1])  # at the last pose of the episode, not at the next one's first
-            self.assertLess(ended[0], rewards[name][0])
-        np.testing.assert_array_equal(directions.values, before)
-        np.testing.assert_allclose(rewards[SHAPED], [0, -np.log10(1 + 0.4 * np.sqrt(before[4]) / FLOOR)], atol=1e-9)
-        np.testing.assert_allclose(rewards[SHAPED_EVEN], [0, -np.log10(1 + 0.4 * np.sqrt(effects[4]) / FLOOR)], atol=1e-9)
-        self.assertLess(rewards[SHAPED_EVEN][1], rewards[SHAPED][1] - 0.5)
-
-    def test_initial_exploration_costs_at_most_the_floor(self):
-        directions = Directions("relign_od", 40)
-        cost = np.sqrt(directions.values) * exploration(directions)
-        self.assertLess(cost.max(), FLOOR * 1.0001)
-
-
-class PackageNetwork(unittest.TestCase):
-    def test_has_the_layers_of_the_package(self):
-        from gymnasium import spaces
-
-        features = PackageFeatures(spaces.Box(0, 3.5, (5, 200, 200), np.float32))
-        self.assertEqual([name for name, _ in features.named_parameters()],
-                         [f"{layer}.{kind}" for layer in ("cnn.0", "cnn.3", "cnn.6", "linear.0")
-                          for kind in ("weight", "bias")])
-        self.assertEqual(features.linear[0].in_features, 128 * 3 * 3)
-
-    def test_compiled_layers_have_the_values_and_gradients_of_those_of_torch(self):
-        from gymnasium import spaces
-
-        for size in (64, 100):
-            features = PackageFeatures(spaces.Box(0, 3.5, (5, size, size), np.float32))
-            pictures = torch.rand(6, 5, size, size, generator=torch.manual_seed(2)) - 0.3
-            pictures[0] = 0  # every window of the first pooling has equal values
-            results = []
-            for forward in (features, lambda x, of=features: of.linear(of.cnn(x))):
-                features.zero_grad()
-                values = forward(pictures)
-                values.square().sum().backward()
-                results.append([values.detach().clone(), *(parameter.grad.clone() for parameter in features.parameters())])
-            for ours, by_torch in zip(*results):
-                torch.testing.assert_close(ours, by_torch, rtol=1e-4, atol=1e-5)
-
-
-class FrameBuffer(unittest.TestCase):
-    def test_equals_the_buffer_of_stable_baselines(self):
-        from gymnasium import spaces
-        from stable_baselines3.common.buffers import RolloutBuffer
-
-        for kind, high in ((np.uint8, 255), (np.float32, 1)):
-            space = spaces.Box(0, high, (3, 4, 5), kind)
-            arguments = (7, space, spaces.Box(-1, 1, (2,), np.float32))
-            buffers = [made(*arguments, device="cpu", n_envs=2) for made in (RolloutBuffer, FrameRolloutBuffer)]
-            random, stack = np.random.default_rng(4), np.zeros((2, 3, 4, 5), kind)
-            starts = np.ones(2, bool)
-            for _ in range(3):  # rollouts, across which episodes continue
-                for buffer in buffers:
-                    buffer.reset()
-                for _ in range(7):
-                    stack[starts] = 0
-                    stack[:, :-1] = stack[:, 1:].copy()
-                    stack[:, -1] = random.uniform(0, high, (2, 4, 5)).astype(kind)
-                    step = (stack.copy(),
-                            random.uniform(size=(2, 2)), random.uniform(size=2), starts,
-                            torch.tensor(random.uniform(size=2)), torch.tensor(random.uniform(size=2)))
-                    for buffer in buffers:
-                        buffer.add(*step)
-                    starts = random.uniform(size=2) < 0.3
-                samples = []
-                for buffer in buffers:
-                    buffer.compute_returns_and_advantage(torch.zeros(2), starts)
-                    np.random.seed(5)
-                    samples.append([{name: value.clone() for name, value in batch._asdict().items() if value is not None}
-                                    for _ in range(2) for batch in buffer.get(6)])
-                for one, other in zip(*samples):
-                    self.assertEqual(one.keys(), other.keys())
-                    for field, value in one.items():
-                        torch.testing.assert_close(other[field], value, rtol=0, atol=0)
 
 
 if __name__ == "__main__":
