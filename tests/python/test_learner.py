@@ -14,7 +14,7 @@ from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import SHAPED, SHAPED_EVEN
+from relign_bench.training.recipe import SHAPED, SHAPED_EVEN, SHAPED_NEAR, SHAPED_REWARDS
 from relign_bench.training.shaped import ShapedEnv
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
@@ -60,11 +60,11 @@ class Environments(unittest.TestCase):
         self.assertEqual(infos[0]["episode"]["l"], EPISODE)
         self.assertFalse(infos[0]["TimeLimit.truncated"])
 
-    def test_even_reward_counts_a_shift_that_a_tilt_undoes(self):
+    def test_shaped_rewards_differ_where_a_tilt_undoes_a_shift(self):
         directions, rewards = Directions("relign_od", 40), {}
         before = directions.values.copy()
         effects = np.maximum(before, 0.01 * before[0])
-        for name in (SHAPED, SHAPED_EVEN):
+        for name in SHAPED_REWARDS:
             env = ShapedEnv(2, name, directions, Optimum(), size=40, noise_free=False, action="move")
             env.seed(5)
             env.reset()
@@ -79,6 +79,17 @@ class Environments(unittest.TestCase):
         np.testing.assert_allclose(rewards[SHAPED], [0, -np.log10(1 + 0.4 * np.sqrt(before[4]) / FLOOR)], atol=1e-9)
         np.testing.assert_allclose(rewards[SHAPED_EVEN], [0, -np.log10(1 + 0.4 * np.sqrt(effects[4]) / FLOOR)], atol=1e-9)
         self.assertLess(rewards[SHAPED_EVEN][1], rewards[SHAPED][1] - 0.5)
+        np.testing.assert_allclose(rewards[SHAPED_NEAR], rewards[SHAPED] - [0, 0.4], atol=1e-9)
+
+    def test_near_reward_does_not_count_distances_of_less_than_a_tenth(self):
+        directions = Directions("relign_od", 40)
+        env = ShapedEnv(2, SHAPED_NEAR, directions, Optimum(), size=40, noise_free=False, action="move")
+        env.seed(5)
+        env.reset()
+        poses = 0.5 + np.outer([0.099, 0.101], directions.vectors[:, 4])
+        rewards = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
+        expected = -np.log10(1 + np.array([0.099, 0.101]) * np.sqrt(directions.values[4]) / FLOOR) - [0, 0.101]
+        np.testing.assert_allclose(rewards, expected, atol=1e-9)
 
     def test_initial_exploration_costs_at_most_the_floor(self):
         directions = Directions("relign_od", 40)

@@ -19,6 +19,9 @@ SHAPED = "shaped"
 """Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
 SHAPED_EVEN = "shaped_even"
 """Name of the same reward where no direction counts less than a tenth of that with the strongest effect (shaped.py)."""
+SHAPED_NEAR = "shaped_near"
+"""Name of the reward of "tuned" minus the distance to the nominal pose where it exceeds 0.1, as in the reward "paper"."""
+SHAPED_REWARDS = (SHAPED, SHAPED_EVEN, SHAPED_NEAR)
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Noise levels N of the preset "tuned"."""
 NETWORK = {"algorithm": "--algorithm ", "scene": "--scene ", **{name: f"--set {name}=" for name in
@@ -110,7 +113,7 @@ def check_recipe(recipe: Recipe) -> None:
     check_name(recipe.preset, list(PRESETS), "preset")
     check_name(recipe.algorithm, ALGORITHMS, "algorithm")
     check_name(recipe.input, INPUTS, "input")
-    check_name(recipe.reward, (*REWARDS, SHAPED, SHAPED_EVEN), "reward")
+    check_name(recipe.reward, (*REWARDS, *SHAPED_REWARDS), "reward")
     if recipe.preset != "tuned" and recipe.size < SMALLEST:
         raise ValueError(f"size={recipe.size} is too small: the package's network halves images six times and needs at least "
                          f"{SMALLEST} columns")

@@ -23,7 +23,7 @@ from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
 from .folder import RunFolder, read_recipe, reading
-from .recipe import SHAPED, SHAPED_EVEN, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
+from .recipe import SHAPED_REWARDS, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 from .settings import kept_recipe
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ class Reinforcement:
             "observation": recipe.input, "observation_size": recipe.size, "frame_stack": recipe.frames, "action": "move",
             "goal": recipe.goal or None, "max_episode_steps": recipe.episode, "noise_free": False, "threads": self.threads,
             "device": self.render}
-        if recipe.reward in (SHAPED, SHAPED_EVEN):
+        if recipe.reward in SHAPED_REWARDS:
             from .directions import Directions
             from .instances import OptimumModel
             from .shaped import ShapedEnv
