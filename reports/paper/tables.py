@@ -1,7 +1,7 @@
-"""The tables of docs/reproduction.md and of README.md, from the files beside this script.
+"""The tables of docs/reproduction.md, docs/training.md and README.md, from the files beside this script.
 
     python3 reports/paper/tables.py           prints them
-    python3 reports/paper/tables.py --write   puts them into the two pages
+    python3 reports/paper/tables.py --write   puts them into the three pages
     python3 reports/paper/tables.py --check   prints the pages whose tables are stale
 
 Standard library only.
@@ -15,7 +15,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
-PAGES = (TREE / "docs" / "reproduction.md", TREE / "README.md")
+PAGES = (TREE / "docs" / "reproduction.md", TREE / "docs" / "training.md", TREE / "README.md")
 IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home",
             "random")
 INSTANCES = "50"

@@ -1,5 +1,5 @@
-"""What reports/ publishes: the tables of docs/reproduction.md come from it, its raw sample replays, and the quick suite still
-has the numbers that are published."""
+"""What reports/ publishes: the tables of docs/reproduction.md and docs/training.md come from it, its raw sample replays, and the
+quick suite still has the numbers that are published."""
 
 import csv
 import json

@@ -1,7 +1,7 @@
 """The reward of the preset "tuned" for policies that are trained from nothing, and two that also lead along weak directions.
 
 Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it.
-Policies that started from nothing moved along them to the end of the travel (docs/reproduction.md). "shaped_even" counts these
+Policies that started from nothing moved along them to the end of the travel (docs/training.md). "shaped_even" counts these
 directions more; "shaped_near" subtracts the distance to the nominal pose, as the reward "paper" does.
 """
 
