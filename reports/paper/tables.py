@@ -19,6 +19,7 @@ PAGES = (TREE / "docs" / "reproduction.md", TREE / "docs" / "training.md", TREE 
 IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home",
             "random")
 INSTANCES = "50"
+SPECIFICATION = 0.0142
 RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)
@@ -176,6 +177,21 @@ def evaluations():
                   for (name, rule), found in cells.items()])
 
 
+def specification():
+    """Instances of the study in the specification after fifty images, by training, moves and recommended pose."""
+    cells = {}
+    for row in read("trainings/instances.csv"):
+        if row["algorithm"].startswith("ppo-exact"):
+            for rule, column in (("own", "recommended"), ("current", "recommended_current")):
+                found = cells.setdefault((row["algorithm"].replace("-shrinking", ""), rule), {})
+                moves = "shrinking" if "shrinking" in row["algorithm"] else "full"
+                found.setdefault((row["noise_level"], moves), []).append(float(row[column]) <= SPECIFICATION)
+    return table(("training", "rule", *(f"{level}: full, shrinking" for level in LEVELS)),
+                 [(name if rule == "own" else "", rule,
+                   *(", ".join(str(sum(found[level, moves])) for moves in ("full", "shrinking")) for level in LEVELS))
+                  for (name, rule), found in sorted(cells.items(), key=lambda cell: cell[0][0])])
+
+
 def improvement():
     """Probability that a training has the lower error, by each rule."""
     cells = {}
@@ -198,10 +214,10 @@ def percent(row, name, digits=0):
 
 def limits():
     """Trainings of the recipe with moves in full and with shrinking ones."""
-    return table(("training", "moves", "RMSE", "change", "without the common offset", "in specification", "meets the goal",
-                  "from the nominal pose"),
+    return table(("training", "moves", "RMSE", "change", "without the common offset",
+                  "in specification after 10, 20, 50 images", "meets the goal", "from the nominal pose"),
                  [(row["training"] if row["moves"] == "full" else "", row["moves"], interval(row, "rmse", 4),
-                   *(("", "") if row["moves"] == "full" else (interval(row, "change", 2), rounded(number(row["corrected"])))),
+                   "" if row["moves"] == "full" else interval(row, "change", 2), rounded(number(row["corrected"])),
                    ", ".join(percent(row, f"in_spec_{images}") for images in (10, 20, 50)),
                    percent(row, "goal"), rounded(number(row["distance"]), 2))
                   for row in read("trainings/limits.csv")])
@@ -242,10 +258,11 @@ def ablations():
 
     def end(name, moves):
         row = found.get((name, moves))
-        return NO_VALUE if row is None else f"{interval(row, 'rmse', 4)}, {percent(row, 'in_spec_50')}"
+        return NO_VALUE if row is None else (
+            f"{interval(row, 'rmse', 4)}; {', '.join(percent(row, f'in_spec_{images}') for images in (10, 50))}")
 
-    return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves", "full moves, in specification",
-                  "shrinking moves, in specification"),
+    return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves",
+                  "full moves; in specification after 10, 50", "shrinking moves; in specification after 10, 50"),
                  [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
                    f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}",
                    *(end(name, moves) for moves in ("full", "shrinking")))
@@ -265,13 +282,14 @@ def from_nothing():
     def end(name):
         full, shrinking = (found.get((name, moves)) for moves in ("full", "shrinking"))
         if full is None:
-            return [NO_VALUE] * 4
-        return (percent(full, "in_spec_10"), interval(full, "rmse", 4), rounded(number(shrinking["corrected"])),
+            return [NO_VALUE] * 5
+        return (", ".join(percent(row, "in_spec_10") for row in (full, shrinking)), interval(full, "rmse", 4),
+                interval(shrinking, "rmse", 4), rounded(number(shrinking["corrected"])),
                 rounded(number(full["distance"]), 2))
 
     return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED),
-                  "in specification after ten images", "RMSE after fifty", "without the common offset",
-                  "from the nominal pose"),
+                  "in specification after ten images: full, shrinking moves", "RMSE after fifty full moves",
+                  "after fifty shrinking ones", "the same without the common offset", "from the nominal pose"),
                  [(name, f"{int(rows[-1]['steps']):,}", *(error_at(rows, steps) for steps in TRAINED), *end(name))
                   for name, rows in {**by_training("trainings/shaped.csv"), **exact}.items()])
 
@@ -313,7 +331,7 @@ def trainings():
                 f"{rounded(float(so_far[-1]['rmse_6']))}, {rounded(float(so_far[-1]['rmse_12']))}")
 
     head = ("algorithm", "N", "rate", "entropy", "seed", "steps", "hours", "reward a step", "error after 6, 12 moves",
-            "usual recipe: reward", "error")
+            "PPO, first row, after as many steps: reward", "error")
     rows = []
     for run in runs.values():
         last = run[-1]
@@ -337,6 +355,7 @@ def tables():
             made[f"curves {protocol} {level}"] = curves(study, protocol, level)
     made["training"] = trainings()
     made["evaluations of trainings"] = evaluations()
+    made["specification of trainings"] = specification()
     made["improvement of trainings"] = improvement()
     made["limits of trainings"] = limits()
     made["goal of trainings"] = goals()
