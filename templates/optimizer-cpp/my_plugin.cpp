@@ -16,7 +16,7 @@ class MyPlugin final : public relign::Optimizer {
       if (!seen) return;                                   // budget spent: not an error
       if (seen->merit < best.merit) {
         best = *seen;
-        trial.recommend(best.pose);  // "I would glue here now"
+        trial.recommend(best.pose);  // where I would fix the lens now
         stride_ *= 1.5;
       } else {
         stride_ *= 0.9;  // in balance when one move in five is a success

@@ -1,5 +1,5 @@
 // Broken files: every mutation of the golden files ends in a lens or in an error that names the file.
-//   RELIGN_FUZZ_INPUTS=1000000 build/asan/tests/test_lens_files_mutated_files
+//   RELIGN_FUZZ_INPUTS=1000000 build/asan/tests/test_simulator_lens_files --gtest_filter='MutatedFiles.*'
 #include <gtest/gtest.h>
 
 #include <cstdlib>
