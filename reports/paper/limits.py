@@ -13,6 +13,7 @@ only what the network observes is binned. A row has:
     in_spec_10, ...   share of the instances in the specification at the pose after 10, 20 and 50 images
     distance          median distance of the last pose from the nominal one; of the own optimum, `optimum_distance`
     goal              share of the instances on which one of the fifty moves ends at the goal of training
+    x, ..., Ry        median of the last pose along each axis, in shares of the travel; 0.5 is nominal
 
 Needs numpy and onnxruntime. About a minute of one core for a network.
 """
@@ -35,8 +36,9 @@ IMAGES = (10, 20, 50)
 SPECIFICATION = 0.0142  # of the study, docs/reproduction.md
 FIRST_NUMBER = 10_000  # networks were chosen on those from 0, FULL on those from 20,000
 GAINS = {"full": lambda move: 1.0, "shrinking": lambda move: min(1.0, FULL / move)}
+AXES = ("x", "y", "z", "Rx", "Ry")
 COLUMNS = ("training", "noise_level", "moves", "rmse", "rmse_lo95", "rmse_hi95", "change", "change_lo95", "change_hi95",
-           "corrected", *(f"in_spec_{images}" for images in IMAGES), "distance", "optimum_distance", "goal")
+           "corrected", *(f"in_spec_{images}" for images in IMAGES), "distance", "optimum_distance", "goal", *AXES)
 
 
 def median(values):
@@ -68,6 +70,7 @@ def rows(path):
     recipe, every = about["trained"]["recipe"], list(range(INSTANCES))
     batch = Batch(INSTANCES, recipe["scene"], "rho", noise_level_parameters={"level": recipe["level"]})
     nominal, full = batch.nominal_pose, None
+    assert [axis["name"] for axis in batch.description["axes"]] == list(AXES)
 
     def errors_at(poses, step):
         return np.sqrt(np.maximum(0, batch.noise_free_mse_at(every, poses, [step] * INSTANCES)[0]))
@@ -92,7 +95,7 @@ def rows(path):
         yield (path.stem, f"rho{recipe['level']:g}", name,
                *(f"{value:.6g}" for value in (*median(last), *median(last / full), corrected,
                                               *((error <= SPECIFICATION).mean() for error in errors.values()),
-                                              distance, optimum, reached.mean())))
+                                              distance, optimum, reached.mean(), *np.median(poses, axis=0))))
 
 
 def main(paths):
