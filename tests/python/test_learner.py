@@ -14,7 +14,7 @@ from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.policies import PackageFeatures
 from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
-from relign_bench.training.recipe import SHAPED, SHAPED_EVEN, SHAPED_NEAR, SHAPED_REWARDS
+from relign_bench.training.recipe import SHAPED, SHAPED_EVEN, SHAPED_LINEAR, SHAPED_NEAR, SHAPED_PAPER, SHAPED_REWARDS
 from relign_bench.training.shaped import ShapedEnv
 from relign_bench.training.stable_baselines import StableBaselinesEnv
 
@@ -70,9 +70,9 @@ class Environments(unittest.TestCase):
             env.reset()
             poses = np.full((2, 5), 0.5)
             poses[1] += 0.4 * directions.vectors[:, 4]  # the image hardly changes
-            rewards[name] = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
+            rewards[name] = env.rewards(np.full(2, -0.25), {"true_pose": poses}, np.zeros(2, bool))
             after = {"true_pose": np.full((2, 5), 0.9), "final_info": {"true_pose": poses}}
-            ended = env.rewards(np.zeros(2), after, np.array([False, True]))
+            ended = env.rewards(np.full(2, -0.25), after, np.array([False, True]))
             self.assertEqual(ended[1], rewards[name][1])  # at the last pose of the episode, not at the next one's first
             self.assertLess(ended[0], rewards[name][0])
         np.testing.assert_array_equal(directions.values, before)
@@ -80,6 +80,8 @@ class Environments(unittest.TestCase):
         np.testing.assert_allclose(rewards[SHAPED_EVEN], [0, -np.log10(1 + 0.4 * np.sqrt(effects[4]) / FLOOR)], atol=1e-9)
         self.assertLess(rewards[SHAPED_EVEN][1], rewards[SHAPED][1] - 0.5)
         np.testing.assert_allclose(rewards[SHAPED_NEAR], rewards[SHAPED] - [0, 0.4], atol=1e-9)
+        np.testing.assert_allclose(rewards[SHAPED_PAPER], 0.1 * rewards[SHAPED] - 0.25, atol=1e-9)
+        np.testing.assert_allclose(rewards[SHAPED_LINEAR], [0, -0.4 - 0.4 * np.sqrt(before[4])], atol=1e-9)
 
     def test_near_reward_does_not_count_distances_of_less_than_a_tenth(self):
         directions = Directions("relign_od", 40)

@@ -28,7 +28,7 @@ from relign_bench.training import cli, export, reinforce
 from relign_bench.training.devices import processor, trained_on
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
-from relign_bench.training.recipe import PRESETS, SHAPED, SHAPED_EVEN, SHAPED_NEAR, SHAPED_REWARDS, Recipe, preset_recipe
+from relign_bench.training.recipe import PRESETS, SHAPED, SHAPED_EVEN, SHAPED_REWARDS, Recipe, preset_recipe
 from relign_bench.training.reinforce import Reinforcement
 from relign_bench.training.settings import changed_settings, kept_recipe, with_goal, with_settings
 from relign_bench.training.shaped import LEAST_EFFECT
@@ -97,16 +97,16 @@ class Segments(Folder):
         self.assertLessEqual(alive[0], PAPER.environments)
 
     def test_rewards_of_the_recipe_are_those_of_the_environments(self):
-        least, near = {}, {}
+        least, named = {}, {}
         for reward in SHAPED_REWARDS:
             recipe = dataclasses.replace(PAPER, reward=reward, goal=0.0, optimum_samples=32, total=40)
             training = Reinforcement(recipe, self.folder / reward, threads=1, log=quiet)
             training.run()
             effects = training.env._directions.values
-            least[reward], near[reward] = effects.min() / effects.max(), training.env._near
+            least[reward], named[reward] = effects.min() / effects.max(), training.env.named
         self.assertLess(least[SHAPED], 0.001)
         self.assertAlmostEqual(least[SHAPED_EVEN], LEAST_EFFECT**2, 12)
-        self.assertEqual(near, {SHAPED: False, SHAPED_EVEN: False, SHAPED_NEAR: True})
+        self.assertEqual(named, {reward: reward for reward in SHAPED_REWARDS})
 
     def test_run_can_be_extended_when_the_rate_is_constant(self):
         whole = Reinforcement(PAPER, self.folder / "whole", threads=1, log=quiet)

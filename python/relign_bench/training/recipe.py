@@ -21,7 +21,11 @@ SHAPED_EVEN = "shaped_even"
 """Name of the same reward where no direction counts less than a tenth of that with the strongest effect (shaped.py)."""
 SHAPED_NEAR = "shaped_near"
 """Name of the reward of "tuned" minus the distance to the nominal pose where it exceeds 0.1, as in the reward "paper"."""
-SHAPED_REWARDS = (SHAPED, SHAPED_EVEN, SHAPED_NEAR)
+SHAPED_PAPER = "shaped_paper"
+"""Name of the reward "paper" plus a tenth of that of "tuned"."""
+SHAPED_LINEAR = "shaped_linear"
+"""Name of the reward "paper" with the excess RMSE to first order in place of the measured one."""
+SHAPED_REWARDS = (SHAPED, SHAPED_EVEN, SHAPED_NEAR, SHAPED_PAPER, SHAPED_LINEAR)
 TUNED_LEVELS = (0.0, 0.125, 0.25, 0.375, 0.5)
 """Noise levels N of the preset "tuned"."""
 NETWORK = {"algorithm": "--algorithm ", "scene": "--scene ", **{name: f"--set {name}=" for name in
