@@ -1,10 +1,11 @@
-"""The reward of the preset "tuned" for policies that are trained from nothing, and those that also lead along weak directions.
+"""The reward of the preset "tuned" for policies that are trained from nothing, and others that lead along weak directions, too.
 
 Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it.
 Policies that started from nothing moved along them to the end of the travel (docs/training.md). "shaped_even" counts these
-directions more; "shaped_near" subtracts the distance to the nominal pose, as the reward "paper" does. Of a logarithm, exploration
-changes the reward by the same amount however near the optimum is, about 0.3 per step, which hides the distance; so "shaped_paper"
-adds a tenth of it to the reward "paper", and "shaped_linear" has the excess RMSE itself, where "paper" has the measured RMSE.
+directions more; "shaped_near" subtracts the distance to the nominal pose, as the reward "paper" does. In a logarithm
+exploration changes the reward by about 0.25 from step to step, however small the error is, which hides the distance. So
+"shaped_paper" adds a tenth of it to the reward "paper", and "shaped_linear" is "paper" with the excess RMSE in place of the
+measured one.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ TENTH = 0.1
 
 
 class ShapedEnv(StableBaselinesEnv):
-    """A StableBaselinesEnv with a reward from e, the excess RMSE to first order: -log10(1 + e / FLOOR) (privileged.py) or another.
+    """A StableBaselinesEnv with a reward from the excess RMSE to first order, e: -log10(1 + e / FLOOR) or another.
 
     Args:
         count: Number of environments.
