@@ -24,6 +24,7 @@ RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)
 TRAINED = (200_000, 400_000, 600_000, 1_000_000, 1_400_000, 2_000_000)  # of trainings
+CONTINUED = {"then-even": 620_000, "shaped-linear-1e-4": 620_000, "shaped-linear-3e-4": 620_000}  # after steps of another
 TARGETS = (0.01, 0.005, 0.002)
 NO_VALUE = "-"
 
@@ -277,7 +278,10 @@ def from_nothing():
 
     def error_at(rows, steps):
         rows = [row for row in rows if int(row["steps"]) <= steps]
-        return mean(rows, "rmse_12") if int(rows[-1]["steps"]) == steps else NO_VALUE
+        return mean(rows, "rmse_12") if rows and int(rows[-1]["steps"]) == steps else NO_VALUE
+
+    def length(name, rows):
+        return (f"{CONTINUED[name]:,} + " if name in CONTINUED else "") + f"{int(rows[-1]['steps']):,}"
 
     def end(name):
         full, shrinking = (found.get((name, moves)) for moves in ("full", "shrinking"))
@@ -287,10 +291,11 @@ def from_nothing():
                 interval(shrinking, "rmse", 4), rounded(number(shrinking["corrected"])),
                 rounded(number(full["distance"]), 2))
 
-    return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED),
+    return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED), "end",
                   "in specification after ten images: full, shrinking moves", "RMSE after fifty full moves",
                   "after fifty shrinking ones", "the same without the common offset", "from the nominal pose"),
-                 [(name, f"{int(rows[-1]['steps']):,}", *(error_at(rows, steps) for steps in TRAINED), *end(name))
+                 [(name, length(name, rows), *(error_at(rows, steps - CONTINUED.get(name, 0)) for steps in TRAINED),
+                   mean(rows, "rmse_12"), *end(name))
                   for name, rows in {**by_training("trainings/shaped.csv"), **exact}.items()])
 
 

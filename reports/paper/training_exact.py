@@ -11,7 +11,9 @@ HERE = pathlib.Path(__file__).resolve().parent
 IMAGES = HERE.parents[1] / "docs" / "images"
 EXACT, SHAPED = "training_exact.csv", "trainings/shaped.csv"
 BLUE, GREEN, PINK, BLACK, RED = "#0072b2", "#009e73", "#cc79a7", "#000000", "#d55e00"
-ORANGE, SKY = "#e69f00", "#56b4e9"
+ORANGE, SKY, GREY = "#e69f00", "#56b4e9", "#7f7f7f"
+# Trainings that continue another one, after so many steps
+CONTINUED = {"shaped-linear-1e-4": 620_000, "shaped-linear-3e-4": 620_000}
 ERROR = ("rmse_12", "RMSE after twelve moves")
 # By file: columns and titles of the panels; evaluations that a point is the mean of; and (file, settings of its rows, label,
 # colour) of the trainings
@@ -27,11 +29,12 @@ FIGURES = {
         (("rmse_6", "RMSE after six moves"), ERROR), 5,
         ((EXACT, {"size": "100"}, "paper's reward, three seeds", BLUE),
          (SHAPED, {"training": "shaped-200"}, "shaped-200", RED),
-         (SHAPED, {"training": "shaped-12"}, "shaped-12", GREEN),
-         (SHAPED, {"training": "shaped-25"}, "shaped-25", PINK),
-         (SHAPED, {"training": "shaped-quiet"}, "shaped-quiet", BLACK),
          (SHAPED, {"training": "shaped-rate"}, "shaped-rate", ORANGE),
-         (SHAPED, {"training": "shaped-even"}, "shaped-even", SKY))),
+         (SHAPED, {"training": "shaped-even"}, "shaped-even", SKY),
+         (SHAPED, {"training": "shaped-near"}, "shaped-near", PINK),
+         (SHAPED, {"training": "shaped-linear"}, "shaped-linear", GREEN),
+         (SHAPED, {"training": "shaped-linear-1e-4"}, "then 1e-4 to 0", BLACK),
+         (SHAPED, {"training": "shaped-linear-3e-4"}, "then 3e-4 to 0", GREY))),
 }
 
 
@@ -52,7 +55,8 @@ def draw(path, panels_shown, count, trainings):
         for panel, (column, _) in zip(panels, panels_shown):
             for number, rows in enumerate(runs.values()):
                 shown = [row for row in rows if row[column]]
-                panel.plot([int(row["steps"]) for row in shown], smoothed([float(row[column]) for row in shown], count),
+                before = CONTINUED.get(rows[0]["training"], 0)
+                panel.plot([before + int(row["steps"]) for row in shown], smoothed([float(row[column]) for row in shown], count),
                            color=colour, linewidth=1, alpha=1 - 0.35 * min(number, 2), label=label if number == 0 else None)
     for panel, (_, title) in zip(panels, panels_shown):
         panel.set_title(title, fontsize=10)

@@ -150,13 +150,14 @@ def make_parser() -> argparse.ArgumentParser:
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
-    ppo.add_argument("--preset", choices=("paper", "package", "tuned"), default="tuned",
+    ppo.add_argument("--preset", choices=("paper", "package", "linear", "tuned"), default="tuned",
                      help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
+                          "linear: the paper's recipe with a reward that is linear in the excess RMSE, on 100 x 100 pixels; "
                           "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
                           "[default: %(default)s]")
     ppo.add_argument("--warm-start", metavar="DIR",
                      help="folder of the run to start from: of relign-train imitate, required by preset tuned; or of "
-                          "relign-train ppo by the presets paper and package, which otherwise start from nothing")
+                          "relign-train ppo by one of the other presets, which otherwise start from nothing")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     devices(ppo)
