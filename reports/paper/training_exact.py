@@ -63,7 +63,7 @@ def draw(path, panels_shown, count, trainings):
         panel.set_xlabel("steps")
         panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
         panel.spines[["top", "right"]].set_visible(False)
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=len(trainings))
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=len(trainings) if len(trainings) < 7 else -(-len(trainings) // 2))
     figure.savefig(path, dpi=100)
     pyplot.close(figure)
 
