@@ -29,7 +29,8 @@ def main(folder):
     for name in names.values():
         instances[name] = instances.get(name, 0) + 1
     table = csv.writer(sys.stdout, lineterminator="\n")
-    table.writerow(("noise_level", "algorithm", "images", "n", "in_spec_own", "in_spec_current", "own_median", "current_median"))
+    table.writerow(("noise_level", "algorithm", "images", "n", "in_spec_own", "in_spec_current", "own_median",
+                    "current_median"))
     for name, count in sorted(instances.items()):
         for images in IMAGES:
             found = [errors[trial, images] for trial, of in names.items() if of == name and (trial, images) in errors]

@@ -56,14 +56,16 @@ def draw(path, panels_shown, count, trainings):
             for number, rows in enumerate(runs.values()):
                 shown = [row for row in rows if row[column]]
                 before = CONTINUED.get(rows[0]["training"], 0)
-                panel.plot([before + int(row["steps"]) for row in shown], smoothed([float(row[column]) for row in shown], count),
+                panel.plot([before + int(row["steps"]) for row in shown],
+                           smoothed([float(row[column]) for row in shown], count),
                            color=colour, linewidth=1, alpha=1 - 0.35 * min(number, 2), label=label if number == 0 else None)
     for panel, (_, title) in zip(panels, panels_shown):
         panel.set_title(title, fontsize=10)
         panel.set_xlabel("steps")
         panel.xaxis.set_major_formatter(ticker.EngFormatter(sep=""))
         panel.spines[["top", "right"]].set_visible(False)
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=len(trainings) if len(trainings) < 7 else -(-len(trainings) // 2))
+    columns = len(trainings) if len(trainings) < 7 else -(-len(trainings) // 2)
+    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=columns)
     figure.savefig(path, dpi=100)
     pyplot.close(figure)
 

@@ -393,6 +393,12 @@ class Export(Folder):
             self.assertEqual(with_goal(with_settings(usual, settings), settings), recipe)
         self.assertEqual(settings, ["heads="])
 
+    def test_published_network_is_of_the_second_run_of_preset_linear(self):
+        side_file = pathlib.Path(__file__).parents[2] / "reports" / "paper" / "trainings" / "shaped-linear-3e-4.json"
+        trained = json.loads(side_file.read_text())["trained"]["recipe"]
+        second = with_settings(PRESETS["linear"], ["last_rate=0", "total=540000", "seed=1"])
+        self.assertEqual(dataclasses.replace(second, preset="paper", warm_start=trained["warm_start"]), Recipe(**trained))
+
     def test_side_files_of_both_recipes(self):
         command = [sys.executable, "-m", "relign_bench.training"]
         Reinforcement(PAPER, self.folder / "paper", threads=1, log=quiet).run(until=1)

@@ -84,7 +84,7 @@ PRESETS = {
     # What the package's code has instead of the text's values.
     "package": Recipe(preset="package", noise_level="rho0-package", reward="minus_one", rate=3e-4, last_rate=3e-4, entropy=0.1,
                       total=5_000_000),
-    # What aligned from nothing where "paper" did not (docs/training.md); a second run with a rate that falls to zero completes it.
+    # Met the criterion of docs/training.md once, after a second run with a rate that falls to zero.
     "linear": Recipe(preset="linear", size=100, reward=SHAPED_LINEAR, goal=0.0, episode=40, rate=3e-4, last_rate=3e-4,
                      total=620_000),
     # One policy for all levels, with the network of imitation learning, which observes one small image.
@@ -159,7 +159,7 @@ def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None
     kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
     if kept.get("preset") == "tuned":
         raise ValueError(f"--warm-start '{folder}' is of preset tuned, whose network is another one; preset '{recipe.preset}' "
-                         "starts from nothing or from a run of presets paper or package")
+                         "starts from nothing or from a run of presets paper, package or linear")
     for name in ("size",) if recipe.preset == "tuned" else NETWORK:
         there, here = setting_text(kept.get(name)), setting_text(getattr(recipe, name))
         if there != here:
