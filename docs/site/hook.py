@@ -86,8 +86,15 @@ def doxygen(folder):
 def interface_page():
     """The page that leads to Doxygen's."""
     folder = ROOT / "core" / "plugin_api"
-    rows = [f"| [{path.relative_to(folder)}](cpp/{path.name.replace('_', '__').replace('.', '_8')}.html) |"
-            for path in sorted(folder.rglob("*.h*"))]
+    headers = sorted(folder.rglob("*.h*"))
+    names = [path.name for path in headers]
+
+    def page_of(path):
+        """Doxygen's name of a header's page: with the folder's where two headers have the same name."""
+        name = path.name if names.count(path.name) == 1 else f"{path.parent.name}/{path.name}"
+        return name.replace("_", "__").replace(".", "_8").replace("/", "_2") + ".html"
+
+    rows = [f"| [{path.relative_to(folder)}](cpp/{page_of(path)}) |" for path in headers]
     return "\n".join(["# Plugin interface in C and C++", "", "All [files](cpp/files.html), [classes](cpp/annotated.html) and "
                       "[C functions, constants and types](cpp/globals.html).", "", "| header |", "|---|", *rows, ""])
 
