@@ -27,7 +27,7 @@ class Layout {
  public:
   explicit Layout(const Knowledge& known)
       : level_(known.level), axes_(known.axes()), states_(known.combinations.cols()) {
-    constexpr Eigen::Index kMaxAxes = 12;  // with more axes cross-talk, axes^2 parameters, is not fitted
+    constexpr Eigen::Index kMaxAxes = 12;  // with more, the coupling of axes, axes^2 parameters, is not fitted
     for (Eigen::Index row = 0; row < axes_; ++row)
       for (Eigen::Index column = 0; column < axes_; ++column)
         if (level_.distortion_std(row, column) > 0 && (row == column || axes_ <= kMaxAxes))
