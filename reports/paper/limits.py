@@ -28,6 +28,7 @@ import sys
 
 import numpy as np
 import onnxruntime
+from specification import SPECIFICATION
 
 from relign_bench._stacks import Stacks
 from relign_bench.batch import Batch
@@ -36,7 +37,6 @@ from relign_bench.rewards import scores
 
 INSTANCES, FULL = 48, 4
 IMAGES = (10, 20, 50)
-SPECIFICATION = 0.0142  # of the study, docs/reproduction.md
 FIRST_NUMBER = 10_000  # networks were chosen on those from 0, FULL on those from 20,000
 GAINS = {"full": lambda move: 1.0, "shrinking": lambda move: min(1.0, FULL / move)}
 AXES = ("x", "y", "z", "Rx", "Ry")

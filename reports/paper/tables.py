@@ -13,13 +13,14 @@ import re
 import statistics
 import sys
 
+from specification import SPECIFICATION
+
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "docs" / "training.md", TREE / "README.md")
 IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home",
             "random")
 INSTANCES = "50"
-SPECIFICATION = 0.0142
 RULES = ("own", "best", "current")
 LEVELS = ("rho0", "rho0.25", "rho0.5")
 STEPS = (1, 2, 4, 10, 20, 50)

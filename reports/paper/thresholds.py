@@ -16,16 +16,16 @@ NEVER = float("inf")
 
 
 def trials(folder):
-    """Closing line and measured RMSE of each step, of the trials that did not fail."""
+    """Closing line and lines of the steps of each trial."""
     planned = set(json.loads((folder / "manifest.json").read_text())["order"])
-    measured = {}
+    steps = {}
     for file in sorted((folder / "trials").glob("*.jsonl")):
         for text in file.open():
             line = json.loads(text)
             if "end" not in line:
-                measured.setdefault(line["trial"], []).append(line["measured"])
-            elif line["trial"] in planned and line["end"] in ("budget_spent", "finished"):
-                yield line, measured.pop(line["trial"])
+                steps.setdefault(line["trial"], []).append(line)
+            elif line["trial"] in planned:
+                yield line, steps.pop(line["trial"], [])
 
 
 def first_under(measured, threshold):
@@ -35,10 +35,12 @@ def first_under(measured, threshold):
 def main(folders):
     arrivals = {}
     for folder in map(pathlib.Path, folders):
-        for closing, measured in trials(folder):
+        for closing, lines in trials(folder):
+            if closing["end"] not in ("budget_spent", "finished"):
+                continue
             level = closing["noise_level"]
             key = (level, closing["protocol"], closing["algorithm"])
-            arrivals.setdefault(key, []).append(first_under(measured, THRESHOLDS[level]))
+            arrivals.setdefault(key, []).append(first_under([line["measured"] for line in lines], THRESHOLDS[level]))
     table = csv.writer(sys.stdout, lineterminator="\n")
     table.writerow(("noise_level", "protocol", "algorithm", "threshold", "n", "met_at_start", "met_after_1", "met_ever",
                     "images_median"))

@@ -7,13 +7,13 @@ recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from
 import csv
 import pathlib
 
+from tables import CONTINUED
+
 HERE = pathlib.Path(__file__).resolve().parent
 IMAGES = HERE.parents[1] / "docs" / "images"
 EXACT, SHAPED = "training_exact.csv", "trainings/shaped.csv"
 BLUE, GREEN, PINK, BLACK, RED = "#0072b2", "#009e73", "#cc79a7", "#000000", "#d55e00"
 ORANGE, SKY, GREY = "#e69f00", "#56b4e9", "#7f7f7f"
-# Trainings that continue another one, after so many steps
-CONTINUED = {"shaped-linear-1e-4": 620_000, "shaped-linear-3e-4": 620_000}
 ERROR = ("rmse_12", "RMSE after twelve moves")
 # By file: columns and titles of the panels; evaluations that a point is the mean of; and (file, settings of its rows, label,
 # colour) of the trainings

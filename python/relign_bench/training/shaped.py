@@ -70,13 +70,9 @@ class ShapedEnv(StableBaselinesEnv):
             poses[ended] = infos["final_info"]["true_pose"][ended]
         residuals = (self._optima - poses) @ self._directions.vectors
         self._draw(ended)
-        earned = reward(residuals, self._directions)
+        cost = excess(residuals, self._directions) if self.named == SHAPED_LINEAR else -reward(residuals, self._directions)
         if self.named == SHAPED_PAPER:
-            return rewards + TENTH * earned
-        # The score "combined" is its RMSE, plus the distance where that exceeds OPTIMUM_REGION.
-        nominal = self.environments.task.nominal_pose
-        if self.named == SHAPED_LINEAR:
-            return -scores("combined", excess(residuals, self._directions), poses, nominal, None, None)
-        if self.named == SHAPED_NEAR:
-            earned -= scores("combined", np.zeros(len(poses)), poses, nominal, None, None)
-        return earned
+            return rewards - TENTH * cost
+        if self.named in (SHAPED_NEAR, SHAPED_LINEAR):  # with the distance, as the reward "paper"
+            cost = scores("combined", cost, poses, self.environments.task.nominal_pose, None, None)
+        return -cost
