@@ -13,7 +13,7 @@ except ImportError as problem:
 from relign_bench.training.directions import Directions
 from relign_bench.training.frames import FrameRolloutBuffer
 from relign_bench.training.policies import PackageFeatures
-from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, exploration
+from relign_bench.training.privileged import EPISODE, FLOOR, PrivilegedEnv, excess, exploration, reward
 from relign_bench.training.recipe import SHAPED, SHAPED_EVEN, SHAPED_LINEAR, SHAPED_NEAR, SHAPED_PAPER, SHAPED_REWARDS
 from relign_bench.training.shaped import ShapedEnv
 from relign_bench.training.stable_baselines import StableBaselinesEnv
@@ -92,6 +92,15 @@ class Environments(unittest.TestCase):
         rewards = env.rewards(np.zeros(2), {"true_pose": poses}, np.zeros(2, bool))
         expected = -np.log10(1 + np.array([0.099, 0.101]) * np.sqrt(directions.values[4]) / FLOOR) - [0, 0.101]
         np.testing.assert_allclose(rewards, expected, atol=1e-9)
+
+    def test_exploration_hides_the_distance_in_a_logarithm(self):
+        """The figures of docs/training.md: around the optimum, by 0.03 of the travel per axis."""
+        directions = Directions("relign_od", 100)
+        around = np.random.default_rng(1).normal(0, 0.03, (20_000, 5))
+        self.assertAlmostEqual(reward(around, directions).std(), 0.26, delta=0.005)
+        self.assertAlmostEqual(excess(around, directions).std(), 0.024, delta=0.001)
+        nearer, farther = (reward(around + [0, 0, 0, at, 0], directions).mean() for at in (0.4, 0.5))
+        self.assertAlmostEqual(nearer - farther, 0.014, delta=0.001)
 
     def test_initial_exploration_costs_at_most_the_floor(self):
         directions = Directions("relign_od", 40)
