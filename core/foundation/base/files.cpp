@@ -7,8 +7,11 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <random>
 #include <sstream>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "base/error.h"
 
@@ -27,17 +30,35 @@ std::string megabytes(std::size_t bytes) {
 
 constexpr std::size_t kBufferBytes = 1 << 16;
 
+// Temporary names are the file's name, this mark and six letters or digits, as mkostemp chooses them.
+constexpr std::string_view kTemporaryMark = ".tmp-";
+constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
+constexpr std::size_t kRandomLetters = 6;
+
+std::string random_name(const fs::path& path) {
+  std::random_device device;
+  std::string name = path.string() + std::string(kTemporaryMark);
+  for (std::size_t letter = 0; letter < kRandomLetters; ++letter) name += kLetters[device() % kLetters.size()];
+  return name;
+}
+
 }  // namespace
 
 void throw_cannot_write(const fs::path& path, const std::error_code& code) {
   throw Error(ErrorKind::io, "cannot write '" + path.string() + "': " + code.message());
 }
 
-AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)), temporary_(path_.string() + ".tmp-XXXXXX") {
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
+  const fs::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
   std::error_code code;
-  if (path_.has_parent_path()) fs::create_directories(path_.parent_path(), code);
+  fs::create_directories(folder, code);
   if (code) fail("cannot create the folder for", path_, code.value());
-  descriptor_ = ::mkstemp(temporary_.data());
+  // A file without a name vanishes with its process. commit() gives it one through /proc.
+  if (::access("/proc/self/fd", X_OK) == 0)
+    descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (descriptor_ >= 0) return;
+  temporary_ = path_.string() + std::string(kTemporaryMark) + std::string(kRandomLetters, 'X');
+  descriptor_ = ::mkostemp(temporary_.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot write", path_, errno);
 }
 
@@ -61,13 +82,43 @@ void AtomicFile::flush() {
   buffer_.clear();
 }
 
+// Links cannot replace a file: where there is one already, the new file gets a temporary name, which commit() renames.
+void AtomicFile::give_name() {
+  const std::string unnamed = "/proc/self/fd/" + std::to_string(descriptor_);
+  const auto link_as = [&](const std::string& name) {
+    if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) return true;
+    if (errno != EEXIST) fail("cannot write", path_, errno);
+    return false;
+  };
+  if (link_as(path_)) return;
+  std::string name = random_name(path_);
+  while (!link_as(name)) name = random_name(path_);
+  temporary_ = std::move(name);
+}
+
 void AtomicFile::commit() {
   flush();
   if (::fsync(descriptor_) != 0 || ::fchmod(descriptor_, 0644) != 0) fail("cannot write", path_, errno);
-  const int closed = ::close(descriptor_);
-  descriptor_ = -1;
-  if (closed != 0 || ::rename(temporary_.c_str(), path_.c_str()) != 0) fail("cannot write", path_, errno);
+  if (temporary_.empty()) give_name();
+  const int closed = ::close(std::exchange(descriptor_, -1));
+  if (closed != 0 || (!temporary_.empty() && ::rename(temporary_.c_str(), path_.c_str()) != 0))
+    fail("cannot write", path_, errno);
   temporary_.clear();
+}
+
+bool is_temporary_file(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const std::size_t mark = name.rfind(kTemporaryMark);
+  return mark != std::string::npos && mark > 0 && name.size() == mark + kTemporaryMark.size() + kRandomLetters &&
+         name.find_first_not_of(kLetters, mark + kTemporaryMark.size()) == std::string::npos;
+}
+
+void remove_temporary_files(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code code;
+  for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+    if (is_temporary_file(entry->path()) && fs::is_regular_file(entry->symlink_status(code))) found.push_back(*entry);
+  for (const fs::path& file : found) fs::remove(file, code);
 }
 
 std::string read_file(const fs::path& path, std::size_t most) {

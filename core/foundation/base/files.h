@@ -17,8 +17,11 @@ std::string read_file(const std::filesystem::path& path, std::size_t most = kMax
 // Throws Error(io): cannot write 'path': reason.
 [[noreturn]] void throw_cannot_write(const std::filesystem::path& path, const std::error_code& code);
 
-// Writes a file piece by piece to a temporary file in the same folder; commit() flushes it to disk and renames it.
-// Without commit() the temporary file is removed. Creates missing folders. Throws Error(io).
+// Writes a file piece by piece to a file without a name in the same folder; commit() flushes it to disk and names it.
+// Without commit() nothing remains. Creates missing folders. Throws Error(io).
+//
+// SIGKILL leaves a temporary file (see below) if it interrupts commit() while that replaces an existing file, and, on
+// file systems without O_TMPFILE (NFS), at any time before.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -30,13 +33,20 @@ class AtomicFile {
 
  private:
   void flush();
+  void give_name();
   std::filesystem::path path_;
-  std::string temporary_, buffer_;
+  std::string temporary_, buffer_;  // the temporary name, if it has one
   int descriptor_ = -1;
 };
 
 // AtomicFile in one call: readers see either the old file or the complete new one. Throws Error(io).
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
+
+// Whether an interrupted AtomicFile may have left this file, by its name: `NAME.tmp-` and six letters or digits.
+bool is_temporary_file(const std::filesystem::path& path);
+
+// Removes such files from the folder and those inside. Only for folders to which nothing else writes at present.
+void remove_temporary_files(const std::filesystem::path& folder);
 
 // The user's cache folder for this program ($XDG_CACHE_HOME or ~/.cache, plus "relign-bench"), created
 // if missing; empty if it is not writable.

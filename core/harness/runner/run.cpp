@@ -45,6 +45,7 @@ class Run {
     run_trials(continue_earlier_run());
     finish_records();
     if (!stop_requested()) write_all_pictures();
+    remove_temporary_files(options_.results);  // of workers and earlier runs that were killed
     return summary();
   }
 

@@ -87,6 +87,7 @@ void FreshFolder::keep_foreign_files() const {
                                              "curves.csv",    "curves.json",
                                              "instances.csv", "matrix.csv",
                                              "report.html",   ResultsLock::kFileName};
+  remove_temporary_files(old_);
   std::error_code code;
   for (const fs::path& foreign : others(old_, ours)) {
     fs::rename(foreign, out_ / foreign.filename(), code);

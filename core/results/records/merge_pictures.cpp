@@ -77,7 +77,8 @@ class PictureJoin {
     const fs::path folder = index_.sources[source] / "scenes";
     std::error_code code;
     for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
-      if (entry->is_regular_file(code)) copy_once(folder, entry->path().lexically_relative(folder), out_ / "scenes");
+      if (entry->is_regular_file(code) && !is_temporary_file(entry->path()))
+        copy_once(folder, entry->path().lexically_relative(folder), out_ / "scenes");
   }
 
   void read_pictures(std::uint32_t source) {

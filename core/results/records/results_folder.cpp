@@ -21,7 +21,7 @@ void refuse_foreign(const fs::path& folder) {
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const std::string name = entry->path().filename().string();
-    if (name == ResultsLock::kFileName || name.rfind("manifest.json.tmp-", 0) == 0) continue;
+    if (name == ResultsLock::kFileName || is_temporary_file(name)) continue;
     if ((name == "trials" || name == "times") && fs::is_directory(entry->path(), code) &&
         fs::is_empty(entry->path(), code))
       continue;

@@ -1,9 +1,18 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstddef>
 #include <cstdlib>
 #include <filesystem>
+#include <iterator>
+#include <set>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -31,6 +40,66 @@ TEST_F(FilesTest, WritesWholeFilesWithoutLeftovers) {
   write_file_atomically(folder_ / "deep" / "a.txt", "second");
   EXPECT_EQ(read_file(folder_ / "deep" / "a.txt"), "second");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "deep"), fs::directory_iterator()), 1);
+}
+
+// What a process leaves that is killed between write() and commit().
+int files_of_interrupted_write(const fs::path& file) {
+  AtomicFile interrupted(file);
+  interrupted.write(std::string(1 << 20, 'x'));
+  int files = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(file.parent_path()))
+    files += entry.path() == file || is_temporary_file(entry) ? 1 : 100;
+  return files;
+}
+
+// Makes open(O_TMPFILE) fail in this process, as on NFS.
+void refuse_unnamed_files() {
+  sock_filter code[] = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+                        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, SYS_openat, 0, 4),
+                        BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, args[2])),
+                        BPF_STMT(BPF_ALU | BPF_AND | BPF_K, O_TMPFILE),
+                        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, O_TMPFILE, 0, 1),
+                        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EOPNOTSUPP),
+                        BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ALLOW)};
+  const sock_fprog program = {std::size(code), code};
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) != 0)
+    std::exit(99);
+}
+
+TEST_F(FilesTest, InterruptedWriteLeavesNoFile) {
+  if (::access("/proc/self/fd", X_OK) != 0) GTEST_SKIP() << "needs /proc";
+  const int descriptor = ::open(folder_.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (descriptor < 0) GTEST_SKIP() << "the file system of " << folder_ << " has no O_TMPFILE";
+  ::close(descriptor);
+  EXPECT_EQ(files_of_interrupted_write(folder_ / "new"), 0);
+  write_file_atomically(folder_ / "old", "first");
+  EXPECT_EQ(files_of_interrupted_write(folder_ / "old"), 1);
+  EXPECT_EQ(read_file(folder_ / "old"), "first");
+}
+
+TEST_F(FilesTest, WritesByTemporaryNameWithoutUnnamedFiles) {
+  const auto write = [this] {
+    refuse_unnamed_files();
+    if (files_of_interrupted_write(folder_ / "new") != 1) std::exit(1);
+    for (const char* content : {"first", "second"}) write_file_atomically(folder_ / "new", content);
+    std::exit(files_of_interrupted_write(folder_ / "new") == 2 ? 0 : 2);
+  };
+  EXPECT_EXIT(write(), testing::ExitedWithCode(0), "");
+  EXPECT_EQ(read_file(folder_ / "new"), "second");
+}
+
+TEST_F(FilesTest, RemovesTemporaryFilesOnly) {
+  const std::set<std::string> temporary = {"a.txt.tmp-aZ09xy", "deep/step-008.png.tmp-XXXXXX"};
+  const std::set<std::string> others = {"a.txt",       ".tmp-abcdef",      "a.tmp-abcde", "a.tmp-abcdefg",
+                                        "a.tmp-ab.de", "a.tmp-abcdef.txt", "deep/b"};
+  for (const auto& names : {temporary, others})
+    for (const std::string& name : names) write_file_atomically(folder_ / name, name);
+  fs::create_directory(folder_ / "folder.tmp-abcdef");
+  remove_temporary_files(folder_);
+  for (const std::string& name : temporary) EXPECT_FALSE(fs::exists(folder_ / name)) << name;
+  for (const std::string& name : others) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
+  EXPECT_TRUE(fs::exists(folder_ / "folder.tmp-abcdef"));
+  remove_temporary_files(folder_ / "missing");
 }
 
 TEST_F(FilesTest, ErrorsNamePathAndReason) {

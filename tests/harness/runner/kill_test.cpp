@@ -78,6 +78,21 @@ class KillTest : public ToyTest {
     return files;
   }
 
+  // The names of files that differ; empty if none does.
+  static std::string differences(const std::map<std::string, std::string>& found,
+                                 const std::map<std::string, std::string>& expected) {
+    std::string text;
+    for (const auto& [file, content] : expected)
+      if (const auto same = found.find(file); same == found.end())
+        text += file + " is missing\n";
+      else if (same->second != content)
+        text += file + " differs: " + std::to_string(same->second.size()) + " bytes instead of " +
+                std::to_string(content.size()) + "\n";
+    for (const auto& [file, content] : found)
+      if (!expected.count(file)) text += file + " is superfluous\n";
+    return text;
+  }
+
   std::string log() const { return fs::exists(folder_ / "log.txt") ? read_file(folder_ / "log.txt") : ""; }
 };
 
@@ -116,7 +131,7 @@ TEST_F(KillTest, ResumesAfterKill) {
       ASSERT_TRUE(*status == kTrialsFailed || *status == -1) << log();
       done = *status == kTrialsFailed;
     }
-    EXPECT_EQ(results(name), undisturbed) << name;
+    EXPECT_EQ(differences(results(name), undisturbed), "") << name;
     fs::remove_all(folder_ / name);
   }
   std::printf("%d kills in %d runs, %d of them of the program\n", killed, runs, programs);

@@ -75,6 +75,19 @@ TEST_F(RunAgainTest, HalfWrittenTrialsRunAgain) {
   EXPECT_THAT(messages_[0], HasSubstr("half-written"));
 }
 
+// SIGKILL may leave them, at the moment when a file replaces another one.
+TEST_F(RunAgainTest, RemovesTemporaryFilesOfKilledPrograms) {
+  const PreparedPlan plan = prepared(suite_text(kWalkers));
+  run(plan, options("a"));
+  const auto whole = contents("a");
+  const std::string trial = plan.plan.trials.front().id;
+  for (const std::string& file : {"logs/" + trial + ".txt", "pictures/" + trial + "/step-008.png",
+                                  std::string("manifest.json"), std::string("trials/0000.jsonl")})
+    write_file_atomically(folder_ / "a" / (file + ".tmp-Q3x9aB"), "half");
+  EXPECT_EQ(run(plan, options("a")).reused, 36U);
+  EXPECT_EQ(contents("a"), whole);
+}
+
 TEST_F(RunAgainTest, DamagedTrialsRunAgainOnlyWhenAsked) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   run(plan, options("a"));
