@@ -93,6 +93,15 @@ pid_t start_here(std::string words) {
 
 }  // namespace
 
+std::vector<pid_t> without_starting_children(const std::vector<Process>& processes) {
+  std::vector<pid_t> found;
+  for (const Process& process : processes)
+    if (std::none_of(processes.begin(), processes.end(),
+                     [&process](const Process& other) { return other.id == process.parent; }))
+      found.push_back(process.id);
+  return found;
+}
+
 // Forks twice, into a session of its own: this process survives when the test is killed with all its children (by ctest
 // after a timeout), and ends the remaining processes.
 Keeper::Keeper() {

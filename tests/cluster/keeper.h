@@ -15,6 +15,10 @@ struct Process {
   std::string command;  // words separated by blanks
 };
 
+// The ids of those processes whose parent is not among them. A program that starts another one has a child with its own
+// command line until that calls exec.
+std::vector<pid_t> without_starting_children(const std::vector<Process>& processes);
+
 class Keeper {
  public:
   Keeper();

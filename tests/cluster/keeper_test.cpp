@@ -71,6 +71,20 @@ TEST_F(TheKeeper, EndsStartedProcesses) {
   expect_that_all_have_ended();
 }
 
+// A child that has not called exec yet, as a subshell never does.
+TEST_F(TheKeeper, TellsProgramsFromTheirStartingChildren) {
+  const Keeper keeper;
+  const std::string script = "( printf xx >&" + std::to_string(ends_[1]) + "; sleep 1000; : ); :";
+  const pid_t shell = keeper.start({"/bin/sh", "-c", script});
+  ::close(ends_[1]);
+  expect_two_letters();
+  std::vector<Process> shells;
+  for (Process& process : keeper.kept())
+    if (process.command.rfind("/bin/sh", 0) == 0) shells.push_back(std::move(process));
+  ASSERT_EQ(shells.size(), 2U);
+  EXPECT_EQ(without_starting_children(shells), std::vector<pid_t>{shell});
+}
+
 TEST_F(TheKeeper, EndsProcessesOfAKilledTest) {
   const pid_t test = ::fork();
   if (test == 0) {

@@ -75,13 +75,13 @@ std::string last_line(const fs::path& file) {
 
 }  // namespace
 
-bool waited_too_long() { return waited > std::chrono::seconds(100); }
+bool waited_too_long() { return waited > std::chrono::seconds(400); }
 
 bool wait_for(const std::function<bool()>& holds) {
   const Clock::time_point begin = Clock::now();
   const Clock::duration before = waited;
   bool so = holds();
-  while (!so && !waited_too_long() && Clock::now() - begin < std::chrono::seconds(40)) {
+  while (!so && !waited_too_long() && Clock::now() - begin < std::chrono::seconds(120)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     so = holds();
     waited = before + (Clock::now() - begin);

@@ -87,11 +87,11 @@ class Slurm : public testing::Test {
   // The coordinators that run a shard.
   static std::vector<pid_t> programs_of(unsigned shard) {
     const std::string words = "--shard " + std::to_string(shard) + "/" + std::to_string(kShards);
-    std::vector<pid_t> found;
-    for (const Process& process : cluster->processes())
+    std::vector<Process> found;
+    for (Process& process : cluster->processes())
       if (process.command.rfind(RELIGN_PROGRAM, 0) == 0 && process.command.find(words) != std::string::npos)
-        found.push_back(process.id);
-    return found;
+        found.push_back(std::move(process));
+    return without_starting_children(found);
   }
   // Attempts that have locked their folder and read those of the others.
   std::vector<std::string> attempts_at(unsigned shard) {
