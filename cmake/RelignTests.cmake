@@ -1,4 +1,4 @@
-# relign_add_test(NAME source... [LIBRARIES target...] [LABELS label...] [TIMEOUT seconds] [DEPENDS target...] [PROGRAM program])
+# relign_add_test(NAME source... [LIBRARIES target...] [LABELS label...] [DEPENDS target...] [PROGRAM program])
 #
 # One line registers one test for CTest. NAME mirrors the place in the tree (base_hash, optics_golden_rays, plugins_rho ...).
 # All tests of a folder are one GoogleTest program, test_FOLDER (test_harness_trials; test_plugins for all plugins), which
@@ -24,7 +24,7 @@ function(relign_add_python_file_test name file)
   endif()
   add_test(NAME ${name} COMMAND "${RELIGN_DISTRIBUTION_PYTHON}" -B -m unittest discover -v -p "${file}"
            WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}")
-  set_tests_properties(${name} PROPERTIES TIMEOUT 300
+  set_tests_properties(${name} PROPERTIES
     ENVIRONMENT "RELIGN_BENCH=${CMAKE_BINARY_DIR}/bin/relign-bench;XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
 endfunction()
 
@@ -33,10 +33,7 @@ set_target_properties(relign_test_main PROPERTIES UNITY_BUILD OFF)  # a program 
 target_link_libraries(relign_test_main PUBLIC relign_compile GTest::gmock GTest::gtest)
 
 function(relign_add_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT;PROGRAM" "LIBRARIES;LABELS;DEPENDS" ${ARGN})
-  if(NOT TEST_TIMEOUT)
-    set(TEST_TIMEOUT 120)
-  endif()
+  cmake_parse_arguments(TEST "" "PROGRAM" "LIBRARIES;LABELS;DEPENDS" ${ARGN})
   file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   if(TEST_PROGRAM)
     set(program ${TEST_PROGRAM})
@@ -66,7 +63,7 @@ function(relign_add_test name)
     add_dependencies(${program} ${TEST_DEPENDS})
   endif()
   add_test(NAME ${name} COMMAND ${program} --gtest_brief=1 ${files})
-  set_tests_properties(${name} PROPERTIES TIMEOUT ${TEST_TIMEOUT} LABELS "${TEST_LABELS}"
+  set_tests_properties(${name} PROPERTIES LABELS "${TEST_LABELS}"
     ENVIRONMENT "XDG_CACHE_HOME=${CMAKE_BINARY_DIR}/test-cache")
 endfunction()
 
