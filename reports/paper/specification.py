@@ -13,7 +13,8 @@ import sys
 
 from thresholds import trials
 
-SPECIFICATION = 0.0142  # docs/reproduction.md
+SPECIFICATION = 0.0142  # of relign_od: a noise-free image shifted sideways by one pixel (docs/reproduction.md)
+LIMITS = (SPECIFICATION, SPECIFICATION / 2, 0.005)
 IMAGES = (10, 50)
 
 

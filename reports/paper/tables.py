@@ -13,17 +13,22 @@ import re
 import statistics
 import sys
 
-from specification import SPECIFICATION
+from specification import LIMITS
 
 HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent.parent
 PAGES = (TREE / "docs" / "reproduction.md", TREE / "docs" / "training.md", TREE / "README.md")
-IN_SHORT = ("sensitivity", "imitation-ppo", "through-focus", "nlopt-bobyqa", "ppo-paper", "bo-gp-tuned", "bo-gp", "home",
-            "random")
+CLASSES = ("images and design", "images", "merit", "neither")  # what a method observes; methods are ranked within their class
+# Methods of the short table, with the recommendation rule of their authors; merit: the pose of the lowest merit.
+IN_SHORT = {"sensitivity": "own", "imitation-ppo": "own", "through-focus": "own", "ppo-paper": "current", "nlopt-bobyqa": "own",
+            "bo-gp-tuned": "own", "bo-gp": "merit", "random": "own", "home": "own"}
+RULE_NAMES = {"merit": "lowest merit", "recommended": "own", "recommended_current": "current"}  # of authors.csv
+FLOOR, FLOOR_OF_PROGRAM = "0.00035", "0.0001"  # smallest RMSE in ratios: the error of the noise-free RMSE; of the reports
 INSTANCES = "50"
 RULES = ("own", "best", "current")
+COLUMNS = {"own": "recommended", "best": "recommended_best", "current": "recommended_current"}  # of instances.csv
 LEVELS = ("rho0", "rho0.25", "rho0.5")
-STEPS = (1, 2, 4, 10, 20, 50)
+STEPS = (1, 2, 4, 10, 20, 50)  # moves after the capture at the start
 TRAINED = (200_000, 400_000, 600_000, 1_000_000, 1_400_000, 2_000_000)  # of trainings
 CONTINUED = {"then-even": 620_000, "shaped-linear-1e-4": 620_000, "shaped-linear-3e-4": 620_000}  # after steps of another
 TARGETS = (0.01, 0.005, 0.002)
@@ -60,13 +65,17 @@ class Study:
         for row in read("thresholds.csv"):
             self.thresholds[row["protocol"], row["algorithm"], row["noise_level"]] = row
 
+    def class_of(self, protocol, name):
+        return next(row["class"] for key, row in self.ranking.items() if key[:2] == (protocol, name))
+
     def algorithms(self, protocol):
-        """Best first, by the sum of the ranks at the three levels."""
-        names = {key[1] for key in self.ranking if key[0] == protocol}
+        """By class, best first within it, by the sum of the ranks at the three levels."""
+        names = {key[1]: self.class_of(protocol, key[1]) for key in self.ranking if key[0] == protocol}
         medians = {(name, level): self._median(protocol, name, level) for name in names for level in LEVELS}
-        ranks = {name: sum(sum(medians[other, level] < medians[name, level] for other in names) for level in LEVELS)
+        ranks = {name: sum(sum(medians[other, level] < medians[name, level] for other in names if names[other] == names[name])
+                           for level in LEVELS)
                  for name in names}
-        return sorted(names, key=lambda name: (ranks[name], name))
+        return sorted(names, key=lambda name: ((*CLASSES, "oracle").index(names[name]), ranks[name], name))
 
     def _median(self, protocol, name, level):
         row = self.ranking.get((protocol, name, level))
@@ -97,39 +106,97 @@ def label(study, protocol, name):
 
 
 def short(study, protocol):
-    """Medians after the last image, of some methods."""
-    def cell(name, level):
-        return rounded(number(study.ranking[protocol, name, level]["recommended_median"]))
+    """Medians after the last step of some methods by class, by every recommendation rule; that of the authors is bold."""
+    lowest = by_merit(protocol)
 
-    return table(("",) + LEVELS, [(f"`{name}`", *(cell(name, level) for level in LEVELS)) for name in IN_SHORT])
+    def cell(name, level):
+        medians = {rule: rounded(number(study.ranking[protocol, name, level][f"{rule}_median"])) for rule in RULES}
+        if IN_SHORT[name] == "merit":
+            medians["merit"] = rounded(lowest[name, level])
+        return " / ".join(f"**{value}**" if rule == IN_SHORT[name] else value for rule, value in medians.items())
+
+    return table(("observes", "method") + LEVELS,
+                 [(observes if first else "", f"`{name}`", *(cell(name, level) for level in LEVELS))
+                  for observes in CLASSES
+                  for first, name in zip((True, *[False] * len(IN_SHORT)),
+                                         [name for name in IN_SHORT if study.class_of(protocol, name) == observes])])
+
+
+def by_merit(protocol):
+    """Median error at the pose of the lowest merit, by method and level."""
+    errors = {}
+    for row in read("merit.csv"):
+        if row["protocol"] == protocol:
+            errors.setdefault((row["algorithm"], row["noise_level"]), []).append(float(row["rmse"]))
+    return {key: statistics.median(of_key) for key, of_key in errors.items()}
+
+
+def authors():
+    """Contrasts in which each method recommends by the rule of its authors."""
+    cells = {}
+    for row in read("authors.csv"):
+        names = " : ".join(f"{row[which]} ({RULE_NAMES[row[f'{which}_rule']]})" for which in ("first", "second"))
+        cells.setdefault(names, {})[row["noise_level"]] = ratio(row)
+    return table(("contrast",) + LEVELS, [(names, *(found[level] for level in LEVELS)) for names, found in cells.items()])
 
 
 def rules(study, protocol):
-    """Medians after the last image by the three recommendation rules, and the share of instances in specification."""
+    """Medians after the last step by the three recommendation rules."""
     def cell(name, level):
         row = study.ranking.get((protocol, name, level))
         return NO_VALUE if not row else " / ".join(rounded(number(row[f"{rule}_median"])) for rule in RULES)
 
-    def share(name):
-        found = [study.ranking[protocol, name, level] for level in LEVELS if (protocol, name, level) in study.ranking]
-        shares = [sum(number(row[f"{rule}_yield"]) or 0 for row in found) / len(found) for rule in RULES]
-        return " / ".join(f"{100 * value:.0f} %" for value in shares)
-
-    return table(("method",) + LEVELS + ("in specification",),
-                 [(label(study, protocol, name), *(cell(name, level) for level in LEVELS), share(name))
+    return table(("observes", "method") + LEVELS,
+                 [(study.class_of(protocol, name), label(study, protocol, name), *(cell(name, level) for level in LEVELS))
                   for name in study.algorithms(protocol)])
 
 
-def contrasts(protocol, source="contrasts.csv", shown=("own", "best"), wanted=lambda first: True):
+def yields(study, protocol):
+    """Shares of the trials of all levels whose error after the last step is within some limits, by the three rules."""
+    errors = {}
+    for row in read("instances.csv"):
+        if row["protocol"] == protocol:
+            errors.setdefault(row["algorithm"], []).append([number(row[COLUMNS[rule]]) for rule in RULES])
+
+    def cell(name, limit):
+        trials = errors[name]
+        return " / ".join(f"{100 * sum(error <= limit for error in of_rule) / len(trials):.0f} %" for of_rule in zip(*trials))
+
+    return table(("method", *(f"at most {limit:g}" for limit in LIMITS)),
+                 [(label(study, protocol, name), *(cell(name, limit) for limit in LIMITS))
+                  for name in study.algorithms(protocol)])
+
+
+def floors(study_rows):
+    """Contrasts whose verdict depends on the smallest error in ratios, with both verdicts."""
+    cells = {}
+    for row in study_rows:
+        key = (row["protocol"], f"{row['first']} : {row['second']}" + ("" if row["planned"] == "yes" else " (not planned)"),
+               row["noise_level"], row["rule"])
+        cells.setdefault(key, {})[row["floor"]] = row
+    return table(("protocol", "contrast", "level", "rule", f"errors below {FLOOR_OF_PROGRAM} raised to it",
+                  f"errors below {FLOOR} raised to it"),
+                 [(*key, *(ratio(found[floor]) for floor in (FLOOR_OF_PROGRAM, FLOOR))) for key, found in cells.items()
+                  if len({row["verdict"] for row in found.values()}) > 1])
+
+
+def ratio(row):
+    return f"{float(row['ratio']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f}) {row['verdict']}"
+
+
+def planned(study_rows):
+    return [row for row in study_rows if row["planned"] == "yes" and row["floor"] == FLOOR]
+
+
+def contrasts(protocol, rows, shown=("own", "best"), wanted=lambda first: True):
     """Ratio of errors of each planned contrast, its interval and verdict by some rules, for some first methods."""
     cells = {(row["first"], row["second"], row["noise_level"], row["rule"]): row
-             for row in read(source) if row["protocol"] == protocol and wanted(row["first"])}
+             for row in rows if row["protocol"] == protocol and wanted(row["first"])}
     pairs = list(dict.fromkeys(key[:2] for key in cells))
 
     def cell(first, second, level, rule):
         row = cells.get((first, second, level, rule))
-        return NO_VALUE if not row else (
-            f"{float(row['ratio']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f}) {row['verdict']}")
+        return NO_VALUE if not row else ratio(row)
 
     return table(("contrast", "rule") + LEVELS,
                  [(f"{first} : {second}" if rule == shown[0] else "", rule,
@@ -151,23 +218,29 @@ def final(study, protocol):
                         for level in LEVELS if (protocol, name, level) in study.ranking)
         return f"{float(f'{values[len(values) // 2]:.2g}'):g}"  # two digits, and 1000 for 1e+03
 
-    return table(("method",) + LEVELS + ("ms a step",),
-                 [(label(study, protocol, name), *(cell(name, level) for level in LEVELS), milliseconds(name))
+    return table(("observes", "method") + LEVELS + ("ms per step",),
+                 [(study.class_of(protocol, name), label(study, protocol, name), *(cell(name, level) for level in LEVELS),
+                   milliseconds(name))
                   for name in study.algorithms(protocol)])
 
 
 def curves(study, protocol, level):
-    """Median noise-free RMSE after some numbers of images."""
+    """Median noise-free RMSE after some numbers of captures."""
     rows = []
     for name in study.algorithms(protocol):
         at = [study.at(protocol, name, level, step) for step in STEPS]
         if at[0]:
             rows.append((name, *(rounded(number(row["recommended_median"])) for row in at)))
-    return table(("method",) + tuple(f"{step} image{'s' if step > 1 else ''}" for step in STEPS), rows)
+    return table(("method",) + tuple(f"{captures(step)} captures" for step in STEPS), rows)
+
+
+def captures(step):
+    """The capture at the start, and one after each move."""
+    return step + 1
 
 
 def evaluations():
-    """Median noise-free RMSE of trainings of the recipe after 4, 10 and 50 images, at two recommended poses."""
+    """Median noise-free RMSE of trainings of the recipe after 5, 11 and 51 captures, at two recommended poses."""
     cells = {}
     for row in read("trainings/curves.csv"):
         for rule, column in (("own", "recommended_median"), ("current", "recommended_current_median")):
@@ -180,17 +253,21 @@ def evaluations():
 
 
 def specification():
-    """Instances of the study in the specification after fifty images, by training, moves and recommended pose."""
+    """Instances of the study within some limits after the last step, by training, moves and recommended pose."""
     cells = {}
     for row in read("trainings/instances.csv"):
         if row["algorithm"].startswith("ppo-exact"):
-            for rule, column in (("own", "recommended"), ("current", "recommended_current")):
+            for rule in ("own", "current"):
                 found = cells.setdefault((row["algorithm"].replace("-shrinking", ""), rule), {})
                 moves = "shrinking" if "shrinking" in row["algorithm"] else "full"
-                found.setdefault((row["noise_level"], moves), []).append(float(row[column]) <= SPECIFICATION)
-    return table(("training", "rule", *(f"{level}: full, shrinking" for level in LEVELS)),
+                found.setdefault((row["noise_level"], moves), []).append(float(row[COLUMNS[rule]]))
+
+    def cell(errors):
+        return " / ".join(str(sum(error <= limit for error in errors)) for limit in LIMITS)
+
+    return table(("training", "rule", *(f"{level}: {moves}" for level in LEVELS for moves in ("full", "shrinking"))),
                  [(name if rule == "own" else "", rule,
-                   *(", ".join(str(sum(found[level, moves])) for moves in ("full", "shrinking")) for level in LEVELS))
+                   *(cell(found[level, moves]) for level in LEVELS for moves in ("full", "shrinking")))
                   for (name, rule), found in sorted(cells.items(), key=lambda cell: cell[0][0])])
 
 
@@ -217,7 +294,7 @@ def percent(row, name, digits=0):
 def limits():
     """Trainings of the recipe with moves in full and with shrinking ones."""
     return table(("training", "moves", "RMSE", "change", "without the common offset",
-                  "in specification after 10, 20, 50 images", "meets the goal", "from the nominal pose"),
+                  "in specification after 11, 21, 51 captures", "meets the goal", "from the nominal pose"),
                  [(row["training"] if row["moves"] == "full" else "", row["moves"], interval(row, "rmse", 4),
                    "" if row["moves"] == "full" else interval(row, "change", 2), rounded(number(row["corrected"])),
                    ", ".join(percent(row, f"in_spec_{images}") for images in (10, 20, 50)),
@@ -264,15 +341,15 @@ def ablations():
             f"{interval(row, 'rmse', 4)}; {', '.join(percent(row, f'in_spec_{images}') for images in (10, 50))}")
 
     return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves",
-                  "full moves; in specification after 10, 50", "shrinking moves; in specification after 10, 50"),
+                  *(f"{moves} moves; in specification after 11, 51 captures" for moves in ("full", "shrinking"))),
                  [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
                    f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}",
                    *(end(name, moves) for moves in ("full", "shrinking")))
                   for name, rows in by_training("trainings/ablations.csv").items()])
 
 
-def from_nothing():
-    """Trainings from nothing with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
+def from_scratch():
+    """Trainings from scratch with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
     found = settled("shaped_limits", "limits")
     exact = {name.removeprefix("ppo-exact-"): rows for name, rows in by_training("training_exact.csv").items()
              if rows[0]["size"] == "100"}
@@ -293,7 +370,7 @@ def from_nothing():
                 rounded(number(full["distance"]), 2))
 
     return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED), "end",
-                  "in specification after ten images: full, shrinking moves", "RMSE after fifty full moves",
+                  "in specification after 11 captures: full, shrinking moves", "RMSE after fifty full moves",
                   "after fifty shrinking ones", "the same without the common offset", "from the nominal pose"),
                  [(name, length(name, rows), *(error_at(rows, steps - CONTINUED.get(name, 0)) for steps in TRAINED),
                    mean(rows, "rmse_12"), *end(name))
@@ -301,9 +378,9 @@ def from_nothing():
 
 
 def arrivals(study, protocol):
-    """Images after which half of the instances stay within some distances of their own optimum."""
+    """Captures after which half of the instances stay within some distances of their own optimum."""
     def cell(name, level):
-        return " / ".join(str(NO_VALUE if step is None else step)
+        return " / ".join(str(NO_VALUE if step is None else captures(step))
                           for step in (study.arrival(protocol, name, level, target) for target in TARGETS))
 
     return table(("method",) + LEVELS,
@@ -350,11 +427,13 @@ def trainings():
 
 def tables():
     study = Study()
-    made = {"short": short(study, "paper")}
+    compared, of_trainings = read("floors.csv"), read("trainings/contrasts.csv")
+    made = {"short": short(study, "paper"), "floors": floors(compared), "authors": authors()}
     for protocol in ("paper", "blind"):
         made[f"final {protocol}"] = final(study, protocol)
         made[f"rules {protocol}"] = rules(study, protocol)
-        made[f"contrasts {protocol}"] = contrasts(protocol)
+        made[f"yields {protocol}"] = yields(study, protocol)
+        made[f"contrasts {protocol}"] = contrasts(protocol, planned(compared))
         made[f"arrivals {protocol}"] = arrivals(study, protocol)
         made[f"thresholds {protocol}"] = thresholds(study, protocol)
         for level in LEVELS:
@@ -366,9 +445,9 @@ def tables():
     made["limits of trainings"] = limits()
     made["goal of trainings"] = goals()
     made["ablations of trainings"] = ablations()
-    made["trainings from nothing"] = from_nothing()
-    made["contrasts of trainings"] = contrasts("paper", "trainings/contrasts.csv", wanted=lambda name: "shrinking" not in name)
-    made["shrinking of trainings"] = contrasts("paper", "trainings/contrasts.csv", ("own", "current"),
+    made["trainings from scratch"] = from_scratch()
+    made["contrasts of trainings"] = contrasts("paper", of_trainings, wanted=lambda name: "shrinking" not in name)
+    made["shrinking of trainings"] = contrasts("paper", of_trainings, ("own", "current"),
                                                lambda name: "shrinking" in name)
     return made
 

@@ -1,7 +1,7 @@
 """Figures of trainings, a line each: `python3 reports/paper/training_exact.py`.
 
 Reads training_exact.csv, training.csv and trainings/shaped.csv beside it and writes docs/images/training_exact.png (the exact
-recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from nothing); needs matplotlib.
+recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from scratch); needs matplotlib.
 """
 
 import csv

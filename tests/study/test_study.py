@@ -55,6 +55,25 @@ class Published(unittest.TestCase):
                 done = subprocess.run([sys.executable, "-B", script, "--check"], capture_output=True, text=True)
                 self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_contrasts_at_the_floor_of_reports_are_those_of_the_report(self):
+        names = ("protocol", "noise_level", "first", "second", "rule", "n", "ratio", "lo95", "hi95", "verdict")
+        reported = {tuple(row[name] for name in names) for row in rows(PAPER / "contrasts.csv")}
+        again = {tuple(row[name] for name in names) for row in rows(PAPER / "floors.csv", floor="0.0001", planned="yes")}
+        self.assertGreater(len(reported), 100)
+        self.assertEqual(again, reported)
+
+    def test_levels_are_those_of_the_instances(self):
+        done = subprocess.run([sys.executable, "-B", PAPER / "levels.py"], capture_output=True, text=True)
+        self.assertEqual(done.stdout, (PAPER / "levels.csv").read_text(), done.stderr)
+
+    def test_lowest_merits_belong_to_the_study(self):
+        published = {row["trial"]: row for row in rows(PAPER / "instances.csv")}
+        lowest = rows(PAPER / "merit.csv")
+        self.assertEqual(len({row["trial"] for row in lowest}), 150)
+        for row in lowest:
+            for name in ("noise_level", "protocol", "algorithm", "instance"):
+                self.assertEqual(row[name], published[row["trial"]][name])
+
     def test_what_is_published_is_the_suite_of_the_tree(self):
         manifest = json.loads((PAPER / "sample" / "manifest.json").read_text())
         self.assertEqual(json.loads(manifest["suite"]), json.loads((TREE / "suites" / "paper.json").read_text()))
