@@ -231,11 +231,13 @@ def instances_csv(differences, folder, file):
         differences.add("instances.csv, trials", len(trials), len(table))
         return
     for trial, row in trials.iterrows():
+        counts = row.made and row.end in recompute.ENDED_WELL
         for column, values in ((track, row[track]) for track in recompute.TRACKS):
-            differences.number(f"instances.csv: {trial}, {column}", values[-1] if row.made else None, table.loc[trial, column])
+            differences.number(f"instances.csv: {trial}, {column}", values[-1] if counts else None, table.loc[trial, column])
         for column in recompute.MTF:
             if column in table.columns:
-                differences.number(f"instances.csv: {trial}, {column}", row[column], table.loc[trial, column])
+                own = column.startswith("own_optimum")
+                differences.number(f"instances.csv: {trial}, {column}", row[column] if counts or own else None, table.loc[trial, column])
 
 
 def page(differences, groups, file):
@@ -252,6 +254,7 @@ def page(differences, groups, file):
             if curve["method"] != there["method"]:
                 differences.add(name, curve["method"], there["method"])
             for track, of in there["tracks"].items():
+                of = there["tracks"][of] if isinstance(of, str) else of  # equal to the track of this name
                 steps = there.get("steps") or range(there["first_step"], there["first_step"] + len(of["median"]))
                 for what, values in of.items():
                     for step, value in zip(steps, values):
