@@ -23,7 +23,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
     Args:
         folder: The results folder.
         what: "curves" (medians over instances, one row per step), "instances" (one row per trial, without errors if it
-            failed) or "steps" (every step of every trial; `end` tells whether the trial failed).
+            failed) or "steps" (every step of every trial; `end` states whether the trial failed).
 
     Raises:
         FileNotFoundError: The folder has no results, or not this table.

@@ -47,9 +47,9 @@ TEST(CliMistakes, HintsCanBeTyped) {
   const auto hint = [&](const std::string& script) {
     return shell(place, "ln -sfn \"$RELIGN_BENCH\" relign-bench; " + script).err;
   };
-  EXPECT_THAT(hint("./relign-bench runn"), HasSubstr("\nSee: ./relign-bench --help\n"));
+  EXPECT_THAT(hint("./relign-bench rnu"), HasSubstr("\nSee: ./relign-bench --help\n"));
   EXPECT_THAT(hint("./relign-bench lens drw"), HasSubstr("\nSee: ./relign-bench lens --help\n"));
-  EXPECT_THAT(hint("PATH=\"$PWD:$PATH\"; relign-bench runn"), HasSubstr("\nSee: relign-bench --help\n"));
+  EXPECT_THAT(hint("PATH=\"$PWD:$PATH\"; relign-bench rnu"), HasSubstr("\nSee: relign-bench --help\n"));
   EXPECT_THAT(hint("mkdir -p 'my bin'; cp -P relign-bench 'my bin'; 'my bin/relign-bench' runn"),
               HasSubstr("\nSee: 'my bin/relign-bench' --help\n"));
   EXPECT_THAT(hint("touch lens.zmx; ./relign-bench render --scene lens.zmx"),

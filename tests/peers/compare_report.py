@@ -236,8 +236,8 @@ def instances_csv(differences, folder, file):
             differences.number(f"instances.csv: {trial}, {column}", values[-1] if counts else None, table.loc[trial, column])
         for column in recompute.MTF:
             if column in table.columns:
-                own = column.startswith("own_optimum")
-                differences.number(f"instances.csv: {trial}, {column}", row[column] if counts or own else None, table.loc[trial, column])
+                known = counts or column.startswith("own_optimum")
+                differences.number(f"instances.csv: {trial}, {column}", row[column] if known else None, table.loc[trial, column])
 
 
 def page(differences, groups, file):
@@ -253,8 +253,8 @@ def page(differences, groups, file):
             name = f"report.html: {found['label']}, {curve['method']}"
             if curve["method"] != there["method"]:
                 differences.add(name, curve["method"], there["method"])
-            for track, of in there["tracks"].items():
-                of = there["tracks"][of] if isinstance(of, str) else of  # equal to the track of this name
+            for track, found_of in there["tracks"].items():
+                of = there["tracks"][found_of] if isinstance(found_of, str) else found_of  # a name: equal to that track
                 steps = there.get("steps") or range(there["first_step"], there["first_step"] + len(of["median"]))
                 for what, values in of.items():
                     for step, value in zip(steps, values):
