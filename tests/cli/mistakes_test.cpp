@@ -50,7 +50,7 @@ TEST(CliMistakes, HintsCanBeTyped) {
   EXPECT_THAT(hint("./relign-bench rnu"), HasSubstr("\nSee: ./relign-bench --help\n"));
   EXPECT_THAT(hint("./relign-bench lens drw"), HasSubstr("\nSee: ./relign-bench lens --help\n"));
   EXPECT_THAT(hint("PATH=\"$PWD:$PATH\"; relign-bench rnu"), HasSubstr("\nSee: relign-bench --help\n"));
-  EXPECT_THAT(hint("mkdir -p 'my bin'; cp -P relign-bench 'my bin'; 'my bin/relign-bench' runn"),
+  EXPECT_THAT(hint("mkdir -p 'my bin'; cp -P relign-bench 'my bin'; 'my bin/relign-bench' rnu"),
               HasSubstr("\nSee: 'my bin/relign-bench' --help\n"));
   EXPECT_THAT(hint("touch lens.zmx; ./relign-bench render --scene lens.zmx"),
               HasSubstr("'./relign-bench scene new lens.zmx'"));

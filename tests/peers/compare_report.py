@@ -236,8 +236,8 @@ def instances_csv(differences, folder, file):
             differences.number(f"instances.csv: {trial}, {column}", values[-1] if counts else None, table.loc[trial, column])
         for column in recompute.MTF:
             if column in table.columns:
-                known = counts or column.startswith("own_optimum")
-                differences.number(f"instances.csv: {trial}, {column}", row[column] if known else None, table.loc[trial, column])
+                value = row[column] if counts or column.startswith("own_optimum") else None
+                differences.number(f"instances.csv: {trial}, {column}", value, table.loc[trial, column])
 
 
 def page(differences, groups, file):
