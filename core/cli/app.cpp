@@ -10,6 +10,7 @@
 #include "base/fault.h"
 #include "base/files.h"
 #include "base/machine.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/argument_fault.h"
@@ -71,11 +72,10 @@ std::string explain_parse_error(const CLI::App& app, const CLI::ParseError& erro
 }
 
 std::string help_hint(const CLI::App& app) {
-  const CLI::App* verb = chosen_verb(app);
-  std::string path = verb->get_name();
-  for (const CLI::App* level = verb->get_parent(); level != nullptr; level = level->get_parent())
-    path = level->get_name() + " " + path;
-  return "See: " + path + " --help";
+  std::string arguments = "--help";
+  for (const CLI::App* level = chosen_verb(app); level->get_parent() != nullptr; level = level->get_parent())
+    arguments = level->get_name() + " " + arguments;
+  return "See: " + own_command(arguments);
 }
 
 void add_global_options(CLI::App& app, Context& context) {
@@ -214,6 +214,7 @@ void add_rule_option(CLI::App& verb, std::string& rule) {
 int run_program(int argc, const char* const* argv) {
   Context context;
   context.command_line.assign(argv, argv + argc);
+  if (argc > 0) set_own_program(argv[0]);
   CLI::App app(
       "Benchmark active alignment of lenses: every method runs on the same seeded instances and is scored by its "
       "noise-free error.",
@@ -224,6 +225,7 @@ int run_program(int argc, const char* const* argv) {
     app.require_subcommand(0, 1);
     app.footer(
         "Example:\n  relign-bench run suites/quick.json\n\n"
+        "Help of a verb: relign-bench VERB --help\n\n"
         "Exit codes: 0 success; 1 internal error; 2 invalid arguments, suite or file; 3 finished, but trials\n"
         "failed; 4 records differ, or a comparison gate failed; 5 plugin rejected; 75 stopped, resumable;\n"
         "130 interrupted by Ctrl-C, resumable.");

@@ -1,6 +1,7 @@
 #include "cli/chosen_lens.h"
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/assembly_file.h"
@@ -64,10 +65,11 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
 
 void refuse_station(const LoadedScene& scene, const std::string& scene_id) {
   if (!scene.facts.owns_stage) return;
-  throw Error(ErrorKind::bad_input, "--scene: '" + scene_id +
-                                        "' is a hardware station, which cannot render a given pose; "
-                                        "capture its images in a trial: relign-bench try ALGORITHM --scene " +
-                                        shell_quoted(scene_id) + " --frames DIR");
+  throw Error(ErrorKind::bad_input,
+              "--scene: '" + scene_id +
+                  "' is a hardware station, which cannot render a given pose; "
+                  "capture its images in a trial: " +
+                  own_command("try ALGORITHM --scene " + shell_quoted(scene_id) + " --frames DIR"));
 }
 
 }  // namespace relign::cli

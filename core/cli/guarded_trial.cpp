@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "base/own_command.h"
 #include "cli/app.h"
 
 namespace relign::cli {
 namespace {
 
 bool trial_running = false;
+std::string crash_text;  // made before a crash, whose handler must not allocate
 
 void report_exit() {
   if (!trial_running) return;
@@ -21,13 +23,12 @@ void report_exit() {
 }
 
 void report_crash(int) {
-  constexpr char kText[] =
-      "error: a plugin crashed during the trial and ended this program; 'relign-bench run' isolates each trial in a "
-      "separate process\n";
-  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, kText, sizeof kText - 1);
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, crash_text.data(), crash_text.size());
 }  // SA_RESETHAND has removed the handler, so the crash repeats and the shell sees the signal
 
 void install_crash_handlers() {
+  crash_text = "error: a plugin crashed during the trial and ended this program; '" + own_command("run") +
+               "' isolates each trial in a separate process\n";
   for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) {
     struct sigaction before {
     }, ours{};

@@ -1,5 +1,11 @@
 #include "cli/shared_files.h"
 
+#include <algorithm>
+#include <vector>
+
+#include "base/error.h"
+#include "base/text.h"
+
 namespace relign::cli {
 
 namespace fs = std::filesystem;
@@ -12,10 +18,18 @@ fs::path shared_folder(const std::string& name) {
 
 fs::path suite_file(const std::string& argument) {
   std::error_code error;
-  const fs::path given = argument;
-  if (fs::exists(given, error) || given.has_parent_path() || given.has_extension()) return given;
-  const fs::path installed = shared_folder("suites") / (argument + ".json");
-  return fs::exists(installed, error) ? installed : given;
+  if (fs::exists(argument, error)) return argument;
+  std::vector<std::string> installed;
+  for (fs::directory_iterator entry(shared_folder("suites"), error), end; !error && entry != end;
+       entry.increment(error))
+    if (entry->path().extension() == ".json") installed.push_back(entry->path().stem().string());
+  std::sort(installed.begin(), installed.end());
+  if (std::find(installed.begin(), installed.end(), argument) != installed.end())
+    return shared_folder("suites") / (argument + ".json");
+  const std::string nearest = nearest_name(fs::path(argument).stem().string(), installed);
+  throw Error(ErrorKind::bad_input, "SUITE: no file '" + argument + "'; " +
+                                        (nearest.empty() ? "installed suites: " + join(installed, ", ")
+                                                         : "did you mean the installed suite '" + nearest + "'?"));
 }
 
 }  // namespace relign::cli

@@ -9,8 +9,11 @@ namespace relign::cli {
 // share/relign-bench/NAME; the folder may be missing.
 std::filesystem::path shared_folder(const std::string& name);
 
+inline constexpr const char* kSuiteHelp =
+    "suite file (JSON: scenes, noise levels, algorithms), or the name of an installed one, such as quick";
+
 // The path of a suite argument. A name without folder and extension that is not a file, such as "quick", is looked up
-// among the installed suites.
+// among the installed suites. Throws Error(bad_input) for neither.
 std::filesystem::path suite_file(const std::string& argument);
 
 }  // namespace relign::cli

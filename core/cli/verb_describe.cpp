@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -94,8 +95,8 @@ std::string try_command(const Manifest& plugin, const Preset* preset) {
   for (const Parameter& parameter : plugin.parameters) {
     const Json value = another_value(parameter, shown_value(parameter, preset));
     if (value.is_null()) continue;
-    return "relign-bench try " + shell_quoted(preset == nullptr ? plugin.id : preset->id) + " --parameters " +
-           shell_quoted(Json{{parameter.name, value}}.dump());
+    return own_command("try " + shell_quoted(preset == nullptr ? plugin.id : preset->id) + " --parameters " +
+                       shell_quoted(Json{{parameter.name, value}}.dump()));
   }
   return "";
 }
@@ -186,8 +187,8 @@ std::string id_of(Context& context, const std::string& given) {
     const Json document = JsonSource::from_file(given).root();
     if (document.is_object() && document.contains("use") && document["use"].is_string())
       throw Error(ErrorKind::bad_input, given + " is an input file of '" + document["use"].get<std::string>() +
-                                            "'; describe that plugin, or print a scene's lens with 'relign-bench lens "
-                                            "info --scene FILE'");
+                                            "'; describe that plugin, or print a scene's lens with '" +
+                                            own_command("lens info --scene FILE") + "'");
   }
   return context.catalog().add(given)->id;
 }

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -82,7 +83,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {
     print_text(result_text(summary, arguments.out));
-    std::fprintf(stderr, "Next: relign-bench report %s\n", shell_quoted(arguments.out).c_str());
+    std::fprintf(stderr, "Next: %s\n", own_command("report " + shell_quoted(arguments.out)).c_str());
   }
   if (summary.disagreeing == 0) return kDone;
   print_warning(trials_text(summary.disagreeing) + " differ between two folders: they are not reproducible");

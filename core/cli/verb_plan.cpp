@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
@@ -58,12 +59,14 @@ int make_plan(Context& context, const PlanArguments& arguments) {
                std::to_string(runner::places_of_shard(prepared.plan, arguments.shards - 1, arguments.shards).size()) +
                " to " + std::to_string(runner::places_of_shard(prepared.plan, 0, arguments.shards).size()) +
                " trials\n");
-  std::fprintf(stderr,
-               "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
-               "  relign-bench run --plan %s --shard 0/%u%s%s\n  relign-bench merge %s -o %s\n",
-               shell_quoted(arguments.out).c_str(), arguments.shards, context.sandboxed ? " --sandbox" : "",
-               arguments.shards > 1 ? ("   ... " + last).c_str() : "", shell_quoted("results/" + name).c_str(),
-               shell_quoted("results/" + name + "-merged").c_str());
+  std::fprintf(
+      stderr,
+      "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
+      "  %s --shard 0/%u%s%s\n  %s\n",
+      own_command("run --plan " + shell_quoted(arguments.out)).c_str(), arguments.shards,
+      context.sandboxed ? " --sandbox" : "", arguments.shards > 1 ? ("   ... " + last).c_str() : "",
+      own_command("merge " + shell_quoted("results/" + name) + " -o " + shell_quoted("results/" + name + "-merged"))
+          .c_str());
   return kDone;
 }
 
@@ -88,7 +91,7 @@ void add_plan(CLI::App& app, Context& context) {
                      "run, merge, validate"});
   auto arguments = std::make_shared<PlanArguments>();
   arguments->out = "plan.json";
-  verb.add_option("SUITE", arguments->suite, "suite file (JSON)")->required()->type_name("FILE");
+  verb.add_option("SUITE", arguments->suite, kSuiteHelp)->required()->type_name("FILE");
   verb.add_option("-o,--out", arguments->out, "plan file; plugins and data files are not copied into it")
       ->type_name("FILE")
       ->capture_default_str();

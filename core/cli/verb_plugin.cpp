@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -34,9 +35,10 @@ std::string next_steps(const NewPlugin& made) {
   const std::string folder = shell_quoted(made.folder.string());
   const bool python = made.language == "python";
   const std::string plugin = python ? "./" + made.name + ".py" : "./build/" + made.name;
-  std::string use = "relign-bench try " + plugin;
-  if (made.kind == "scene") use = "relign-bench try nlopt-sbplx --scene " + plugin;
-  if (made.kind == "noise-level") use = "relign-bench try nlopt-sbplx --noise-level " + plugin;
+  std::string arguments = "try ";
+  if (made.kind == "scene") arguments += "nlopt-sbplx --scene ";
+  if (made.kind == "noise-level") arguments += "nlopt-sbplx --noise-level ";
+  const std::string use = own_command_elsewhere(arguments + plugin);
   if (python) return "  cd " + folder + "\n  python3 test_" + made.name + ".py\n  " + use + "\n";
   const fs::path prefix = template_folder().parent_path().parent_path().parent_path();
   return "  cd " + folder + "\n  cmake -S . -B build -DCMAKE_PREFIX_PATH=" + shell_quoted(prefix.string()) +
@@ -61,9 +63,8 @@ int new_network(Context& context, const NewPluginArguments& arguments) {
   else
     print_result(wanted.folder.string() + "\n");
   std::fprintf(
-      stderr,
-      "Next: fill in normalisation and output in %s (README.md beside it), then\n  relign-bench try %s --scene %s\n",
-      side_file.c_str(), shell_quoted(side_file.string()).c_str(), shell_quoted(wanted.scene).c_str());
+      stderr, "Next: fill in normalisation and output in %s (README.md beside it), then\n  %s\n", side_file.c_str(),
+      own_command("try " + shell_quoted(side_file.string()) + " --scene " + shell_quoted(wanted.scene)).c_str());
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/animation.h"
@@ -44,8 +45,8 @@ Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manif
     const plugin_host::Parameter* parameter = scene.parameter(name);
     if (parameter == nullptr)
       throw Error(ErrorKind::bad_input, std::string("--") + (option ? option : name) + ": scene '" + used +
-                                            "' has no parameter '" + name + "'; see: relign-bench describe " +
-                                            shell_quoted(used));
+                                            "' has no parameter '" + name +
+                                            "'; see: " + own_command("describe " + shell_quoted(used)));
     const bool is_file = parameter->type == plugin_host::ParameterType::file;
     given[name] = is_file ? Json(fs::absolute(value.get<std::string>()).string()) : value;
   };
@@ -171,8 +172,11 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
   } else {
     print_result(arguments.out + "\n");
     if (average)
-      std::fprintf(stderr, "standard error %s per pixel (root mean square), %llu rays per pixel\n",
-                   significant(average->standard_error, 2).c_str(), static_cast<unsigned long long>(average->samples));
+      std::fprintf(stderr,
+                   "standard error %s per pixel (root mean square over the image, in the unit of RMSE; white is %s), "
+                   "%llu rays per pixel\n",
+                   significant(average->standard_error, 2).c_str(), significant(scene.facts.image_white, 3).c_str(),
+                   static_cast<unsigned long long>(average->samples));
   }
   return kDone;
 }
@@ -208,11 +212,12 @@ void add_render(CLI::App& app, Context& context) {
                   "[default: the scene's]")
       ->type_name("TARGET");
   verb.add_option("--sampler", given.sampler, "ray sampler: paper, hemisphere, pupil or lattice [default: the scene's]")
-      ->type_name("NAME:{paper,hemisphere,pupil}");
+      ->type_name("NAME:{paper,hemisphere,pupil,lattice}");
   verb.add_option("--transport", given.transport, "light transport: refract, fresnel or ghost [default: the scene's]")
       ->type_name("NAME:{refract,fresnel,ghost}");
   verb.add_option("--samples", given.samples,
-                  "rays per pixel [default: the scene's; with --noise-free, as many as --error requires]")
+                  "rays per pixel; with --noise-free the error that they reach is printed [default: the scene's; with "
+                  "--noise-free, as many as --error requires]")
       ->type_name("COUNT")
       ->check(whole_number());
   verb.add_option("--seed", given.seed, "seed of the image's noise; with --noise-free, of the residual noise")
@@ -220,11 +225,11 @@ void add_render(CLI::App& app, Context& context) {
       ->check(whole_number())
       ->capture_default_str();
   verb.add_flag("--noise-free", given.noise_free,
-                "render the expected image: average until --error is reached, and print the error to stderr");
-  verb.add_option(
-          "--error", given.error,
-          "with --noise-free: standard error per pixel to reach (root mean square over the image); warns if the "
-          "scene's limit of rays is reached first [default: 0.0003]")
+                "render the expected image: average until --error is reached, and print the error that was reached");
+  verb.add_option("--error", given.error,
+                  "with --noise-free: standard error per pixel to reach (root mean square over the image, in the unit "
+                  "of RMSE); "
+                  "warns if the scene's limit of rays is reached first [default: 0.0003]")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-9, 1e9));
   verb.add_option(

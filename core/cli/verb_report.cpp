@@ -123,7 +123,7 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 }  // namespace
 
 void add_report(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"report", "Write the page and the tables of results folders.",
+  CLI::App& verb = add_verb(app, {"report", "Write the HTML page and the tables of results folders.",
                                   "relign-bench report results/quick\n"
                                   "relign-bench report results/quick --figures paper\n"
                                   "relign-bench report results/quick results/more --format csv -o ranking.csv\n"

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -142,7 +143,7 @@ std::string trial_to_watch(const suites::Suite& suite, const std::string& best) 
   const plugin_host::Choice &scene = suite.scenes.back().choice, &level = suite.levels.back().choice;
   std::set<std::string> plugins;
   for (const plugin_host::Choice* used : {&method.choice, &scene, &level}) plugins.insert(plugin_option(*used->plugin));
-  std::string command = "relign-bench try " + typed_choice(method.choice);
+  std::string command = own_command("try " + typed_choice(method.choice));
   if (typed_choice(scene) != "relign_od") command += " --scene " + typed_choice(scene);
   command += " --noise-level " + typed_choice(level);
   if (method.protocol != "paper") command += " --protocol " + method.protocol;
@@ -168,9 +169,9 @@ int print_shard(Context& context, const fs::path& results, const runner::RunSumm
     std::fputs("Nothing to do: every trial of this shard is recorded.\n", stderr);
   } else {
     print_result("results  " + results.string() + "\n");
-    std::fprintf(stderr, "%zu trials in %s.\nNext, when all shards are complete: relign-bench merge %s -o DIR\n",
-                 summary.trials, duration_text(summary.seconds).c_str(),
-                 shell_quoted(results.parent_path().string()).c_str());
+    std::fprintf(stderr, "%zu trials in %s.\nNext, when all shards are complete: %s\n", summary.trials,
+                 duration_text(summary.seconds).c_str(),
+                 own_command("merge " + shell_quoted(results.parent_path().string()) + " -o DIR").c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
@@ -191,7 +192,9 @@ int run_suite(Context& context, const RunArguments& arguments) {
   options.draw_lens = scene_lens_svg;
 
   if (arguments.suite.empty() == arguments.plan.empty())
-    throw Error(ErrorKind::bad_input, "SUITE is required, or --plan FILE with --shard i/n");
+    throw Error(ErrorKind::bad_input,
+                "SUITE is required: a suite file, or the name of an installed suite such as quick; or --plan FILE with "
+                "--shard i/n");
   std::unique_ptr<ShardJob> job;
   context.start_sandbox(arguments.out.empty() ? fs::path("results") : fs::path(arguments.out));
   if (!arguments.plan.empty()) job = std::make_unique<ShardJob>(arguments.plan, arguments.shard, context.sandboxed);
@@ -268,8 +271,7 @@ void add_run(CLI::App& app, Context& context) {
                                   "relign-bench run --plan plan.json --shard 3/40",
                                   "validate, try, report, plan, verify"});
   auto arguments = std::make_shared<RunArguments>();
-  verb.add_option("SUITE", arguments->suite, "suite file (JSON), or the name of an installed one, such as quick")
-      ->type_name("FILE");
+  verb.add_option("SUITE", arguments->suite, kSuiteHelp)->type_name("FILE");
   verb.add_option("-o,--out", arguments->out,
                   "results folder; with --plan, the folder of the shards' folders [default: results/NAME, with the "
                   "suite's name]")

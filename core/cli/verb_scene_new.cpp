@@ -5,6 +5,7 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -144,10 +145,9 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
   for (const std::string& remark : remarks) text += "  " + remark + "\n";
   print_text(text);
   const std::string scene = shell_quoted((folder / "scene.json").string());
-  std::fprintf(stderr,
-               "Next:\n  relign-bench lens info --scene %s\n  relign-bench render --scene %s -o reference.png\n"
-               "  relign-bench run %s\n",
-               scene.c_str(), scene.c_str(), shell_quoted((folder / "suite.json").string()).c_str());
+  std::fprintf(stderr, "Next:\n  %s\n  %s\n  %s\n", own_command("lens info --scene " + scene).c_str(),
+               own_command("render --scene " + scene + " -o reference.png").c_str(),
+               own_command("run " + shell_quoted((folder / "suite.json").string())).c_str());
 }
 
 int new_scene(Context& context, const NewSceneArguments& arguments) {

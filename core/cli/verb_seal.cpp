@@ -11,6 +11,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/secrets.h"
@@ -48,8 +49,8 @@ int make_secret(const Context& context, const std::string& out) {
     print_result("secret      " + out + "\ncommitment  " + commitment + "\n");
   std::fprintf(stderr,
                "Next: write \"commitment\": \"%s\" into the suite and publish it; keep the file to yourself, and run\n"
-               "  relign-bench run SUITE --secret %s\n",
-               commitment.c_str(), shell_quoted(out).c_str());
+               "  %s\n",
+               commitment.c_str(), own_command("run SUITE --secret " + shell_quoted(out)).c_str());
   return kDone;
 }
 
@@ -68,8 +69,9 @@ int publish_secret(const Context& context, const fs::path& results, const std::s
     print_result(Json({{"results", results.string()}, {"commitment", commitment}, {"secret", secret}}).dump(2) + "\n");
   else
     print_result("unsealed    " + results.string() + "\ncommitment  " + commitment + "\n");
-  std::fprintf(stderr, "Next: anybody can check the results now: relign-bench verify %s%s\n",
-               shell_quoted(results.string()).c_str(), records::ran_in_sandbox(manifest) ? " --sandbox" : "");
+  std::fprintf(stderr, "Next: anybody can check the results now: %s%s\n",
+               own_command("verify " + shell_quoted(results.string())).c_str(),
+               records::ran_in_sandbox(manifest) ? " --sandbox" : "");
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/slurm_script.h"
@@ -99,8 +100,8 @@ int print_script(Context& context, const ScriptArguments& arguments) {
   if (isatty(STDOUT_FILENO) == 0)
     std::fprintf(stderr,
                  "Next: sbatch FILE (with -p and -A as your cluster requires), and later\n"
-                 "  relign-bench slurm status --plan %s%s\n",
-                 shell_quoted(arguments.plan).c_str(),
+                 "  %s%s\n",
+                 own_command("slurm status --plan " + shell_quoted(arguments.plan)).c_str(),
                  arguments.out.empty() ? "" : (" -o " + shell_quoted(arguments.out)).c_str());
   return kDone;
 }

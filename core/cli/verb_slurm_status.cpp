@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "cli/app.h"
 #include "cli/slurm_script.h"
@@ -95,7 +96,7 @@ int print_status(Context& context, const StatusArguments& arguments) {
   }
   print_text(status_text(plan, shards));
   if (complete)
-    std::fprintf(stderr, "Next: relign-bench merge %s -o DIR\n", shell_quoted(results.string()).c_str());
+    std::fprintf(stderr, "Next: %s\n", own_command("merge " + shell_quoted(results.string()) + " -o DIR").c_str());
   else
     std::fputs(
         "Shards that squeue still lists are running. Resubmit the others with the same script:\n"

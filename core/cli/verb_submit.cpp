@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -67,8 +68,8 @@ int pack(Context& context, const PackArguments& arguments) {
     print_text("archive  " + arguments.out + "\nsha256   " + hash + "\nfiles    " + std::to_string(files.size()) +
                ", " + std::to_string(bytes) + " bytes packed: " + join(files, ", ") + "\n");
   }
-  std::fprintf(stderr, "The self-test passed. Next: relign-bench submit evaluate %s --suite SUITE -o DIR\n",
-               shell_quoted(arguments.out).c_str());
+  std::fprintf(stderr, "The self-test passed. Next: %s\n",
+               own_command("submit evaluate " + shell_quoted(arguments.out) + " --suite SUITE -o DIR").c_str());
   return kDone;
 }
 

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -227,8 +228,9 @@ int finish(Context& context, const EvaluateArguments& arguments, const Evaluatio
                  "\n");
   else
     print_text(report::Report(folder / "results").ranking_table() + "\nevaluation  " + folder.path().string() + "\n");
-  std::fprintf(stderr, "%s in %s. Next: relign-bench verify %s --sandbox%s\n", trials_text(summary.trials).c_str(),
-               duration_text(summary.seconds).c_str(), shell_quoted((folder / "results").string()).c_str(),
+  std::fprintf(stderr, "%s in %s. Next: %s --sandbox%s\n", trials_text(summary.trials).c_str(),
+               duration_text(summary.seconds).c_str(),
+               own_command("verify " + shell_quoted((folder / "results").string())).c_str(),
                arguments.secret.empty() ? "" : " --secret FILE");
   if (disagreeing > 0) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;
@@ -240,9 +242,8 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   const JsonSource suite = JsonSource::from_file(suite_file(arguments.suite));
   std::error_code error;
   if (!fs::is_regular_file(arguments.archive, error))
-    throw Error(ErrorKind::bad_input, "ARCHIVE: '" + arguments.archive +
-                                          "' is not a file; expected what 'relign-bench "
-                                          "submit pack' writes");
+    throw Error(ErrorKind::bad_input, "ARCHIVE: '" + arguments.archive + "' is not a file; expected what '" +
+                                          own_command("submit pack") + "' writes");
   EvaluationFolder folder(fs::path(arguments.out).lexically_normal(), sha256_file(arguments.archive));
   context.sandboxed = true;
   context.start_sandbox(folder / kOwnRun);

@@ -221,7 +221,7 @@ void add_try(CLI::App& app, Context& context) {
       ->type_name("SCENE")
       ->capture_default_str();
   verb.add_option("--noise-level", arguments->level,
-                  "noise level: id, preset, path, or an object as in a suite; a hardware station requires none")
+                  "noise level: id, preset, path, or an object as in a suite; a hardware station requires 'none'")
       ->default_str("rho0.25; rho0 for a scene with fewer than two elements")
       ->type_name("LEVEL");
   verb.add_option("--instance", arguments->instance, "instance number, from 0")

@@ -128,7 +128,7 @@ void add_validate(CLI::App& app, Context& context) {
       add_verb(app, {"validate", "Check a suite; print all its mistakes, or its trials, frames and expected run time.",
                      "relign-bench validate suites/quick.json", "run, list, describe"});
   auto file = std::make_shared<std::string>();
-  verb.add_option("SUITE", *file, "suite file (JSON)")->required()->type_name("FILE");
+  verb.add_option("SUITE", *file, kSuiteHelp)->required()->type_name("FILE");
   add_sandbox_options(verb, context);
   verb.callback([&context, file] { context.action = [&context, file] { return validate(context, *file); }; });
 }

@@ -6,6 +6,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/own_command.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/frames.h"
@@ -97,8 +98,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
     text += "skipped    " + trials_text(summary.unknown) +
             " that this suite does not contain: its data files, or the plugins that it names, have changed\n";
   if (summary.completed > 0)
-    text += "added      the scores of the rules best and current to " + trials_text(summary.completed) +
-            "; 'relign-bench report' shows them\n";
+    text += "added      the scores of the rules best and current to " + trials_text(summary.completed) + "; '" +
+            own_command("report") + "' shows them\n";
   const bool no_replay = summary.replayed == 0 && summary.unknown == 0;
   text +=
       std::string("verdict    ") +

@@ -75,7 +75,7 @@ void PolicyAgent::check_scene(const Trial& trial) const {
   if (!same)
     throw std::invalid_argument("the network was trained for scene '" + about.scene +
                                 "', this scene has another reference image" + another +
-                                "; or set 'other_scenes' to run this one");
+                                "; or run this one with the parameter \"other_scenes\": true");
 }
 
 void PolicyAgent::push_frame(const ImageView& image) {

@@ -22,8 +22,8 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
 
     Args:
         folder: The results folder.
-        what: "curves" (medians over instances, one row per step), "instances" (one row per trial) or "steps" (every step of
-            every trial).
+        what: "curves" (medians over instances, one row per step), "instances" (one row per trial, without errors if it
+            failed) or "steps" (every step of every trial; `end` states whether the trial failed).
 
     Raises:
         FileNotFoundError: The folder has no results, or not this table.
@@ -53,7 +53,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
                 closing[record["trial"]] = record
             else:
                 rows.append(record)
-    keys = ("scene", "noise_level", "protocol", "algorithm", "instance")
+    keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end")
     # A trial counts once it has a closing line; the steps of interrupted trials are left out.
     return pandas.DataFrame([{**{key: closing[row["trial"]][key] for key in keys}, **row} for row in rows
                              if row["trial"] in closing])

@@ -41,6 +41,25 @@ TEST(CliMistakes, ReportsInvalidArguments) {
   expect_mistake(place, {"list", "lenses"}, 2, HasSubstr("unknown kind 'lenses'"));
 }
 
+// A hint names the program as the user typed it; from the clone, relign-bench is not on the PATH.
+TEST(CliMistakes, HintsCanBeTyped) {
+  const Workplace place;
+  const auto hint = [&](const std::string& script) {
+    return shell(place, "ln -sfn \"$RELIGN_BENCH\" relign-bench; " + script).err;
+  };
+  EXPECT_THAT(hint("./relign-bench rnu"), HasSubstr("\nSee: ./relign-bench --help\n"));
+  EXPECT_THAT(hint("./relign-bench lens drw"), HasSubstr("\nSee: ./relign-bench lens --help\n"));
+  EXPECT_THAT(hint("PATH=\"$PWD:$PATH\"; relign-bench rnu"), HasSubstr("\nSee: relign-bench --help\n"));
+  EXPECT_THAT(hint("mkdir -p 'my bin'; cp -P relign-bench 'my bin'; 'my bin/relign-bench' rnu"),
+              HasSubstr("\nSee: 'my bin/relign-bench' --help\n"));
+  EXPECT_THAT(hint("touch lens.zmx; ./relign-bench render --scene lens.zmx"),
+              HasSubstr("'./relign-bench scene new lens.zmx'"));
+  EXPECT_THAT(hint("./relign-bench report ."), HasSubstr("'./relign-bench run SUITE -o FOLDER'"));
+  const std::string steps = hint("./relign-bench plugin new --kind optimizer mine");
+  EXPECT_THAT(steps, HasSubstr("  cd mine\n")) << "so that a relative path would not lead to the program";
+  EXPECT_THAT(steps, HasSubstr("  " + place.path("relign-bench").string() + " try ./build/mine\n"));
+}
+
 TEST(CliMistakes, ReportsUnknownPluginsPresetsAndParameters) {
   const Workplace place;
   expect_mistake(place, {"try", "nlopt-sblpx"}, 2, HasSubstr("did you mean 'nlopt-sbplx'?"));
@@ -90,7 +109,11 @@ TEST(CliMistakes, ReportsUnreadableSuites) {
   const Workplace place;
   place.write("half.json", "{\"scenes\": [\"relign_od\"],\n");
   expect_mistake(place, {"run", "half.json"}, 2, HasSubstr("half.json:"));
-  expect_mistake(place, {"run", "nowhere.json"}, 2, HasSubstr("nowhere.json"));
+  expect_mistake(place, {"run", "nowhere.json"}, 2,
+                 AllOf(HasSubstr("no file 'nowhere.json'; installed suites: "), HasSubstr(", quick")));
+  expect_mistake(place, {"validate", "quik"}, 2, HasSubstr("did you mean the installed suite 'quick'?"));
+  expect_mistake(place, {"plan", "suites/quick.json", "-o", "plan.json"}, 2,
+                 HasSubstr("no file 'suites/quick.json'; did you mean the installed suite 'quick'?"));
   expect_mistake(place, {"validate", "."}, 2, HasSubstr("error: "));
 }
 

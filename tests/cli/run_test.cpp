@@ -34,7 +34,8 @@ TEST(CliRun, WritesResultsAndReport) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("nlopt-sbplx"), HasSubstr("random"), HasSubstr("home"),
                                  HasSubstr("results/tiny/report.html")));
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("12 of 12 trials"), HasSubstr("Next:"), HasSubstr("relign-bench try ")));
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("12 of 12 trials"), HasSubstr("Next:"), HasSubstr("\n  " RELIGN_PROGRAM " try ")));
   EXPECT_THAT(outcome.out, Not(HasSubstr("Next:")));
   for (const char* file : {"manifest.json", "trials/0000.jsonl", "times/0000.jsonl", "pictures/index.json",
                            "curves.csv", "curves.json", "instances.csv", "matrix.csv", "report.html"})

@@ -156,12 +156,19 @@ TEST(CliRender, AveragesNoiseFreeImageToGivenError) {
   };
   const std::string plain = image("a.npy", {"--seed", "1"});
   EXPECT_THAT(stated, testing::MatchesRegex(
-                          "standard error 0\\.000[12][0-9]* per pixel \\(root mean square\\), 1024 rays per pixel\n"));
+                          "standard error 0\\.000[12][0-9]* per pixel \\(root mean square over the image, in the unit "
+                          "of RMSE; white is 0\\.[0-9]+\\), 1024 rays per pixel\n"));
   EXPECT_EQ(plain, image("b.npy", {"--seed", "1"}));
   EXPECT_NE(plain, image("b.npy", {"--seed", "2"}));
   EXPECT_NE(plain, image("c.npy", {"--seed", "1", "--assembly", "tilted.json"}));
   image("d.npy", {"--samples", "100"});
-  EXPECT_THAT(stated, HasSubstr("100 rays per pixel"));
+  EXPECT_THAT(stated, AllOf(HasSubstr("in the unit of RMSE"), HasSubstr("100 rays per pixel")));
+  const Outcome listed = relign_bench(place, {"render", "--noise-free", "--samples", "100", "-o", "d.npy", "--json"});
+  const json reached = json::parse(listed.out);
+  EXPECT_EQ(reached["samples"], 100);
+  const double error = reached["standard_error"];
+  EXPECT_GT(error, 0);
+  EXPECT_NEAR(std::stod(stated.substr(std::string("standard error ").size())), error, 0.05 * error) << stated;
   image("d.npy", {"--error", "0.00001"});
   EXPECT_THAT(stated, AllOf(HasSubstr("e-05, not 1e-05: stopped at"), HasSubstr("16384 rays per pixel")));
 }

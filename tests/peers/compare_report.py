@@ -231,11 +231,13 @@ def instances_csv(differences, folder, file):
         differences.add("instances.csv, trials", len(trials), len(table))
         return
     for trial, row in trials.iterrows():
+        counts = row.made and row.end in recompute.ENDED_WELL
         for column, values in ((track, row[track]) for track in recompute.TRACKS):
-            differences.number(f"instances.csv: {trial}, {column}", values[-1] if row.made else None, table.loc[trial, column])
+            differences.number(f"instances.csv: {trial}, {column}", values[-1] if counts else None, table.loc[trial, column])
         for column in recompute.MTF:
             if column in table.columns:
-                differences.number(f"instances.csv: {trial}, {column}", row[column], table.loc[trial, column])
+                value = row[column] if counts or column.startswith("own_optimum") else None
+                differences.number(f"instances.csv: {trial}, {column}", value, table.loc[trial, column])
 
 
 def page(differences, groups, file):
@@ -251,7 +253,8 @@ def page(differences, groups, file):
             name = f"report.html: {found['label']}, {curve['method']}"
             if curve["method"] != there["method"]:
                 differences.add(name, curve["method"], there["method"])
-            for track, of in there["tracks"].items():
+            for track, found_of in there["tracks"].items():
+                of = there["tracks"][found_of] if isinstance(found_of, str) else found_of  # a name: equal to that track
                 steps = there.get("steps") or range(there["first_step"], there["first_step"] + len(of["median"]))
                 for what, values in of.items():
                     for step, value in zip(steps, values):

@@ -20,6 +20,7 @@ EXCESS_IMAGES = (6, 12, 50)
 GLUED = {"own": "mtf_", "best": "best_mtf_", "current": "current_mtf_"}  # members of closing lines
 UNCURED = {"own": "uncured_mtf_", "best": "best_uncured_mtf_", "current": "current_uncured_mtf_"}
 MTF = [of + point for of in (*GLUED.values(), *UNCURED.values(), "own_optimum_mtf_") for point in ("centre", "corner")]
+ENDED_WELL = ("budget_spent", "finished")
 RESOLUTION = 1e-4  # resolution of the RMSE
 RELEVANT_RATIO = 1.1  # unless the analysis plan has another one
 FEWEST_COMPARED = 6
@@ -173,7 +174,7 @@ class Group:
         self.judges = self.spec is not None or bool(self.limits)
         self.instances = sorted(trials.instance.unique())
         self.drawn = draws(len(self.instances), resamples, int(manifest["seed"]))
-        counts = trials.end.isin(["budget_spent", "finished"]) & (trials.made > 0)
+        counts = trials.end.isin(ENDED_WELL) & (trials.made > 0)
         self.by_method = {name: (of[counts[of.index]], int((~counts[of.index]).sum()))
                           for name, of in trials.groupby("algorithm", sort=False)}
 

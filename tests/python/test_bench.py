@@ -110,6 +110,7 @@ class Results(unittest.TestCase):
         steps = relign_bench.read_results(golden, "steps")
         self.assertEqual(set(steps["algorithm"]), {"home", "compass", "random"})
         self.assertEqual(len(steps[steps["trial"] == "00000000000000a0"]), 3)
+        self.assertIn("budget_spent", set(steps["end"]))
         with self.assertRaisesRegex(FileNotFoundError, "relign-bench report"):
             relign_bench.read_results(golden, "curves")
         with self.assertRaisesRegex(FileNotFoundError, "manifest.json"):

@@ -8,6 +8,7 @@
 #include "base/files.h"
 #include "base/json_members.h"
 #include "base/limits.h"
+#include "base/own_command.h"
 #include "base/text.h"
 
 namespace relign::leaderboard {
@@ -160,7 +161,8 @@ Evaluation read_evaluation(const fs::path& folder) {
   if (!fs::is_regular_file(folder / "evaluation.json", ignored))
     throw Error(ErrorKind::bad_input, "'" + folder.string() +
                                           "' is not an evaluation folder, since it has no file evaluation.json; create "
-                                          "one with 'relign-bench submit evaluate'");
+                                          "one with '" +
+                                          own_command("submit evaluate") + "'");
   const JsonSource source = limited_source(folder / "evaluation.json");
   std::vector<Problem> problems;
   ObjectReader root(source, "", problems);

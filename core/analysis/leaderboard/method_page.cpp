@@ -150,7 +150,8 @@ void strata_section(HtmlWriter& html, const Round& round, const std::set<std::st
   report::column_head(html, "name", "scene, noise level", "", "");
   report::column_head(html, "number", "final error", "RMSE, median (95 %)", "Noise-free, at the recommended pose");
   report::column_head(html, "number", "in spec", "of instances (95 %)", "Failed trials count as missed");
-  report::column_head(html, "number", "images to spec", "median", "Images until the specification is first met");
+  report::column_head(html, "number", "moves to spec", "median",
+                      "Moves, each with an image, until the specification is first met");
   report::column_head(html, "number", "machine time", "s, median", "Of one alignment");
   report::column_head(html, "number", "compute time", "ms per step", "Of the method; depends on the machine");
   report::column_head(html, "number", "failed", "trials", "");

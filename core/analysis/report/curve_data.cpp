@@ -88,9 +88,18 @@ Json thinned(const Curve& curve, const Thinning& thinning, Track first_track) {
   }
   std::vector<Track> order(std::begin(kByImportance), std::end(kByImportance));
   std::stable_partition(order.begin(), order.end(), [&](Track track) { return track == first_track; });
-  for (const Track track : order)
-    if (!curve.track(track).median.empty() && kept["tracks"].size() < thinning.most_tracks)
-      kept["tracks"][statistics::track_name(track)] = thinned(curve.track(track), places, thinning);
+  Json& tracks = kept["tracks"];
+  for (const Track track : order) {
+    if (curve.track(track).median.empty() || tracks.size() >= thinning.most_tracks) continue;
+    Json values = thinned(curve.track(track), places, thinning);
+    // Equal ones once, the others by name: without a cure shift the current pose is the commanded one.
+    for (const auto& [name, other] : tracks.items())
+      if (other == values) {
+        values = name;
+        break;
+      }
+    tracks[statistics::track_name(track)] = std::move(values);
+  }
   if (!curve.machine_seconds.empty()) kept["machine_seconds"] = values_at(curve.machine_seconds, places, 4);
   if (!curve.algorithm_seconds.empty()) kept["algorithm_seconds"] = values_at(curve.algorithm_seconds, places, 4);
   return kept;

@@ -144,7 +144,9 @@ std::vector<Figure> ecdf_figures(const PageModel& page, std::size_t index, std::
   chart.y = {"targets reached, %", false, false, {}, 0, 100};
   chart.height = height_for(chart.series.size());
   return {{"targets-" + group_file(group, index),
-           "Runtime ECDF: share of (instance, error target) pairs reached within a number of images.", chart}};
+           "Runtime ECDF: share of (instance, error target) pairs reached within a number of images after the one at "
+           "the start.",
+           chart}};
 }
 
 std::vector<Figure> residual_figures(const PageModel& page, std::size_t index, std::size_t most) {
@@ -217,7 +219,7 @@ std::vector<Figure> level_figures(const PageModel& page) {
       chart->height = height_for(chart->series.size());
     }
     yield.y = {"instances in spec, %", false, false, {}, 0, 100};
-    images.y = {"images to spec", true, true, {}};
+    images.y = {"moves to spec", true, true, {}};
     const std::string file = std::to_string(done.size()) + "-" + figure_file_name(first.scene + "-" + first.protocol);
     if (!yield.series.empty())
       figures.push_back({"yield-" + file,
@@ -226,8 +228,8 @@ std::vector<Figure> level_figures(const PageModel& page) {
     if (!images.series.empty())
       figures.push_back(
           {"images-to-spec-" + file,
-           "Images to specification: Kaplan-Meier median with its 95 % interval; no mark if fewer than half "
-           "of the instances reach it.",
+           "Moves to specification, each with an image: Kaplan-Meier median with its 95 % interval; no mark if "
+           "fewer than half of the instances reach it.",
            images});
   }
   return figures;

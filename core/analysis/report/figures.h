@@ -36,7 +36,7 @@ std::vector<Figure> residual_figures(const PageModel& page, std::size_t index, s
 // Performance profile and convergence of one aggregate, by its index (aggregate_figures.cpp).
 std::vector<Figure> aggregate_figures(const PageModel& page, std::size_t index, std::size_t most = kMaxMethodsInFigure);
 
-// Yield and images to specification over the noise levels, per scene and protocol.
+// Yield and moves to specification over the noise levels, per scene and protocol.
 std::vector<Figure> level_figures(const PageModel& page);
 
 // Error of the nominal lens along each axis, of one scene, by its index.

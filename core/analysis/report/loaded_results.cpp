@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
 
@@ -32,9 +33,9 @@ LoadedResults load_results(const fs::path& folder) {
   records::require_folder(folder);
   const fs::path manifest_path = folder / "manifest.json";
   if (!fs::exists(manifest_path, ignored))
-    throw Error(ErrorKind::bad_input, "'" + folder.string() +
-                                          "' is not a results folder, since it has no manifest.json; create one with "
-                                          "'relign-bench run SUITE -o FOLDER'");
+    throw Error(ErrorKind::bad_input,
+                "'" + folder.string() + "' is not a results folder, since it has no manifest.json; create one with '" +
+                    own_command("run SUITE -o FOLDER") + "'");
 
   LoadedResults results;
   results.folder = folder;

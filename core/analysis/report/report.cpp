@@ -149,7 +149,7 @@ std::string Report::html() const {
   std::map<std::string, double> rmse;
   for (const auto& part : content_->parts)
     for (const statistics::TrialRow& trial : part->results.trials.rows) {
-      if (trial.steps == 0 || shown.count(trial.trial) == 0) continue;
+      if (!trial.counts() || shown.count(trial.trial) == 0) continue;
       const double noise_free = trial.last_of(statistics::Track::recommended);
       rmse[trial.trial] = std::isnan(noise_free) ? trial.last_of(statistics::Track::best) : noise_free;
     }

@@ -1,4 +1,4 @@
-// Yield and images to specification over the noise levels.
+// Yield and moves to specification over the noise levels.
 #include "markup/html_writer.h"
 #include "report/figure_html.h"
 #include "report/sections.h"
@@ -23,7 +23,7 @@ std::string levels_section(const PageModel& page) {
   std::vector<Figure> figures = level_figures(page);
   if (figures.empty()) return "";
   HtmlWriter html;
-  html.element("h2", "Yield and images to specification").open("div", {{"class", "figures"}});
+  html.element("h2", "Yield and moves to specification").open("div", {{"class", "figures"}});
   bool any = false;
   for (Figure& figure : figures) {
     if (figure.chart.x.categories.size() < 2) continue;  // the ranking shows a single level

@@ -35,6 +35,7 @@ void each_film(const PageModel& page, const Gallery& gallery, const Each& each) 
 
 }  // namespace
 
+// Frames are arrays in the order that replay.js names.
 Json replay_data(const PageModel& page, const Gallery& gallery) {
   Json trials = Json::array(), references = Json::object(), axes = Json::object();
   for (const auto& [scene, reference] : gallery.references) references[scene] = picture_json(gallery, reference);
@@ -46,13 +47,10 @@ Json replay_data(const PageModel& page, const Gallery& gallery) {
     if (!trial.film.picture) return;
     Json frames = Json::array();
     for (const FilmFrame& frame : trial.film.frames)
-      frames.push_back({{"step", frame.step},
-                        {"commanded_pose", pose_json(frame.commanded_pose)},
-                        {"true_pose", pose_json(frame.true_pose)},
-                        {"measured", rounded(frame.measured, kReplayDigits)},
-                        {"commanded", rounded(frame.commanded, kReplayDigits)},
-                        {"recommended", rounded(frame.recommended, kReplayDigits)},
-                        {"seconds", rounded(frame.machine_seconds, kReplayDigits)}});
+      frames.push_back(
+          Json::array({frame.step, pose_json(frame.commanded_pose), pose_json(frame.true_pose),
+                       rounded(frame.measured, kReplayDigits), rounded(frame.commanded, kReplayDigits),
+                       rounded(frame.recommended, kReplayDigits), rounded(frame.machine_seconds, kReplayDigits)}));
     trials.push_back({{"group", group},
                       {"scene", trial.scene},
                       {"method", trial.algorithm},

@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "report/verdict_cases.h"
 
@@ -206,11 +207,12 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
   const Json& plan = object_of(results.manifest, "analysis");
   options.rule = rule ? *rule : statistics::rule_named(text_of(plan, "rule")).value_or(statistics::Rule::own);
   if (options.rule != statistics::Rule::own && results.trials.without_rules > 0)
-    throw Error(ErrorKind::bad_input, results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
-                                          " trials of an earlier version have no scores for the rule '" +
-                                          statistics::rule_name(options.rule) +
-                                          "'; replay them with 'relign-bench verify " +
-                                          shell_quoted(results.folder.string()) + " --add-rules' to add the scores");
+    throw Error(ErrorKind::bad_input,
+                results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
+                    " trials of an earlier version have no scores for the rule '" +
+                    statistics::rule_name(options.rule) + "'; replay them with '" +
+                    own_command("verify " + shell_quoted(results.folder.string()) + " --add-rules") +
+                    "' to add the scores");
   const Methods methods(results);
   for (const Method& method : methods.list())
     options.classes[{method.name, method.protocol}] = class_name(method.of_class);

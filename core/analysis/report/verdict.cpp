@@ -76,8 +76,10 @@ std::string yield_of_best(const Subject& of) {
     // More instances may meet the specification at some step than at the end, so that the median time is below the
     // budget although the yield is under one half.
     if (time->successes > yield.in) text += "; " + std::to_string(time->successes) + " met it at some step";
-    text += std::string(", half of all instances") + (of.group.spec.limits_mtf() ? " by RMSE" : "") + " within " +
-            counted(static_cast<std::size_t>(std::ceil(time->steps)), "step");
+    // Step 0 is an image, too.
+    const auto steps = static_cast<std::size_t>(std::ceil(time->steps));
+    text += std::string(", half of all instances") + (of.group.spec.limits_mtf() ? " by RMSE" : "") + " after " +
+            counted(steps + 1, "image") + (steps > 0 ? " (the one at the start included)" : " (the one at the start)");
     if (std::isfinite(time->seconds)) text += " and " + number_text(time->seconds) + " s of machine time";
   }
   if (yield.uncured)

@@ -130,23 +130,24 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   write(csv + "\n");
   for (const TrialRow& row : table.rows) {
     const Series& series = table.series_of(row);
+    // The last step of a failed trial is where it failed, not what the method reached: such a trial has no scores.
+    const auto score = [&row](double value) { return ',' + field(row.counts() ? value : kMissing); };
     csv = row.trial + ',' + field(series.scene) + ',' + field(series.noise_level) + ',' + field(series.protocol) + ',' +
           field(series.algorithm) + ',' + std::to_string(row.instance) + ',' + field(table.text(row.end)) + ',' +
           (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
-    for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += ',' + field(row.last[track]);
+    for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += score(row.last[track]);
     csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
            field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
     if (table.has_mtf()) {
       const TrialMtf& mtf = table.mtf_of(row);
       const records::MtfRecord& glued = mtf.glued[Rule::own];
-      for (const double value : {glued.centre, glued.corner, mtf.own_optimum.centre, mtf.own_optimum.corner})
-        csv += ',' + field(value);
+      csv += score(glued.centre) + score(glued.corner) + ',' + field(mtf.own_optimum.centre) + ',' +
+             field(mtf.own_optimum.corner);
     }
-    for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
-      csv += ',' + field(row.last[track]);
+    for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track) csv += score(row.last[track]);
     if (table.has_criteria()) {
       const TrialCriteria& criteria = table.criteria_of(row);
-      for (const double value : criteria.last.values) csv += ',' + field(value);
+      for (const double value : criteria.last.values) csv += score(value);
       csv += ',' + field(criteria.optimum_deficit);
     }
     csv += '\n';

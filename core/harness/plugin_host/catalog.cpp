@@ -9,6 +9,7 @@
 #include "base/fault.h"
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "plugin_host/objects.h"
@@ -104,8 +105,9 @@ void refuse_near_misses(Kind kind, const fs::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   if (ending == ".zmx" || ending == ".seq" || ending == ".len")
-    throw Error(ErrorKind::bad_input, path.string() + " is a lens file; create a scene with 'relign-bench scene new " +
-                                          shell_quoted(path.filename().string()) + "' and use its scene.json");
+    throw Error(ErrorKind::bad_input, path.string() + " is a lens file; create a scene with '" +
+                                          own_command("scene new " + shell_quoted(path.filename().string())) +
+                                          "' and use its scene.json");
   if (!fs::is_directory(path, error) || fs::exists(path / kManifestName, error)) return;
   const fs::path document = path / (kind == Kind::scene ? "scene.json" : "tolerances.json");
   if (!is_algorithm(kind) && fs::exists(document, error))

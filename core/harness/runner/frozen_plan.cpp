@@ -9,6 +9,7 @@
 #include "base/files.h"
 #include "base/hash.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
 #include "base/text.h"
 #include "runner/provenance.h"
 
@@ -159,7 +160,7 @@ FrozenPlan read_plan(const fs::path& file) {
   const Json& content = plan.content;
   const auto refuse = [&file](const std::string& why) {
     throw Error(ErrorKind::bad_input,
-                file.string() + " " + why + "; make a plan with 'relign-bench plan SUITE -o FILE'");
+                file.string() + " " + why + "; make a plan with '" + own_command("plan SUITE -o FILE") + "'");
   };
   if (!content.is_object() || !content.contains("blocks") || !content.contains("format"))
     refuse("is not a plan (run a suite without --plan)");

@@ -11,6 +11,7 @@
 
 #include "base/error.h"
 #include "base/machine.h"
+#include "base/own_command.h"
 #include "records/checksum.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
@@ -200,7 +201,8 @@ suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options
       if (secret.empty())
         throw Error(ErrorKind::bad_input,
                     "these results are sealed; who has the secret can replay them with --secret "
-                    "FILE, or publish it in them with relign-bench unseal");
+                    "FILE, or publish it in them with '" +
+                        own_command("unseal") + "'");
       suites::unseal(suite, secret);
     }
     return suite;

@@ -8,6 +8,7 @@
 #include "base/commitment.h"
 #include "base/error.h"
 #include "base/hash.h"
+#include "base/own_command.h"
 
 namespace relign::suites {
 namespace {
@@ -47,8 +48,8 @@ std::string read_secret(const std::string& text, const std::string& where) {
   const std::size_t first = std::min(text.find_first_not_of(kSpace), text.size());
   std::string secret = text.substr(first, text.find_last_not_of(kSpace) + 1 - first);
   if (!is_hex(secret))
-    throw Error(ErrorKind::bad_input,
-                where + ": expected a secret of 64 hexadecimal digits (0-9, a-f), as relign-bench seal writes it");
+    throw Error(ErrorKind::bad_input, where + ": expected a secret of 64 hexadecimal digits (0-9, a-f), as '" +
+                                          own_command("seal") + "' writes it");
   return secret;
 }
 

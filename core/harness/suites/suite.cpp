@@ -7,6 +7,7 @@
 
 #include "base/baselines.h"
 #include "base/limits.h"
+#include "base/own_command.h"
 #include "base/text.h"
 #include "suites/entries.h"
 #include "suites/secret.h"
@@ -38,7 +39,8 @@ class SuiteReader {
         static_cast<std::uint64_t>(top_.integer("seed", kDefaultSeed, 0, std::numeric_limits<std::int64_t>::max()));
     suite.commitment = top_.string("commitment", "");
     if (top_.has("commitment") && !is_commitment(suite.commitment))
-      top_.complain("commitment", "expected \"sha256:\" and 64 hexadecimal digits, as relign-bench seal prints it");
+      top_.complain("commitment",
+                    "expected \"sha256:\" and 64 hexadecimal digits, as '" + own_command("seal") + "' prints it");
     suite.instances = static_cast<unsigned>(top_.integer("instances", kDefaultInstances, 1, kMaxInstances));
     suite.first_instance = static_cast<unsigned>(
         top_.integer("first_instance", kDefaultFirstInstance, 0, std::numeric_limits<std::int32_t>::max()));

@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "base/error.h"
+#include "base/own_command.h"
 #include "base/text.h"
 
 namespace relign::meshes {
@@ -112,7 +113,8 @@ void check_mesh(const Mesh& mesh, Demand demand, const std::string& file) {
     problems.push_back(
         {file, 0, 0, "",
          "a lens mesh must be one closed surface whose faces look outwards; repair it where it was made, or "
-         "create one with 'relign-bench lens export-mesh'"});
+         "create one with '" +
+             own_command("lens export-mesh") + "'"});
   throw_if_any(problems);
 }
 

@@ -132,7 +132,7 @@ TEST_F(Verdict, StatesYieldAndInfeasibleInstances) {
   EXPECT_THAT(
       all_text(data()["verdict"]),
       HasSubstr("Yield: 3 of 4 instances (95 % CI 30 to 95 %) meet the specification (RMSE 0.0200), half of all "
-                "instances within 1 step and 0.500 s of machine time."));
+                "instances after 2 images (the one at the start included) and 0.500 s of machine time."));
   EXPECT_THAT(all_text(data()["caveats"]),
               HasSubstr("rho0: 1 infeasible instance (instance 3): even the own optimum misses the specification."));
 }
@@ -143,9 +143,17 @@ TEST_F(Verdict, StatesInstancesThatLeftTheSpecification) {
     trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05, i < 1 ? 0.01 : 0.05}));
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
-  EXPECT_THAT(all_text(data()["verdict"]),
-              HasSubstr("Yield: 1 of 4 instances (95 % CI 5 to 70 %) meet the specification (RMSE 0.0200); 3 met it at "
-                        "some step, half of all instances within 1 step and 0.500 s of machine time."));
+  EXPECT_THAT(
+      all_text(data()["verdict"]),
+      HasSubstr("Yield: 1 of 4 instances (95 % CI 5 to 70 %) meet the specification (RMSE 0.0200); 3 met it at "
+                "some step, half of all instances after 2 images (the one at the start included) and 0.500 s of "
+                "machine time."));
+}
+
+TEST_F(Verdict, CountsTheImageAtTheStart) {
+  write({trial("a", 0, {0.01, 0.01}), trial("a", 1, {0.01, 0.01})});
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr("half of all instances after 1 image (the one at the start)"));
 }
 
 TEST_F(Verdict, StatesTheHighestYield) {
@@ -207,7 +215,8 @@ TEST_F(Verdict, StatesTheYieldBeforeCuring) {
   EXPECT_THAT(
       all_text(data()["verdict"]),
       HasSubstr("Yield: 2 of 4 instances (95 % CI 15 to 85 %) meet the specification (RMSE 0.0200), half of all "
-                "instances within 1 step and 0.500 s of machine time; before curing 3 of 4."));
+                "instances after 2 images (the one at the start included) and 0.500 s of machine time; before curing 3 "
+                "of 4."));
   const Json yield = data()["groups"][0]["rows"][0]["yield"];
   EXPECT_EQ(yield["uncured"]["in"], 3);
   EXPECT_EQ(yield["uncured"]["share"], 0.75);

@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "base/files.h"
 #include "report/made_pictures.h"
 #include "report/report.h"
@@ -120,6 +124,61 @@ TEST_F(Pictures, PrefersFilmsToPreviews) {
   EXPECT_TRUE(gallery.trials[0].film.picture);
   EXPECT_FALSE(gallery.trials[0].start.picture);
   EXPECT_EQ(gallery.left_out, 1u);
+}
+
+// WebP as libwebp begins it; the report reads only the size of the picture.
+std::string webp_of(unsigned width, unsigned height, std::size_t bytes, const std::string& content) {
+  const auto little_endian = [](std::size_t value) {
+    std::string text;
+    for (int i = 0; i < 4; ++i) text += static_cast<char>(value >> 8 * i & 0xff);
+    return text;
+  };
+  const std::string start =
+      "WEBPVP8L" + little_endian(bytes) + '\x2f' + little_endian((width - 1) | (height - 1) << 14);
+  std::string file = start + content;
+  file.resize(bytes, '.');
+  return "RIFF" + little_endian(bytes) + file;
+}
+
+// As many methods, levels, steps and pictures as the quick suite has, each picture with its usual size.
+TEST_F(Pictures, PageOfAQuickSuiteIsUnderAMegabyte) {
+  std::vector<records::TrialRecord> trials;
+  for (const char* level : {"rho0", "rho0.25", "rho0.5"})
+    for (const char* method : {"imitation", "bo-gp", "nlopt-bobyqa", "random", "home"})
+      for (std::uint64_t i = 0; i < 3; ++i) {
+        std::vector<double> errors;
+        for (int step = 0; step <= 30; ++step)
+          errors.push_back(0.04 / (1 + step) + 1e-5 * std::sin(static_cast<double>(trials.size()) * step));
+        trials.push_back(trial(method, i, errors, level));
+        trials.back().has_own_optimum = true;
+      }
+  write(trials);
+  add_to_manifest({{"spec", {{"rmse", 0.02}}}});
+  Json index = Json::array();
+  for (const records::TrialRecord& one : trials) {
+    put(one.trial + ".png", made_png(std::string(5500, '.') + one.trial));
+    put(one.trial + ".webp", webp_of(640, 80, 4700, one.trial));
+    const char* why = std::array{"best", "median", "worst"}.at(one.instance);
+    Json shown = entry(one.algorithm, why, one.trial + ".png", one.trial + ".png");
+    shown["noise_level"] = one.noise_level;
+    Json frames = Json::array();
+    for (int step = 0; step < 8; ++step)
+      frames.push_back({{"step", step},
+                        {"commanded_pose", std::vector<double>(5, 0.123456 * step)},
+                        {"true_pose", std::vector<double>(5, 0.134567 * step)},
+                        {"measured", 0.0234567},
+                        {"commanded", 0.0123456},
+                        {"recommended", 0.0123456},
+                        {"machine_seconds", 0.123456 * step}});
+    shown["film"] = {{"file", one.trial + ".webp"}, {"tile", 80}, {"frames", frames}};
+    index.push_back(shown);
+  }
+  write_index(index);
+  const Gallery gallery = load_gallery(folder_);
+  EXPECT_TRUE(std::all_of(gallery.trials.begin(), gallery.trials.end(), [](const TrialPictures& one) {
+    return one.film.picture.has_value();
+  })) << "every film is embedded";
+  EXPECT_LT(Report(folder_).html().size(), 900'000U);
 }
 
 TEST_F(Pictures, ToleratesADamagedIndex) {

@@ -65,7 +65,7 @@ TEST_F(Statistics, OmitsSectionsWithoutData) {
   }
   const std::string page = html(bare);
   for (const char* words : {"Specification: ", "moves to spec", "position / tilt", "Pairwise comparisons",
-                            "Runtime distribution (ECDF)", "Training cost", "Yield and images to specification"})
+                            "Runtime distribution (ECDF)", "Training cost", "Yield and moves to specification"})
     EXPECT_THAT(page, Not(HasSubstr(words))) << words;
   EXPECT_THAT(page, HasSubstr("median (quartiles)"));
   EXPECT_THAT(page, HasSubstr("Methods by scene and noise level"));

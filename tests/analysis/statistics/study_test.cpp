@@ -102,6 +102,7 @@ TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
   trials[2].criterion_optimum_deficit = 0.05;  // no pose of this lens meets the limits
   records::TrialRecord failed = trial("a", 3, {0.1}, 3);
   failed.end = "timeout";
+  failed.criteria[Criterion::centre] = {1};
   trials.push_back(failed);
   const TrialTable made = table(trials);
   const Study study = make_study(made, options);
@@ -133,6 +134,7 @@ TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
   instances_csv(made, [&](std::string_view text) { csv += text; });
   EXPECT_THAT(csv, testing::HasSubstr(",field_mtf_deficit,centre_px,rotation_px,pose_um,tilt_arcmin,"));
   EXPECT_THAT(csv, testing::HasSubstr(",-0.2,2,,,,-0.3\n"));
+  EXPECT_THAT(csv, testing::ContainsRegex("timeout,0,3,,,,,,[^\n]*,,,,,,,,\n")) << "no scores of a failed trial";
   EXPECT_THAT(curves_csv({a.curve}), testing::HasSubstr(",tilt_arcmin_median,in_spec\n"));
   options.rule = Rule::best;
   EXPECT_TRUE(make_study(made, options).series.at(0).to_specification.empty());

@@ -180,6 +180,8 @@
   });
 
   const data = JSON.parse(byId('report-data').textContent);
+  for (const {tracks} of data.groups.flatMap((group) => group.curves))
+    for (const [name, track] of Object.entries(tracks)) if (typeof track === 'string') tracks[name] = tracks[track];  // an equal one
   relignSorting.start();
   relignReplay.start(data);
   try {

@@ -57,7 +57,10 @@ const relignReplay = (() => {
   }
 
   function start(data) {
-    const {trials, references, axes} = data.replay;
+    const {references, axes} = data.replay;
+    const trials = data.replay.trials.map((trial) => ({...trial, frames: trial.frames.map(
+      ([step, commanded_pose, true_pose, measured, commanded, recommended, seconds]) =>
+        ({step, commanded_pose, true_pose, measured, commanded, recommended, seconds}))}));
     if (trials.length === 0) return;
     const selects = {group: byId('replay-group'), method: byId('replay-method'), why: byId('replay-why')};
     const slider = byId('replay-slider'), play = byId('replay-play'), strip = byId('replay-strip');
