@@ -176,14 +176,15 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.ambient_index = choices.ambient_index;
   divide_indices(scene.lens, choices.ambient_index);
   check_room(scene, file);
-  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
   if (wavelengths.size() > 1)
     for (const auto& [nm, weight] : wavelengths) {
       SceneWavelength one{weight, optics::read_prescription_at(lens_source, nm), nullptr};
       divide_indices(one.lens, choices.ambient_index);
-      one.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, one.lens));
       scene.wavelengths.push_back(std::move(one));
     }
+  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
+  for (SceneWavelength& one : scene.wavelengths)
+    one.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, one.lens));
   return scene;
 }
 

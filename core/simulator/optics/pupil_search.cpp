@@ -19,6 +19,10 @@ constexpr int kFinest = 64;               // rays get up to this many times dens
 constexpr int kCoarsePoints = 16;         // points per side of a table's first grid (passing_table.cpp)
 constexpr double kMinPlaces = 3;          // of them that the widest region must cover for the plane to be useful
 constexpr double kWithinReach = 0.95;
+constexpr double kGridStep = 0.5;  // mm between places on a plane, for a lens whose pupil is so far from its image:
+constexpr double kPupilOfGridStep = 8.5;  // mm
+constexpr int kHalfGrid = 20;             // places of direction cosines from the axis to the end of the range
+constexpr int kMinHeights = 5;
 
 }  // namespace
 
@@ -52,7 +56,7 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
     return arrived;
   };
   while (fineness < kFinest && on_axis() < kEnoughOfFan) fineness *= 4;
-  on_plane_ = true;  // discards what the probes above found
+  grid_.on_plane = true;  // discards what the probes above found
   widest_[0] = widest_[1] = 0;
   for (int height = 0; height < kHeights; ++height)
     for (int radius = 0; radius < kRadii; ++radius)
@@ -60,10 +64,36 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
           probe_place(path, radius * radius_step_, low + height * z_step_, fineness, *block, arrived);
   // Polynomials distort pupils: always use directions.
   for (const Element& element : lens.elements)
-    for (const Face& face : element.faces) on_plane_ = on_plane_ && face.is_conic();
-  for (const double width : widest_) on_plane_ = on_plane_ && width > kMinPlaces * 2 * reach_ / kCoarsePoints;
-  if (on_plane_) return;
+    for (const Face& face : element.faces) grid_.on_plane = grid_.on_plane && face.is_conic();
+  for (const double width : widest_)
+    grid_.on_plane = grid_.on_plane && width > kMinPlaces * 2 * grid_.reach / kCoarsePoints;
+  grid_.on_plane = grid_.on_plane && set_places_on_plane(lens.image_z_mm - grid_.plane_z);
+  if (grid_.on_plane) return;
   range_.z_low = low;
+  grid_.step = range_.half_width / kHalfGrid;
+  set_places(kHalfGrid, kMinHeights);
+}
+
+bool PupilSearch::set_places_on_plane(double plane_from_image) {
+  if (!(plane_from_image > 0)) return false;
+  // Halved or doubled with the size of the lens.
+  grid_.step = kGridStep;
+  while (grid_.step / kGridStep < plane_from_image / kPupilOfGridStep) grid_.step *= 2;
+  while (grid_.step / kGridStep >= 2 * plane_from_image / kPupilOfGridStep) grid_.step /= 2;
+  const double half = std::ceil(range_.half_width / grid_.step);
+  const double heights =
+      std::max<double>(kMinHeights, 1 + std::ceil((range_.z_high - range_.z_low) / (2 * grid_.step)));
+  if (!((2 * half + 1) * (2 * half + 1) * heights <= range_.most_places)) return false;
+  set_places(static_cast<int>(half), static_cast<int>(heights));
+  return true;
+}
+
+void PupilSearch::set_places(int half, int heights) {
+  grid_.count = 2 * half + 1;
+  grid_.count_z = heights;
+  grid_.low = -half * grid_.step;
+  grid_.low_z = range_.z_low;
+  grid_.step_z = (range_.z_high - range_.z_low) / (heights - 1);
 }
 
 void PupilSearch::choose_plane(const Prescription& lens) {
@@ -71,12 +101,12 @@ void PupilSearch::choose_plane(const Prescription& lens) {
   const Face& last = lens.elements.back().faces.back();
   const double pupil_from_image = lens.image_z_mm - data.exit_pupil_z;
   if (pupil_from_image > 0 && pupil_from_image < kFarPupil * data.image_distance) {
-    plane_z_ = data.exit_pupil_z;
+    grid_.plane_z = data.exit_pupil_z;
     // Pupils grow off the axis and with tilts; twice the paraxial radius contains them with a margin.
-    reach_ = std::fabs(data.exit_pupil_diameter);
+    grid_.reach = std::fabs(data.exit_pupil_diameter);
   } else {
-    plane_z_ = last.z_mm;
-    reach_ = kReachOfLastFace * last.clear_radius_mm;
+    grid_.plane_z = last.z_mm;
+    grid_.reach = kReachOfLastFace * last.clear_radius_mm;
   }
 }
 
@@ -94,7 +124,7 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
   arrived = 0;
   double plane[2][2] = {{1e300, -1e300}, {1e300, -1e300}};
   const auto see = [&](double a, double b) {
-    const double away = plane_z_ - z, down = -std::sqrt(std::max(1 - a * a - b * b, 1e-9));
+    const double away = grid_.plane_z - z, down = -std::sqrt(std::max(1 - a * a - b * b, 1e-9));
     const double at[2] = {radius + a * away / down, b * away / down};
     for (int axis = 0; axis < 2; ++axis) {
       plane[axis][0] = std::min(plane[axis][0], at[axis]);
@@ -138,7 +168,8 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
   window.high = {high + step, widest + step};
   for (int axis = 0; axis < 2; ++axis) {
     widest_[axis] = std::max(widest_[axis], plane[axis][1] - plane[axis][0]);
-    on_plane_ = on_plane_ && plane[axis][0] > -kWithinReach * reach_ && plane[axis][1] < kWithinReach * reach_;
+    grid_.on_plane =
+        grid_.on_plane && plane[axis][0] > -kWithinReach * grid_.reach && plane[axis][1] < kWithinReach * grid_.reach;
   }
   return window;
 }

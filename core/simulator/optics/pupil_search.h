@@ -8,6 +8,7 @@
 #include "optics/assembly.h"
 #include "optics/backward_path.h"
 #include "optics/direction_windows.h"
+#include "optics/passing_steps.h"
 #include "optics/ray_block.h"
 
 namespace relign::optics {
@@ -16,19 +17,20 @@ namespace relign::optics {
 struct PlaceRange {
   double half_width = 0;  // |x|, |y|
   double z_low = 0, z_high = 0;
+  // Of a table of regions: 160 MB. A scene divides them among its wavelengths.
+  int most_places = 1 << 20;
 };
 
 class PupilSearch {
  public:
   PupilSearch(const Prescription& lens, const PlaceRange& range);
 
-  // Whether the regions of all points can be described on one plane: that of the paraxial exit pupil, or of the last
-  // vertex if the pupil is far away. Every passing ray then crosses the plane within `reach` of the axis. A phone lens
-  // has no such plane, since its pupil moves and grows with the field: its regions are in direction cosines.
-  bool on_plane() const { return on_plane_; }
-  double plane_z() const { return plane_z_; }
-  double reach() const { return reach_; }
-  const PlaceRange& range() const { return range_; }
+  // The places of a table of regions (passing_table.h), at most range.most_places. They are on a plane if the regions of all
+  // points can be described on one: that of the paraxial exit pupil, or of the last vertex if the pupil is far away.
+  // Every passing ray then crosses the plane within `reach` of the axis. A phone lens has no such plane, since its
+  // pupil moves and grows with the field, and neither has a lens that ends in a plate on the sensor, since places must
+  // be as close together as the plane is to the image: their regions are in direction cosines.
+  const PassingGrid& grid() const { return grid_; }
   // Whether any ray passes; false if the stop is closed or smaller than about f/10000.
   bool finds_light() const;
   // The directions that pass at points this far from the axis, with a margin; empty if none passes nearby.
@@ -40,8 +42,11 @@ class PupilSearch {
   static constexpr int kRadii = DirectionWindows::kRadii, kHeights = DirectionWindows::kHeights;
 
   void choose_plane(const Prescription& lens);
-  // Scans the directions at (radius, 0, z) and clears on_plane_ if rays exceed the plane's reach. `fineness`: how many
-  // times denser than usual. `arrived`: rays of the fan that passed.
+  // Sets the counts and steps of the places on the plane; false if there would be too many.
+  bool set_places_on_plane(double plane_from_image);
+  void set_places(int half, int heights);  // from the axis to the end of the range, and along it
+  // Scans the directions at (radius, 0, z) and clears grid_.on_plane if rays exceed the plane's reach. `fineness`: how
+  // many times denser than usual. `arrived`: rays of the fan that passed.
   DirectionWindow probe_place(const BackwardPath& path, double radius, double z, int fineness, RayBlock& block,
                               int& arrived);
   DirectionWindow& sample(int radius, int height) {
@@ -49,8 +54,7 @@ class PupilSearch {
   }
 
   PlaceRange range_;
-  bool on_plane_ = true;
-  double plane_z_ = 0, reach_ = 0;
+  PassingGrid grid_{};
   double widest_[2] = {0, 0};  // of any sample on the plane, mm
   double radius_step_ = 0, z_step_ = 0;
   std::vector<DirectionWindow> samples_;
