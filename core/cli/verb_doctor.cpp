@@ -52,8 +52,9 @@ Finding memory() {
   const auto limit = memory_limit(usable);
   if ((limit ? limit->bytes : usable) >= core_count() * kScene) return {"memory", "ok", memory_words()};
   return {"memory", "note",
-          memory_words() + ": less than 1 GB for each core; a scene may need that much in each worker ('validate' "
-                           "measures it), so limit the workers of a run with --workers"};
+          memory_words() +
+              ": less than 1 GB for each core; a scene may need that much in each worker ('validate' "
+              "measures it), so limit the workers of a run with --workers"};
 }
 
 Finding folder(const char* what, const fs::path& path, const char* otherwise) {

@@ -47,8 +47,8 @@ int validate(Context& context, const std::string& file) {
     memory_bytes[entry.name] = scene.memory_bytes;
     if (scene.memory_bytes > 0)
       memory += "memory         " + printable(entry.name) + ": " +
-              significant(static_cast<double>(scene.memory_bytes) / 1e6, 3) +
-              " MB in each worker, measured now while this process created the scene\n";
+                significant(static_cast<double>(scene.memory_bytes) / 1e6, 3) +
+                " MB in each worker, measured now while this process created the scene\n";
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
     constexpr double kAccuracy = 1e-4;  // of noise-free errors
     if (spec.rmse < kAccuracy)

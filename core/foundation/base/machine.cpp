@@ -56,13 +56,14 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
   return bytes;
 }
 
-std::optional<MemoryLimit> memory_limit(std::size_t usable_bytes) {
-  std::optional<MemoryLimit> lowest;
+std::optional<ProcessLimit> memory_limit(std::size_t usable_bytes) {
+  std::optional<ProcessLimit> lowest;
   for (const auto& [resource, set_by] : {std::pair{RLIMIT_AS, "ulimit -v"}, std::pair{RLIMIT_DATA, "ulimit -d"}}) {
     rlimit limit{};
-    if (::getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= usable_bytes) continue;
+    if (::getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= usable_bytes)
+      continue;
     usable_bytes = limit.rlim_cur;
-    lowest = MemoryLimit{usable_bytes, set_by};
+    lowest = ProcessLimit{usable_bytes, set_by};
   }
   return lowest;
 }

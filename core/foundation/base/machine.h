@@ -13,13 +13,13 @@ namespace relign {
 std::size_t usable_memory_bytes(const std::filesystem::path& cgroups = "/sys/fs/cgroup",
                                 const std::filesystem::path& own_groups = "/proc/self/cgroup");
 
-// The lowest limit that the shell or a batch system sets on the memory of this process, such as {8e9, "ulimit -v"}; none
-// if there is none below `usable_bytes`.
-struct MemoryLimit {
+// The lowest limit that the shell or a batch system sets on the memory of this process, such as {8e9, "ulimit -v"};
+// none if there is none below `usable_bytes`.
+struct ProcessLimit {
   std::size_t bytes = 0;
   std::string set_by;
 };
-std::optional<MemoryLimit> memory_limit(std::size_t usable_bytes = usable_memory_bytes());
+std::optional<ProcessLimit> memory_limit(std::size_t usable_bytes = usable_memory_bytes());
 
 // "25.2 GB, which this machine has" or "8.19 GB, the limit of this process ('ulimit -v')".
 std::string memory_words();

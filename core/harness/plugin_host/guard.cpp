@@ -152,8 +152,9 @@ std::string ObjectHost::failure_text(relign_status status) {
 void ObjectHost::throw_failure(const char* what, const std::string& message) const {
   const std::string start = "plugin '" + plugin_id_ + "' failed in " + what + ": ";
   if (!is_out_of_memory(message)) throw Error(ErrorKind::plugin_failed, start + message);
-  throw Error(ErrorKind::plugin_failed, start + "out of memory: it may use " + memory_words() +
-                                            "; raise the limit, or let it do less: fewer pixels, wavelengths or workers");
+  throw Error(ErrorKind::plugin_failed,
+              start + "out of memory: it may use " + memory_words() +
+                  "; raise the limit, or let it do less: fewer pixels, wavelengths or workers");
 }
 
 TextSink::TextSink() {

@@ -23,6 +23,9 @@ constexpr double kGridStep = 0.5;  // mm between places on a plane, for a lens w
 constexpr double kPupilOfGridStep = 8.5;  // mm
 constexpr int kHalfGrid = 20;             // places of direction cosines from the axis to the end of the range
 constexpr int kMinHeights = 5;
+// Of PupilSearch::Work:
+constexpr double kWorkOfPolynomial = 12, kWorkOfStep = 30;
+constexpr std::uint64_t kMostSteps = 20'000'000;  // of a whole scan: seconds; usual lenses need a tenth
 
 }  // namespace
 
@@ -62,6 +65,7 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
     for (int radius = 0; radius < kRadii; ++radius)
       sample(radius, height) =
           probe_place(path, radius * radius_step_, low + height * z_step_, fineness, *block, arrived);
+  measure_work(path, lens, (low + range_.z_high) / 2, *block);
   // Polynomials distort pupils: always use directions.
   for (const Element& element : lens.elements)
     for (const Face& face : element.faces) grid_.on_plane = grid_.on_plane && face.is_conic();
@@ -72,6 +76,35 @@ PupilSearch::PupilSearch(const Prescription& lens, const PlaceRange& range) : ra
   range_.z_low = low;
   grid_.step = range_.half_width / kHalfGrid;
   set_places(kHalfGrid, kMinHeights);
+}
+
+void PupilSearch::measure_work(const BackwardPath& path, const Prescription& lens, double z, RayBlock& block) {
+  for (const Element& element : lens.elements)
+    for (const Face& face : element.faces) work_.faces += face.is_conic() ? 1 : kWorkOfPolynomial;
+  if (block.search_steps > kMostSteps) {  // the scan was given up
+    work_.searches = kWorkOfStep * static_cast<double>(block.search_steps);
+    return;
+  }
+  BackwardPath whole = path;
+  whole.through_aperture = whole.ops.size();
+  block.search_steps = 0;
+  int rays = 0;
+  std::array<double, kBlockRays> p{}, q{};
+  std::array<bool, kBlockRays> passed{};
+  for (int radius = 0; radius < kRadii; ++radius) {
+    const DirectionWindow& window = sample(radius, kHeights / 2);
+    if (window.empty) continue;
+    const auto within = [&](std::size_t axis, int place) {
+      return window.low[axis] + (window.high[axis] - window.low[axis]) * (place + 0.5) / kCoarsePoints;
+    };
+    for (int i = 0; i < kBlockRays; ++i) {
+      p[static_cast<std::size_t>(i)] = within(0, i % kCoarsePoints);
+      q[static_cast<std::size_t>(i)] = within(1, i / kCoarsePoints);
+    }
+    probe_directions(whole, {radius * radius_step_, 0, z}, p.data(), q.data(), kBlockRays, passed.data(), block);
+    rays += kBlockRays;
+  }
+  if (rays > 0) work_.searches = kWorkOfStep * static_cast<double>(block.search_steps) / rays;
 }
 
 bool PupilSearch::set_places_on_plane(double plane_from_image) {
@@ -132,10 +165,12 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
     }
   };
   // A fan in the meridional plane, then sagittal fans at a quarter, half and three quarters of the passing range.
+  DirectionWindow window;
   double low = 1e300, high = -1e300;
   for (int first = 0; first < fan; first += kBlockRays) {
     for (int i = 0; i < kBlockRays; ++i) p[static_cast<std::size_t>(i)] = -1 + step * (first + i + 0.5);
     q.fill(0);
+    if (block.search_steps > kMostSteps) return window;
     probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
     for (std::size_t i = 0; i < kBlockRays; ++i)
       if (passed[i]) {
@@ -145,7 +180,6 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
         see(p[i], 0);
       }
   }
-  DirectionWindow window;
   if (!(low <= high)) return window;
   double widest = 0;
   for (const double share : {0.25, 0.5, 0.75}) {
@@ -153,6 +187,7 @@ DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius
     // The other half is its mirror image. Narrow pupils are round: the fan need not be as wide.
     const int across = fineness == 1 ? fan / 2 : std::min(fan / 2, 16 * arrived + kBlockRays);
     for (int first = 0; first < across; first += kBlockRays) {
+      if (block.search_steps > kMostSteps) return window;
       for (int i = 0; i < kBlockRays; ++i) q[static_cast<std::size_t>(i)] = step * (first + i);
       probe_directions(path, place, p.data(), q.data(), kBlockRays, passed.data(), block);
       for (std::size_t i = 0; i < kBlockRays; ++i)
