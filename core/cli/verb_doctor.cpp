@@ -46,7 +46,16 @@ Finding gpu_of_this_machine() {
   return {"gpu", "note", found.sentence + ": the GPU simulator cannot run"};
 }
 
-Finding memory() { return {"memory", "ok", significant(static_cast<double>(usable_memory_bytes()) / 1e9) + " GB"}; }
+Finding memory() {
+  constexpr std::size_t kScene = 1'000'000'000;  // a scene needs less, unless its sensor has tens of millions of pixels
+  const std::size_t usable = usable_memory_bytes();
+  const auto limit = memory_limit(usable);
+  if ((limit ? limit->bytes : usable) >= core_count() * kScene) return {"memory", "ok", memory_words()};
+  return {"memory", "note",
+          memory_words() +
+              ": less than 1 GB for each core; a scene may need that much in each worker ('validate' "
+              "measures it), so limit the workers of a run with --workers"};
+}
 
 Finding folder(const char* what, const fs::path& path, const char* otherwise) {
   if (!path.empty() && ::access(path.c_str(), W_OK | X_OK) == 0) return {what, "ok", path.string()};

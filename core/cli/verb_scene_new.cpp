@@ -68,16 +68,16 @@ void choose_target(const std::string& target, lens_files::LayoutChoices& choices
   files.emplace_back(choices.target, read_file(target));
 }
 
-// Runs `body` on the draft; errors name the wanted folder instead of the draft.
+// Runs `body` on the draft; errors name the wanted folder instead of the draft, and the file that it is made from.
 template <class Body>
-void check_draft(const fs::path& draft, const fs::path& wanted, Body&& body) {
+void check_draft(const std::string& made_from, const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
     body();
   } catch (const Error& error) {
     std::string text = error.what();
     for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
       text.replace(at, draft.string().size(), wanted.string());
-    throw Error(error.kind(), text + "\nnothing was written");
+    throw Error(error.kind(), made_from + ": " + text + "\nnothing was written");
   }
 }
 
@@ -184,7 +184,7 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
-  check_draft(draft, wanted, [&] {
+  check_draft(arguments.lens_file, draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
     if (choices.camera) return complete_camera(context, draft, layout);
     // Rendering millions of pixels takes minutes.

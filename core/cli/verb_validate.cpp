@@ -39,10 +39,16 @@ int validate(Context& context, const std::string& file) {
   double seconds = 0;
   std::vector<trials::SceneFacts> facts;
   bool station = false;
-  std::string mistakes, design_mtf;
+  std::string mistakes, design_mtf, memory;
+  Json memory_bytes = Json::object();
   for (const suites::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(1));
     facts.push_back(scene.facts);
+    memory_bytes[entry.name] = scene.memory_bytes;
+    if (scene.memory_bytes > 0)
+      memory += "memory         " + printable(entry.name) + ": " +
+                significant(static_cast<double>(scene.memory_bytes) / 1e6, 3) +
+                " MB in each worker, measured now while this process created the scene\n";
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
     constexpr double kAccuracy = 1e-4;  // of noise-free errors
     if (spec.rmse < kAccuracy)
@@ -102,7 +108,8 @@ int validate(Context& context, const std::string& file) {
                          {"trials", trials},
                          {"frames", frames},
                          {"cores", cores},
-                         {"expected_seconds", expected}};
+                         {"expected_seconds", expected},
+                         {"scene_memory_bytes", memory_bytes}};
     print_result(result.dump(2) + "\n");
     return kDone;
   }
@@ -117,7 +124,7 @@ int validate(Context& context, const std::string& file) {
                " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
                " (captures, ground truth and own optima, timed now with all cores busy; without the algorithms' own "
                "time, pretraining, pictures and the report)\n" +
-               design_mtf);
+               memory + design_mtf);
   return kDone;
 }
 

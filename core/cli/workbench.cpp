@@ -28,6 +28,7 @@ plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kin
 
 LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServices& services) {
   LoadedScene loaded;
+  forget_peak_memory();
   try {
     loaded.scene = std::make_unique<plugin_host::Scene>(choice, services);
     loaded.facts = trials::facts_of(*loaded.scene, choice.id);
@@ -35,6 +36,7 @@ LoadedScene load_scene(plugin_host::Choice choice, const plugin_host::HostServic
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::bad_input, "scene '" + choice.id + "' cannot be used: " + error.what());
   }
+  loaded.memory_bytes = peak_memory_bytes();
   loaded.choice = std::move(choice);
   return loaded;
 }

@@ -23,6 +23,7 @@ struct LoadedScene {
   plugin_host::Choice choice;
   std::unique_ptr<plugin_host::Scene> scene;
   trials::SceneFacts facts;
+  std::size_t memory_bytes = 0;  // most that this process had while it was created; 0: unknown
 };
 
 // Throws Error(bad_input) that names the scene if it cannot be created or described, because the cause is the user's

@@ -185,7 +185,7 @@ class Examination:
         lines = [line for line in outcome.error.splitlines() if line.strip() and not line.startswith("warning: ")]
         reason = lines[0] if lines else ""
         self.row["reason"] = reason[:400].replace(str(self.file), self.file.name)
-        if "bad_alloc" in outcome.error:
+        if "out of memory" in outcome.error:
             self.row["verdict"] = "wrong"
             self.row.fail("memory", f"{verb} needs more than {HARD_MEMORY_MB} MB (limit of this script)")
             return True

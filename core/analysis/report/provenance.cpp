@@ -1,6 +1,7 @@
 #include "report/provenance.h"
 
 #include "base/json_members.h"
+#include "base/text.h"
 
 namespace relign::report {
 namespace {
@@ -56,6 +57,11 @@ Provenance provenance_of(const Json& manifest) {
                 {"suite file", made.suite_file},
                 {"suite seed", seed_fact(manifest)},
                 {"instance set", made.instance_set}};
+  std::string memory;
+  for (const auto& [scene, bytes] : object_of(made.machine, "scene_memory_bytes").items())
+    if (bytes.is_number_unsigned() && bytes.get<double>() > 0)
+      memory += (memory.empty() ? "" : ", ") + scene + " " + significant(bytes.get<double>() / 1e6, 3) + " MB";
+  if (!memory.empty()) made.facts.push_back({"memory to create scenes", memory});
   if (!list_of(manifest, "sources").empty()) add_merge(made, manifest);
   return made;
 }

@@ -1,13 +1,18 @@
 #include "base/machine.h"
 
+#include <sys/resource.h>
 #include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <string>
 #include <thread>
+#include <utility>
+
+#include "base/text.h"
 
 namespace relign {
 namespace fs = std::filesystem;
@@ -50,6 +55,37 @@ std::size_t usable_memory_bytes(const fs::path& cgroups, const fs::path& own_gro
   }
   return bytes;
 }
+
+std::optional<ProcessLimit> memory_limit(std::size_t usable_bytes) {
+  std::optional<ProcessLimit> lowest;
+  for (const auto& [resource, set_by] : {std::pair{RLIMIT_AS, "ulimit -v"}, std::pair{RLIMIT_DATA, "ulimit -d"}}) {
+    rlimit limit{};
+    if (::getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= usable_bytes)
+      continue;
+    usable_bytes = limit.rlim_cur;
+    lowest = ProcessLimit{usable_bytes, set_by};
+  }
+  return lowest;
+}
+
+std::string memory_words() {
+  const std::size_t usable = usable_memory_bytes();
+  const auto gigabytes = [](std::size_t bytes) { return significant(static_cast<double>(bytes) / 1e9) + " GB"; };
+  if (const auto limit = memory_limit(usable))
+    return gigabytes(limit->bytes) + ", the limit of this process ('" + limit->set_by + "')";
+  return gigabytes(usable) + ", what this machine or its control group has";
+}
+
+std::size_t peak_memory_bytes(const fs::path& status) {
+  std::ifstream stream(status);
+  constexpr std::size_t kKilobyte = 1024;
+  std::size_t kilobytes = 0;
+  for (std::string line; std::getline(stream, line);)
+    if (line.rfind("VmHWM:", 0) == 0) kilobytes = std::strtoull(line.c_str() + 6, nullptr, 10);
+  return kilobytes * kKilobyte;
+}
+
+void forget_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }  // proc(5)
 
 long long processes_ended_for_memory(const fs::path& statistics) {
   std::ifstream stream(statistics);

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace relign {
@@ -11,6 +12,22 @@ namespace relign {
 // lower. `cgroups`: mount point of the control groups; `own_groups`: list of the groups of this process.
 std::size_t usable_memory_bytes(const std::filesystem::path& cgroups = "/sys/fs/cgroup",
                                 const std::filesystem::path& own_groups = "/proc/self/cgroup");
+
+// The lowest limit that the shell or a batch system sets on the memory of this process, such as {8e9, "ulimit -v"};
+// none if there is none below `usable_bytes`.
+struct ProcessLimit {
+  std::size_t bytes = 0;
+  std::string set_by;
+};
+std::optional<ProcessLimit> memory_limit(std::size_t usable_bytes = usable_memory_bytes());
+
+// "25.2 GB, which this machine has" or "8.19 GB, the limit of this process ('ulimit -v')".
+std::string memory_words();
+
+// The most memory that this process has had since it began, or since forget_peak_memory(); 0 if the kernel does not
+// tell. `status`: the kernel's.
+std::size_t peak_memory_bytes(const std::filesystem::path& status = "/proc/self/status");
+void forget_peak_memory();
 
 // Processes that the kernel has ended for lack of memory since the machine started, in all of its control groups; -1 if
 // it does not tell. `statistics`: the kernel's.

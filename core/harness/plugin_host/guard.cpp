@@ -1,8 +1,10 @@
 #include "plugin_host/guard.h"
 
 #include <algorithm>
+#include <new>
 #include <vector>
 
+#include "base/machine.h"
 #include "base/text.h"
 
 #if defined(__x86_64__)
@@ -13,6 +15,11 @@ namespace relign::plugin_host {
 namespace {
 
 thread_local FloatingPointChanges thread_changes;
+
+// What plugin.hpp reports when memory runs out; it used to report the exception's own text.
+bool is_out_of_memory(const std::string& message) {
+  return message == "out of memory" || message == std::bad_alloc().what();
+}
 
 std::string to_string(relign_text text) {
   return text.data && text.size > 0 ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
@@ -143,7 +150,11 @@ std::string ObjectHost::failure_text(relign_status status) {
 }
 
 void ObjectHost::throw_failure(const char* what, const std::string& message) const {
-  throw Error(ErrorKind::plugin_failed, "plugin '" + plugin_id_ + "' failed in " + what + ": " + message);
+  const std::string start = "plugin '" + plugin_id_ + "' failed in " + what + ": ";
+  if (!is_out_of_memory(message)) throw Error(ErrorKind::plugin_failed, start + message);
+  throw Error(ErrorKind::plugin_failed,
+              start + "out of memory: it may use " + memory_words() +
+                  "; raise the limit, or let it do less: fewer pixels, wavelengths or workers");
 }
 
 TextSink::TextSink() {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <mutex>
+#include <new>
 #include <string>
 #include <thread>
 
@@ -79,17 +80,18 @@ class ObjectHost {
   relign_status call(const char* what, Body&& body) {
     forget_failure();
     relign_status status = RELIGN_FAILED;
-    bool escaped = false;
+    const char* escaped = nullptr;
     {
       FloatingPointGuard guard(plugin_id_);
       try {
         status = body(guard.before());
+      } catch (const std::bad_alloc&) {
+        escaped = "out of memory";
       } catch (...) {
-        escaped = true;
+        escaped = "an exception escaped from the library; catch it in the plugin, as plugin.hpp does";
       }
     }
-    if (escaped)
-      throw_failure(what, "an exception escaped from the library; catch it in the plugin, as plugin.hpp does");
+    if (escaped) throw_failure(what, escaped);
     if (status != RELIGN_OK && status != RELIGN_STOP && status != RELIGN_UNSUPPORTED)
       throw_failure(what, failure_text(status));
     return status;

@@ -42,10 +42,12 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
   std::string mistakes;
   for (const suites::SceneEntry& entry : suite.scenes) {
     check_stop(stop);
+    forget_peak_memory();
     plugin_host::Scene scene(entry.choice, as(entry.name));
     prepared.scenes.push_back(trials::facts_of(scene, entry.choice.id));
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
+    prepared.scene_memory[entry.name] = peak_memory_bytes();
     const records::Specification spec = records::specification_of(suite.spec, prepared.scenes.back().spec);
     for (const std::string& warning : mtf_warnings(spec, prepared.scenes.back()))
       if (on_message) on_message(entry.name + ": " + warning);

@@ -186,6 +186,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
                    {"spec", suite.spec},
                    {"targets", suite.targets},
                    {"machine_time", suites::machine_time_json(suite.machine_time)}};
+  if (!prepared.scene_memory.empty()) manifest["machine"]["scene_memory_bytes"] = prepared.scene_memory;
   if (!suite.cycle.is_null()) manifest["cycle"] = suite.cycle;
   if (!suite.cost.is_null()) manifest["cost"] = suite.cost;
   if (!suite.analysis.is_null()) {

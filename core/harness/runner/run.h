@@ -62,6 +62,7 @@ struct PreparedPlan {
   suites::Plan plan;
   std::vector<trials::SceneFacts> scenes;   // one per scene of the suite
   std::vector<std::string> scene_identity;  // canonical JSON: hashes of the data files behind each scene
+  Json scene_memory = Json::object();       // by name: most bytes that this process had while the scene was created
   Json shard = nullptr;                     // for manifest.json, if these are the trials of a shard
 };
 

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <exception>
 #include <memory>
+#include <new>
 #include <optional>
 #include <relign/algorithm.hpp>
 #include <relign/noise_level.hpp>
@@ -30,6 +31,8 @@ relign_status guard(const relign_host* host, Body&& body) noexcept {
     return body();
   } catch (const Stopped&) {
     return RELIGN_STOP;
+  } catch (const std::bad_alloc&) {
+    host->fail(host->context, to_text("out of memory"));  // the host adds the limit that applies
   } catch (const std::exception& error) {
     host->fail(host->context, to_text(error.what()));
   } catch (...) {

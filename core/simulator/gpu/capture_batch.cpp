@@ -38,8 +38,7 @@ CaptureBatch::CaptureBatch(const imaging::SceneFile& scene, const imaging::Captu
     throw Error(ErrorKind::bad_input, problem);
   search_ = scene.pupil;
   if (!search_) search_ = std::make_shared<optics::PupilSearch>(imaging::search_pupil(scene, scene.lens));
-  places_ = optics::passing_grid(*search_, scene.lens);
-  by_kernels_ = tiles == Tiles::fitted_by_kernels && places_.on_plane && !has_ghosts();
+  by_kernels_ = tiles == Tiles::fitted_by_kernels && search_->grid().on_plane && !has_ghosts();
   for (unsigned thread = 0; thread < parallel.threads(); ++thread) {
     fitters_.push_back(std::make_unique<Fitter>());
     if (has_ghosts())
@@ -256,7 +255,7 @@ FitBatch CaptureBatch::fit_batch() const {
   batch.image_count = static_cast<std::int32_t>(images_.size());
   batch.rays = rays_;
   batch.grid = imaging::tile_grid(scene_->sensor);
-  batch.places = places_;
+  batch.places = search_->grid();
   batch.azimuths = optics::azimuths();
   batch.distance_z = emitter.distance_z;
   batch.half_emitter = emitter.half_side;

@@ -107,7 +107,6 @@ class CaptureBatch {
   imaging::CaptureSettings settings_;
   Parallel* parallel_;
   std::shared_ptr<const optics::PupilSearch> search_;
-  optics::PassingGrid places_{};                  // of a table's regions
   bool by_kernels_ = false;                       // tiles are fitted
   std::vector<std::unique_ptr<Fitter>> fitters_;  // one per thread
   std::vector<Jobs> jobs_;

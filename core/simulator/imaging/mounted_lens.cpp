@@ -19,6 +19,7 @@ optics::PlaceRange reachable(const SceneFile& scene) {
   const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + 0.01;
   range.z_low = sensor_from_first_vertex - deep;
   range.z_high = sensor_from_first_vertex + deep;
+  range.most_places /= 1 + static_cast<int>(scene.wavelengths.size());
   return range;
 }
 

@@ -31,6 +31,18 @@ bool load(const std::filesystem::path& file, std::size_t count, Reference& refer
   return true;
 }
 
+// Copies the renders once: those of large sensors take hundreds of megabytes.
+std::string file_text(const Reference& reference) {
+  const std::size_t size = reference.first.size() * sizeof(float), hash = sizeof kMagic - 1, header = hash + 65;
+  std::string text;
+  text.reserve(header + 2 * size);
+  text.append(kMagic).append(64, '0').append("\n");
+  for (const std::vector<float>* render : {&reference.first, &reference.second})
+    text.append(reinterpret_cast<const char*>(render->data()), size);
+  text.replace(hash, 64, sha256_hex(std::string_view(text).substr(header)));
+  return text;
+}
+
 }  // namespace
 
 int reference_samples(const SceneFile& scene) {
@@ -132,9 +144,8 @@ Reference make_reference(const SceneFile& scene, const CaptureSettings& settings
     camera.render_noise_free(lens, nominal, 1, samples, reference.first.data(), kRaysPerReferenceGhost);
     camera.render_noise_free(lens, nominal, 2, samples, reference.second.data(), kRaysPerReferenceGhost);
     if (!file.empty()) {
-      const std::string body = bytes_of(reference.first) + bytes_of(reference.second);
       try {
-        write_file_atomically(file, kMagic + sha256_hex(body) + "\n" + body);
+        write_file_atomically(file, file_text(reference));
       } catch (const Error& error) {
         if (warn) warn(std::string("cannot cache the reference image: ") + error.what());
       }

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/target.h"
+#include "optics/face_shape.h"
 
 namespace relign::imaging {
 namespace {
@@ -96,6 +97,30 @@ void check_room(const SceneFile& scene, const std::filesystem::path& file) {
            " mm, is inside the lens, whose last vertex is at z = " + significant(rear, 6) + " mm");
 }
 
+// Images of a lens that takes too long would never be finished.
+void check_work(const optics::Prescription& lens, const optics::PupilSearch& search, const fs::path& file) {
+  const optics::PupilSearch::Work& work = search.work();
+  if (!(work.all() > optics::PupilSearch::kMostWork)) return;
+  std::string message = file.string() + ": images would take too long: tracing a ray is as much work as crossing " +
+                        significant(work.all(), 3) + " spherical faces, at most " +
+                        shortest(optics::PupilSearch::kMostWork) + " are allowed; ";
+  if (work.faces > work.searches)
+    throw Error(ErrorKind::bad_input, message + "remove faces, or the polynomials of faces that need none");
+  std::string most_bent;
+  double bend = -1;
+  for (const optics::Element& element : lens.elements)
+    for (std::size_t f = 0; f < element.faces.size(); ++f) {
+      const optics::Face& face = element.faces[f];
+      if (face.is_conic()) continue;
+      const double radius = optics::valid_radius(face), here = optics::bounds_of(face, radius).most_bent * radius;
+      if (here <= bend) continue;
+      bend = here;
+      most_bent = "face " + std::to_string(f + 1) + " of '" + element.name + "'";
+    }
+  throw Error(ErrorKind::bad_input, message + "most of it finds the hits on polynomial faces, of which " + most_bent +
+                                        " is bent most: reduce its high-order coefficients or its semi-diameter");
+}
+
 }  // namespace
 
 SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
@@ -176,14 +201,16 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.ambient_index = choices.ambient_index;
   divide_indices(scene.lens, choices.ambient_index);
   check_room(scene, file);
-  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
   if (wavelengths.size() > 1)
     for (const auto& [nm, weight] : wavelengths) {
       SceneWavelength one{weight, optics::read_prescription_at(lens_source, nm), nullptr};
       divide_indices(one.lens, choices.ambient_index);
-      one.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, one.lens));
       scene.wavelengths.push_back(std::move(one));
     }
+  scene.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, scene.lens));
+  check_work(scene.lens, *scene.pupil, folder / lens_name);
+  for (SceneWavelength& one : scene.wavelengths)
+    one.pupil = std::make_shared<optics::PupilSearch>(search_pupil(scene, one.lens));
   return scene;
 }
 

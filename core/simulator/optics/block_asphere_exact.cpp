@@ -40,7 +40,7 @@ double height(const Op& op, double r2, double& slope) {
 
 }  // namespace
 
-bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t) {
+bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t, std::uint64_t& steps) {
   const double x = static_cast<double>(p[0]), y = static_cast<double>(p[1]), z = static_cast<double>(p[2]);
   const double lx = static_cast<double>(l[0]), ly = static_cast<double>(l[1]), lz = static_cast<double>(l[2]);
   const double radius = static_cast<double>(op.shape_radius);
@@ -63,6 +63,7 @@ bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&
   if (!(low <= high)) return false;
   const auto before = [&](double way, double& derivative) {  // how far before the face
     const double at_x = x + way * lx, at_y = y + way * ly;
+    ++steps;
     double slope = 0;
     const double sag = height(op, at_x * at_x + at_y * at_y, slope);
     derivative = 2 * slope * (at_x * lx + at_y * ly) - lz;

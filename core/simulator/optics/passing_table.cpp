@@ -9,11 +9,7 @@
 namespace relign::optics {
 namespace {
 
-constexpr double kGridStep = 0.5;         // mm between places, for a lens whose pupil is so far from its image:
-constexpr double kPupilOfGridStep = 8.5;  // mm
-constexpr int kMinHeights = 5;
 // Of tables of direction cosines:
-constexpr int kHalfGrid = 20;  // places from the axis to the end of the range
 constexpr int kBisections = 10;
 constexpr int kMaxProbes = 6;
 constexpr double kWindowWidening = 1.25, kProbeWidening = 1.6;
@@ -34,45 +30,18 @@ const Azimuths& azimuths() {
   return table;
 }
 
-PassingGrid passing_grid(const PupilSearch& search, const Prescription& lens) {
-  const PlaceRange& range = search.range();
-  PassingGrid grid{};
-  grid.on_plane = search.on_plane();
-  grid.plane_z = search.plane_z();
-  grid.reach = search.reach();
-  int half = kHalfGrid;
-  grid.count_z = kMinHeights;
-  if (grid.on_plane) {
-    // Halved or doubled with the size of the lens.
-    grid.step = kGridStep;
-    const double distance = lens.image_z_mm - grid.plane_z;
-    while (grid.step / kGridStep < distance / kPupilOfGridStep) grid.step *= 2;
-    while (grid.step / kGridStep >= 2 * distance / kPupilOfGridStep) grid.step /= 2;
-    half = static_cast<int>(std::ceil(range.half_width / grid.step));
-    grid.count_z =
-        std::max(kMinHeights, 1 + static_cast<int>(std::ceil((range.z_high - range.z_low) / (2 * grid.step))));
-  } else {
-    grid.step = range.half_width / half;
-  }
-  grid.count = 2 * half + 1;
-  grid.low = -half * grid.step;
-  grid.low_z = range.z_low;
-  grid.step_z = (range.z_high - range.z_low) / (grid.count_z - 1);
-  return grid;
-}
-
 PassingTable::PassingTable(const Assembly& assembly, const PupilSearch& search)
-    : path_(backward_path(assembly, {})), search_(&search), grid_(passing_grid(search, assembly.lens())) {}
+    : path_(backward_path(assembly, {})), search_(&search) {}
 
 void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
   if (regions_.empty()) {
-    regions_.resize(static_cast<std::size_t>(grid_.places()));
+    regions_.resize(static_cast<std::size_t>(grid().places()));
     requested_.resize(regions_.size());
   }
   PassingCell cell;
-  if (!find_cell(grid_, place, cell)) return;
+  if (!find_cell(grid(), place, cell)) return;
   for (int corner = 0; corner < 8; ++corner) {
-    const int index = cell.place(grid_, corner);
+    const int index = cell.place(grid(), corner);
     char& requested = requested_[static_cast<std::size_t>(index)];
     if (!requested) missing.push_back(index);
     requested = 1;
@@ -80,21 +49,21 @@ void PassingTable::add_missing(const Vec3& place, std::vector<int>& missing) {
 }
 
 void PassingTable::fill(int missing, RayBlock& block) {
-  const Vec3 place = grid_.place(missing);
+  const Vec3 place = grid().place(missing);
   PassingRegion& region = regions_[static_cast<std::size_t>(missing)];
-  if (!grid_.on_plane) {
+  if (!grid().on_plane) {
     region = directions_from(place, block);
     return;
   }
   RegionSearch work;
   std::array<double, kCoarsePlaces> plane_z;
-  plane_z.fill(grid_.plane_z);
+  plane_z.fill(grid().plane_z);
   const auto probe = [&](int count) {
     aim_rays(block, path_, place, place, work.x, work.y, plane_z.data(), count);
     block_kernels().trace(block, path_.ops.data(), static_cast<int>(path_.through_aperture), false, count);
     for (int i = 0; i < count; ++i) work.passed[i] = block.margin[i] > 0;
   };
-  find_region(OneThread(), grid_, azimuths(), work, probe, region);
+  find_region(OneThread(), grid(), azimuths(), work, probe, region);
 }
 
 namespace {

@@ -22,9 +22,6 @@
 
 namespace relign::optics {
 
-// The places of a lens's regions.
-PassingGrid passing_grid(const PupilSearch& search, const Prescription& lens);
-
 const Azimuths& azimuths();
 
 class PassingTable {
@@ -36,7 +33,7 @@ class PassingTable {
   // Then fill() all of them; different ones may be filled by different threads. `block` is workspace.
   void add_missing(const Vec3& place, std::vector<int>& missing);
   void fill(int missing, RayBlock& block);
-  const PassingGrid& grid() const { return grid_; }
+  const PassingGrid& grid() const { return search_->grid(); }
 
   const PupilSearch& search() const { return *search_; }
   // From a point to the sensor side of the lens, in its own coordinates.
@@ -49,7 +46,6 @@ class PassingTable {
 
   BackwardPath path_;
   const PupilSearch* search_;
-  PassingGrid grid_;
   std::vector<PassingRegion> regions_;  // of the grid's places; allocated when a pose first needs one
   std::vector<char> requested_;         // per place: has a region, or was appended to `missing`
 };

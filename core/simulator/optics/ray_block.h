@@ -29,11 +29,13 @@ struct alignas(64) RayBlock {
   float pixel_x[kBlockRays], pixel_y[kBlockRays];
   // Result: radiance seen, 0 where the ray was lost.
   float radiance[kBlockRays];
+  // Steps of intersect_asphere_exactly() so far. Each takes as long as a ray through thirty spherical faces.
+  std::uint64_t search_steps;
 };
 
 // Distance along a ray to its first intersection with an asphere within the shape radius, in double; finds it for
 // certain. False on a miss. p: relative to the vertex. For rays whose Newton steps in the kernels prove nothing.
-bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t);
+bool intersect_asphere_exactly(const Op& op, const float (&p)[3], const float (&l)[3], float& t, std::uint64_t& steps);
 
 struct BlockKernels {
   const char* name;

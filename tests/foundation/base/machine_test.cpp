@@ -1,10 +1,12 @@
 #include "base/machine.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "base/files.h"
 
@@ -78,6 +80,46 @@ TEST_F(MemoryLimit, KnowsProcessesThatTheKernelEnded) {
   write_file_atomically(folder_ / "vmstat", "nr_free_pages 12\n");
   EXPECT_EQ(processes_ended_for_memory(folder_ / "vmstat"), -1);
   EXPECT_EQ(processes_ended_for_memory(folder_ / "missing"), -1);
+}
+
+// Sets a limit of this process for its lifetime.
+class Limited {
+ public:
+  Limited(decltype(RLIMIT_AS) resource, rlim_t bytes) : resource_(resource) {
+    ::getrlimit(resource, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(resource, &limit), 0);
+  }
+  ~Limited() { ::setrlimit(resource_, &before_); }
+  Limited(const Limited&) = delete;
+
+ private:
+  decltype(RLIMIT_AS) resource_;
+  rlimit before_{};
+};
+
+TEST(ProcessLimit, IsTheLowestOfTheShell) {
+  constexpr std::size_t kUsable = std::size_t{1} << 50;  // beyond the address space of any test
+  const Limited none_here(RLIMIT_AS, RLIM_INFINITY), nor_here(RLIMIT_DATA, RLIM_INFINITY);
+  EXPECT_FALSE(memory_limit(kUsable));
+  const Limited space(RLIMIT_AS, kUsable / 2);
+  EXPECT_EQ(memory_limit(kUsable)->bytes, kUsable / 2);
+  EXPECT_EQ(memory_limit(kUsable)->set_by, "ulimit -v");
+  const Limited data(RLIMIT_DATA, kUsable / 4);
+  EXPECT_EQ(memory_limit(kUsable)->bytes, kUsable / 4);
+  EXPECT_EQ(memory_limit(kUsable)->set_by, "ulimit -d");
+  EXPECT_FALSE(memory_limit(kUsable / 8)) << "the machine has less";
+}
+
+TEST(PeakMemory, CountsFromTheLastCall) {
+  EXPECT_EQ(peak_memory_bytes("/does/not/exist"), 0u);
+  constexpr std::size_t kBytes = 64 << 20;
+  { const std::vector<char> touched(kBytes, 1); }
+  forget_peak_memory();
+  const std::size_t before = peak_memory_bytes();
+  ASSERT_GT(before, 0u);
+  const std::vector<char> touched(kBytes, 1);
+  EXPECT_GT(peak_memory_bytes(), before + kBytes / 2);
 }
 
 }  // namespace

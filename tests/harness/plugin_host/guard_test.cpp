@@ -10,6 +10,7 @@
 #include <limits>
 #include <locale>
 
+#include "base/machine.h"
 #include "contract/fake_trial.h"
 #include "plugin_host/objects.h"
 #include "test_folder.h"
@@ -126,6 +127,9 @@ TEST(Guard, TurnsExceptionsIntoFailuresWithTheirText) {
   EXPECT_EQ(failure("throw"), "plugin 'misbehaving' failed in run: thrown on purpose");
   EXPECT_EQ(failure("throw an int"), "plugin 'misbehaving' failed in run: an exception that is no std::exception");
   EXPECT_EQ(failure("fail in create"), "plugin 'misbehaving' failed in create: made to fail");
+  EXPECT_EQ(failure("run out of memory"),
+            "plugin 'misbehaving' failed in run: out of memory: it may use " + memory_words() +
+                "; raise the limit, or let it do less: fewer pixels, wavelengths or workers");
 }
 
 TEST(Guard, PassesHostExceptionsAroundThePlugin) {

@@ -180,7 +180,7 @@ TEST(GpuCamera, RejectsImagesThatMissLightAsTheCpuDoes) {
   SceneFile scene = small_scene();
   const double z = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
   scene.pupil = std::make_shared<optics::PupilSearch>(scene.lens, optics::PlaceRange{1, z - 0.5, z + 0.5});
-  ASSERT_TRUE(scene.pupil->on_plane());
+  ASSERT_TRUE(scene.pupil->grid().on_plane);
   Parallel alone(1);
   GpuCamera on_gpu(gpu, scene, {}, alone);
   std::vector<float> pixels(scene.sensor.pixels());

@@ -47,8 +47,8 @@ optics::Assembly with_offsets(const SceneFile& scene, Random& random) {
 }
 
 TEST(PhoneLens, UsesDirectionCosines) {
-  EXPECT_FALSE(phone().pupil->on_plane());
-  EXPECT_TRUE(relign_od_scene().pupil->on_plane());
+  EXPECT_FALSE(phone().pupil->grid().on_plane);
+  EXPECT_TRUE(relign_od_scene().pupil->grid().on_plane);
 }
 
 // Symmetric light stays symmetric; detects tiles that miss light in one quadrant only.

@@ -7,6 +7,7 @@
 #include <clocale>
 #include <csignal>
 #include <locale>
+#include <new>
 #include <relign/plugin.hpp>
 
 namespace {
@@ -37,6 +38,7 @@ class Misbehaving final : public relign::Optimizer {
     if (deed_ == "signal") std::signal(SIGUSR2, SIG_IGN);
     if (deed_ == "throw") throw std::runtime_error("thrown on purpose");
     if (deed_ == "throw an int") throw 7;
+    if (deed_ == "run out of memory") throw std::bad_alloc();
   }
 
  private:
