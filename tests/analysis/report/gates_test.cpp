@@ -192,6 +192,7 @@ TEST_F(Gates, FailedChecksOfTheRecordsAreNamed) {
 // A busy machine affects compute times but not errors.
 TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
   const auto with_harness = [&](double seconds) {
+    std::filesystem::remove_all(folder_);
     write({trial("a", 0, {0.1, 0.05})});
     records::TrialTimes times;
     times.trial = trial("a", 0, {}).trial;
