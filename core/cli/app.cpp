@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -191,6 +192,15 @@ CLI::App& add_verb(CLI::App& parent, const VerbText& text) {
     footer += letter == '\n' ? std::string("\n  ") : std::string(1, letter);
   verb->footer(footer + "\n\nSee also: " + text.see_also);
   return *verb;
+}
+
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  char text[16];
+  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
+  return text;
 }
 
 CLI::Validator whole_number() {

@@ -65,6 +65,9 @@ CLI::App& add_verb(CLI::App& parent, const VerbText& text);
 // --sandbox and --sandbox-show.
 void add_sandbox_options(CLI::App& verb, Context& context);
 
+// The day as 2026-11-24, UTC.
+std::string today();
+
 // For unsigned options: digits only, because CLI11 would convert "-3" to a huge number.
 CLI::Validator whole_number();
 

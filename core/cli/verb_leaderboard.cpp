@@ -6,6 +6,7 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/plan_check.h"
 #include "leaderboard/board.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
@@ -57,10 +58,11 @@ void refuse_unknown_baseline(const leaderboard::Board& board) {
                                         "'; there are: " + join(leaderboard::methods_of(board), ", "));
 }
 
-int build_site(const Context& context, const LeaderboardArguments& arguments) {
+int build_site(Context& context, const LeaderboardArguments& arguments) {
   leaderboard::BoardOptions options = arguments.board;
   if (const std::string mistake = line_mistake(options.title); !mistake.empty())
     throw Error(ErrorKind::bad_input, "--title: " + mistake + ", found '" + options.title + "'");
+  options.plan = plan_check(context);
   options.folders.assign(arguments.folders.begin(), arguments.folders.end());
   const leaderboard::Board board = leaderboard::make_board(options);
   if (arguments.baseline->count() > 0) refuse_unknown_baseline(board);
@@ -91,7 +93,7 @@ void add_leaderboard(CLI::App& app, Context& context) {
       add_verb(parent, {"build",
                         "Write a leaderboard as a static site: a ranking per class, a page per method with its replay "
                         "and versions, and a JSON feed. Exit code 4 if an evaluation was left out, because its parts "
-                        "contradict each other, or if a round has no ranked method.",
+                        "contradict each other or a check of its records failed, or if a round has no ranked method.",
                         "relign-bench leaderboard build evaluations/* -o site\n"
                         "relign-bench leaderboard build evaluations/* -o site --title \"Lens lab\" --baseline bo-gp",
                         "report, merge, verify"});

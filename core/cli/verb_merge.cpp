@@ -8,6 +8,7 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/plan_check.h"
 #include "records/merge.h"
 
 namespace relign::cli {
@@ -70,6 +71,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
   options.sources.assign(arguments.folders.begin(), arguments.folders.end());
   options.out = arguments.out;
   options.command = context.typed_command();
+  options.plan = plan_check(context);
   options.on_message = [](const std::string& note) { print_warning(note); };
   const records::MergeSummary summary = records::merge(options);
   print_disagreements(summary);

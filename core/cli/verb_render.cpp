@@ -163,7 +163,7 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
 
   if (context.json) {
     Json result = {{"image", arguments.out},           {"width", image.width}, {"height", image.height},
-                   {"white", scene.facts.image_white}, {"pose", pose},         {"elements", Json::parse(lens.offsets)}};
+                   {"white", scene.facts.image_white}, {"pose", pose},         {"elements", valid_json(lens.offsets)}};
     if (average) {
       result["standard_error"] = average->standard_error;
       result["samples"] = average->samples;

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "cli/app.h"
+#include "cli/plan_check.h"
 #include "records/results_folder.h"
 #include "report/report.h"
 #include "report/text_tables.h"
@@ -30,11 +31,30 @@ std::optional<statistics::Rule> rule_of(const ReportArguments& arguments) {
   return statistics::rule_named(arguments.rule);
 }
 
+// Makes reports, and warns of failed checks of their folders.
+class Reports {
+ public:
+  Reports(Context& context, const ReportArguments& arguments) : plan_(plan_check(context)), rule_(rule_of(arguments)) {}
+
+  report::Report of(const std::vector<std::string>& folders) {
+    report::Report made(std::vector<fs::path>(folders.begin(), folders.end()), rule_, plan_);
+    for (const std::string& finding : made.findings()) {
+      print_warning("failed check: " + finding);
+      failed_ = true;
+    }
+    return made;
+  }
+  int exit_code() const { return failed_ ? kGateTripped : kDone; }
+
+ private:
+  records::PlanCheck plan_;
+  std::optional<statistics::Rule> rule_;
+  bool failed_ = false;
+};
+
 // The report of all folders as one text.
-std::string exported(const ReportArguments& arguments) {
-  if (arguments.format == "html")  // one page for all folders
-    return report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments))
-        .html();
+std::string exported(Reports& reports, const ReportArguments& arguments) {
+  if (arguments.format == "html") return reports.of(arguments.folders).html();  // one page for all folders
   const bool csv = arguments.format == "csv";
   const bool cycle = csv && std::any_of(arguments.folders.begin(), arguments.folders.end(), [](const auto& folder) {
                        return records::read_manifest(folder).contains("cycle");
@@ -42,7 +62,7 @@ std::string exported(const ReportArguments& arguments) {
   std::string text = csv ? report::ranking_csv_head(cycle) : "";
   Json results = Json::array();
   for (const std::string& folder : arguments.folders) {
-    const report::Report report(folder, rule_of(arguments));
+    const report::Report report = reports.of({folder});
     if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
     } else if (csv) {
@@ -62,16 +82,17 @@ std::string exported(const ReportArguments& arguments) {
 
 // Writes to standard output or to one file.
 int write_text(Context& context, const ReportArguments& arguments) {
-  const std::string text = exported(arguments);
+  Reports reports(context, arguments);
+  const std::string text = exported(reports, arguments);
   if (arguments.out.empty() || arguments.out == kStandardOutput) {
     const bool wrapped = context.json && arguments.format != "json";
     const std::string member = arguments.format == "md" ? "markdown" : arguments.format;
     print_result(wrapped ? Json{{member, text}}.dump(2) + "\n" : text);
-    return kDone;
+    return reports.exit_code();
   }
   write_file_atomically(arguments.out, text);
   print_result(context.json ? Json{{"reports", {arguments.out}}}.dump(2) + "\n" : arguments.out + "\n");
-  return kDone;
+  return reports.exit_code();
 }
 
 int write_reports(Context& context, const ReportArguments& arguments) {
@@ -92,6 +113,7 @@ int write_reports(Context& context, const ReportArguments& arguments) {
                   "--figures: requires a page in a file, found --out -; choose a file, or run report twice");
     return write_text(context, arguments);
   }
+  Reports reports(context, arguments);
   Json pages = Json::array(), figures = Json::array();
   std::string text;
   const auto write = [&](const report::Report& report, const fs::path& page) {
@@ -105,11 +127,10 @@ int write_reports(Context& context, const ReportArguments& arguments) {
     }
   };
   if (!arguments.out.empty()) {
-    write(report::Report(std::vector<fs::path>(arguments.folders.begin(), arguments.folders.end()), rule_of(arguments)),
-          arguments.out);
+    write(reports.of(arguments.folders), arguments.out);
   } else {
     for (const std::string& folder : arguments.folders) {
-      const report::Report report(folder, rule_of(arguments));
+      const report::Report report = reports.of({folder});
       report.write_tables();
       write(report, fs::path(folder) / "report.html");
     }
@@ -117,19 +138,21 @@ int write_reports(Context& context, const ReportArguments& arguments) {
   Json result = {{"reports", pages}};
   if (!arguments.figures.empty()) result["figures"] = figures;
   print_result(context.json ? result.dump(2) + "\n" : text);
-  return kDone;
+  return reports.exit_code();
 }
 
 }  // namespace
 
 void add_report(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"report", "Write the HTML page and the tables of results folders.",
-                                  "relign-bench report results/quick\n"
-                                  "relign-bench report results/quick --figures paper\n"
-                                  "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
-                                  "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
-                                  "relign-bench report results/mine results/published -o both.html",
-                                  "run, merge, compare"});
+  CLI::App& verb = add_verb(
+      app,
+      {"report", "Write the HTML page and the tables of results folders. Exit code 4 if a check of the records failed.",
+       "relign-bench report results/quick\n"
+       "relign-bench report results/quick --figures paper\n"
+       "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
+       "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
+       "relign-bench report results/mine results/published -o both.html",
+       "run, merge, compare"});
   auto arguments = std::make_shared<ReportArguments>();
   verb.add_option("DIR", arguments->folders, "one or more results folders")->required()->type_name("DIR");
   verb.add_option(

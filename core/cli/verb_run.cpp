@@ -11,6 +11,7 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
+#include "cli/plan_check.h"
 #include "cli/progress.h"
 #include "cli/scene_drawing.h"
 #include "cli/secrets.h"
@@ -240,7 +241,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   if (attempt) return print_shard(context, options.results, summary);
 
   const fs::path page = options.results / "report.html";
-  const report::Report report(options.results);
+  const report::Report report(options.results, std::nullopt, plan_check(context));
   report.write_tables();
   report.write_html(page);
   if (context.json) {

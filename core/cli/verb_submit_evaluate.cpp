@@ -1,6 +1,5 @@
 // relign-bench submit evaluate: runs a submission on a suite, in a sandbox, and joins the results of others.
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <set>
 
@@ -13,6 +12,7 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/interrupt.h"
+#include "cli/plan_check.h"
 #include "cli/scene_drawing.h"
 #include "cli/secrets.h"
 #include "cli/shared_files.h"
@@ -89,7 +89,7 @@ class EvaluationFolder {
 };
 
 // Other instances could not be merged, and another protocol not ranked; better said before the trials than after.
-void refuse_other_baselines(const std::vector<std::string>& baselines, const suites::Plan& plan,
+void refuse_other_baselines(Context& context, const std::vector<std::string>& baselines, const suites::Plan& plan,
                             const std::string& submission) {
   std::set<std::string> protocols;
   for (const std::string& folder : baselines) {
@@ -99,6 +99,7 @@ void refuse_other_baselines(const std::vector<std::string>& baselines, const sui
       throw Error(ErrorKind::bad_input, "--baselines: '" + folder +
                                             "' has other instances than the suite; scenes, noise levels, seed or "
                                             "commitment, and instances must be equal");
+    records::require_checked(folder, plan_check(context), "--baselines: cannot use");
     for (const Json& entry : list_of(manifest, "algorithms")) protocols.insert(text_of(entry, "protocol"));
   }
   for (const suites::AlgorithmEntry& entry : plan.suite.algorithms)
@@ -132,6 +133,7 @@ std::size_t join_results(Context& context, const EvaluateArguments& arguments, c
   options.sources.insert(options.sources.end(), arguments.baselines.begin(), arguments.baselines.end());
   options.out = results;
   options.command = context.typed_command();
+  options.checked = true;
   options.on_message = [](const std::string& note) { print_warning(note); };
   const records::MergeSummary merged = records::merge(options);
   if (merged.missing > 0)
@@ -142,15 +144,6 @@ std::size_t join_results(Context& context, const EvaluateArguments& arguments, c
     print_warning("not reproducible: trial " + one.trial + " " + one.label + ": " + records::to_string(one.difference));
   fs::remove_all(run);
   return merged.disagreeing;
-}
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char text[16];
-  std::strftime(text, sizeof text, "%Y-%m-%d", &utc);
-  return text;
 }
 
 Json methods_json(const Json& manifest, const submissions::Submission& submission) {
@@ -211,10 +204,11 @@ suites::Suite prepare_suite(Context& context, const EvaluateArguments& arguments
 
 int finish(Context& context, const EvaluateArguments& arguments, const EvaluationFolder& folder,
            const submissions::Submission& submission, const runner::RunSummary& summary, const Json& evaluation,
-           std::size_t disagreeing) {
+           const report::Report& report, std::size_t disagreeing) {
   write_file_atomically(folder / kEvaluationFile, evaluation.dump(2) + "\n");
   fs::remove(folder / kArchiveHash);
   for (const std::string& failure : summary.failures) print_warning(failure);
+  for (const std::string& finding : report.findings()) print_warning("failed check: " + finding);
   if (context.json)
     print_result(Json{{"evaluation", (folder / kEvaluationFile).string()},
                       {"results", (folder / "results").string()},
@@ -223,16 +217,17 @@ int finish(Context& context, const EvaluateArguments& arguments, const Evaluatio
                       {"archive_sha256", folder.archive_hash()},
                       {"trials", summary.trials},
                       {"failed", summary.failed},
-                      {"disagreeing", disagreeing}}
+                      {"disagreeing", disagreeing},
+                      {"failed_checks", report.findings()}}
                      .dump(2) +
                  "\n");
   else
-    print_text(report::Report(folder / "results").ranking_table() + "\nevaluation  " + folder.path().string() + "\n");
+    print_text(report.ranking_table() + "\nevaluation  " + folder.path().string() + "\n");
   std::fprintf(stderr, "%s in %s. Next: %s --sandbox%s\n", trials_text(summary.trials).c_str(),
                duration_text(summary.seconds).c_str(),
                own_command("verify " + shell_quoted((folder / "results").string())).c_str(),
                arguments.secret.empty() ? "" : " --secret FILE");
-  if (disagreeing > 0) return kGateTripped;
+  if (disagreeing > 0 || !report.findings().empty()) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
 
@@ -263,7 +258,7 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   if (!arguments.baselines.empty()) options.only = {{"algorithm", submission.name}};
   const runner::PreparedPlan prepared =
       runner::prepare(std::move(read), options.cache_folder, {}, options.stop, options.sandbox);
-  refuse_other_baselines(arguments.baselines, prepared.plan, submission.name);
+  refuse_other_baselines(context, arguments.baselines, prepared.plan, submission.name);
   if (!arguments.baselines.empty())  // prices, limits and machine times: better said before the trials than after
     records::require_mergeable(
         options.results, runner::make_manifest(prepared, runner::hash_libraries(prepared.plan.suite), "", nullptr),
@@ -274,11 +269,12 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
   runner::RunSummary summary;
   run_trials(context, arguments, prepared, options, summary);
   const std::size_t disagreeing = join_results(context, arguments, options.results, folder / "results");
-  const report::Report report(folder / "results");
+  const report::Report report(folder / "results", std::nullopt, plan_check(context));
   report.write_tables();
   report.write_html(folder / "results" / "report.html");
   return finish(context, arguments, folder, submission, summary,
-                evaluation_json(submission, folder, suite.text(), prepared, options.sandbox != nullptr), disagreeing);
+                evaluation_json(submission, folder, suite.text(), prepared, options.sandbox != nullptr), report,
+                disagreeing);
 }
 
 int evaluate_or_stop(Context& context, const EvaluateArguments& arguments) {

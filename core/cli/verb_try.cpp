@@ -80,7 +80,7 @@ Json to_json(const trials::Step& step) {
                {"commanded_mse_error", step.commanded_truth.standard_error},
                {"recommended_mse", step.recommended_truth.mse},
                {"recommended_mse_error", step.recommended_truth.standard_error}};
-  if (!step.regions.empty()) json["regions"] = Json::parse(to_json_text(step.regions));
+  if (!step.regions.empty()) json["regions"] = valid_json(to_json_text(step.regions));
   return json;
 }
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <memory>
 
+#include "base/characters.h"
 #include "base/error.h"
-#include "base/files.h"
 #include "base/own_command.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -25,7 +25,7 @@ struct VerifyArguments {
   std::string results;
   std::size_t sample = 0;
   std::uint64_t seed = 1;
-  std::string trial, frames, suite_folder, secret;
+  std::string trial, frames, suite_folder, secret, by;
   unsigned workers = 0;
   bool add_rules = false, no_sandbox = false;
 };
@@ -60,6 +60,8 @@ Json to_json(const runner::VerifySummary& summary) {
           {"missing", summary.missing},
           {"unknown", summary.unknown},
           {"completed", summary.completed},
+          {"checks", records::summary_of(summary.checks)},
+          {"failed_checks", records::findings_of(summary.checks)},
           {"damaged", std::move(damaged)},
           {"differences", std::move(differences)},
           {"changes", std::move(changes)},
@@ -71,6 +73,8 @@ Json to_json(const runner::VerifySummary& summary) {
 std::string verdict(const runner::VerifySummary& summary, bool sampled) {
   std::string text;
   for (const records::Damage& one : summary.damaged) text += "damaged    " + records::to_string(one) + "\n";
+  for (const std::string& finding : records::findings_of(summary.checks)) text += "failed     " + finding + "\n";
+  if (!records::any_failed(summary.checks)) text += "checks     " + records::summary_of(summary.checks) + "\n";
   for (const runner::ReplayDifference& one : summary.differences)
     text += "different  " + one.trial + " " + one.label + "\n           " + records::to_string(one.difference) +
             (one.tolerated_more ? " (exceeds the tolerance of 1e-6 for another CPU)" : "") + "\n";
@@ -106,6 +110,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
       (!summary.damaged.empty()
            ? "not reproduced: records are damaged; restore them from a copy, or run the suite again with "
              "--drop-damaged, which runs their trials again"
+       : records::any_failed(summary.checks)
+           ? "not reproduced: the records contradict the suite or each other; see the failed checks above"
        : no_replay ? "nothing could be replayed"
        : summary.all_equal() && summary.replayed < summary.recorded
            ? "the replayed trials are reproduced; the others were not replayed"
@@ -119,13 +125,19 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
   return text;
 }
 
-// Saves the verdict for the report. A read-only results folder is not an error.
-void save_verdict(const std::string& results, const runner::VerifySummary& summary) {
-  Json saved = to_json(summary);
-  saved["format"] = records::kFormat;
-  for (const char* long_list : {"damaged", "differences", "changes", "completed"}) saved.erase(long_list);
+// Saves the verdict for report and leaderboard. A read-only results folder is not an error.
+void save_verdict(const VerifyArguments& arguments, const runner::VerifySummary& summary) {
+  Json details = to_json(summary);
+  for (const char* long_list : {"damaged", "differences", "changes", "completed", "failed_checks"})
+    details.erase(long_list);
+  records::Replays replays;
+  replays.all = {summary.recorded, summary.replayed, summary.equal};
+  replays.methods = summary.methods;
+  replays.by = arguments.by;
+  replays.program = RELIGN_VERSION;
+  replays.date = today();
   try {
-    write_file_atomically(std::filesystem::path(results) / "verify.json", saved.dump(1) + "\n");
+    records::write_replays(arguments.results, replays, std::move(details));
   } catch (const Error&) {
   }
 }
@@ -133,6 +145,8 @@ void save_verdict(const std::string& results, const runner::VerifySummary& summa
 int run_verify(Context& context, const VerifyArguments& arguments) {
   if (!arguments.frames.empty() && arguments.trial.empty())
     throw Error(ErrorKind::bad_input, "--frames: requires --trial ID; it writes the captures of one trial");
+  if (const std::string mistake = line_mistake(arguments.by); !mistake.empty())
+    throw Error(ErrorKind::bad_input, "--by: " + mistake);
   runner::VerifyOptions options;
   options.results = arguments.results;
   options.sample = arguments.sample;
@@ -183,7 +197,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
                               : "Every trial in " + arguments.results + " has the scores of all rules.\n");
     return kDone;
   }
-  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) save_verdict(arguments.results, summary);
+  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) save_verdict(arguments, summary);
   if (context.json) {
     Json result = to_json(summary);
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
@@ -199,7 +213,9 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
 }  // namespace
 
 void add_verify(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"verify", "Replay recorded trials and compare every recorded line bit for bit.",
+  CLI::App& verb = add_verb(app, {"verify",
+                                  "Check the records of a results folder against its suite, replay trials and compare "
+                                  "every recorded line bit for bit.",
                                   "relign-bench verify results/quick --sample 20\n"
                                   "relign-bench verify results/quick --trial 4f1c0a9b2d3e4f50 --frames frames",
                                   "run, merge, try"});
@@ -225,6 +241,9 @@ void add_verify(CLI::App& app, Context& context) {
           "--suite-folder", arguments->suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
+  verb.add_option("--by", arguments->by,
+                  "who replays: a leaderboard shows it beside the number of replayed trials [default: not stated]")
+      ->type_name("NAME");
   add_sandbox_options(verb, context);
   verb.add_flag("--no-sandbox", arguments->no_sandbox,
                 "replay results of a sandbox without one: their algorithms can read and change your files")

@@ -136,6 +136,8 @@ TEST_F(ModelFiles, RejectsMissingOrMalformedSideFile) {
   EXPECT_THAT(refusal(), HasSubstr("not a side file of relign-train"));
   write("net.json", "{\"format\": 2}");
   EXPECT_THAT(refusal(), HasSubstr("format: must be 1, found 2"));
+  write("net.json", "{\"format\": 1, \"a\": {\"b\": 1}, \"format\": 1}");
+  EXPECT_THAT(refusal(), HasSubstr("duplicate key 'format'"));
 }
 
 // "diviation" would leave the deviation 1, and the network would be shown other values than it was trained with.

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -181,6 +182,22 @@ std::vector<float> SideFile::shown(const Parity& input) const {
   return values;
 }
 
+namespace {
+
+// Of a key that is there twice, readers take the first or the last.
+Json read_json(std::istream& file) {
+  std::vector<std::set<std::string>> keys;  // of the open objects
+  return Json::parse(file, [&keys](int, Json::parse_event_t event, Json& value) {
+    if (event == Json::parse_event_t::object_start) keys.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys.pop_back();
+    if (event == Json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second)
+      complain("duplicate key '" + value.get<std::string>() + "'");
+    return true;
+  });
+}
+
+}  // namespace
+
 SideFile read_side_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
@@ -188,7 +205,7 @@ SideFile read_side_file(const std::string& path) {
   if (std::filesystem::file_size(path) > kMaxSideFileBytes)
     throw std::runtime_error(path + ": larger than 16 MiB, not a side file of relign-train");
   try {
-    return parse(Json::parse(file));
+    return parse(read_json(file));
   } catch (const Json::exception& error) {
     const std::string text = error.what();  // "[json.exception.out_of_range.403] key 'scales' not found"
     const std::size_t bracket = text.find("] ");

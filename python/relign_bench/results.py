@@ -8,6 +8,7 @@ import shlex
 from typing import TYPE_CHECKING
 
 from ._errors import check_name
+from ._json import unique_keys
 
 if TYPE_CHECKING:
     import os
@@ -27,7 +28,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
 
     Raises:
         FileNotFoundError: The folder has no results, or not this table.
-        ValueError: There is no such table.
+        ValueError: There is no such table, or a line of the records has a key twice.
     """
     import pandas
 
@@ -44,11 +45,13 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
         raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")
     rows, closing = [], {}
     for path in sorted((folder / "trials").glob("*.jsonl")):
-        for line in path.read_text().splitlines():
+        for number, line in enumerate(path.read_text().splitlines(), 1):
             try:
-                record = json.loads(line)
-            except ValueError:
+                record = json.loads(line, object_pairs_hook=unique_keys)
+            except json.JSONDecodeError:
                 continue  # the incomplete last line of a run that was killed
+            except ValueError as problem:
+                raise ValueError(f"{path}:{number}: {problem}") from None
             if "end" in record:
                 closing[record["trial"]] = record
             else:

@@ -2,8 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cli/program.h"
+#include "records/checksum.h"
 
 namespace relign::cli_test {
 namespace {
@@ -91,18 +93,34 @@ TEST_F(CliLeaderboard, ReportsWhatItLeavesOut) {
   EXPECT_THAT(place_.read("site/index.html"), HasSubstr("<h2 id=\"left-out\">Left out</h2>"));
 }
 
+// As of a scene that does not compute the best pose of an instance.
 TEST_F(CliLeaderboard, SaysThatNobodyIsRanked) {
   evaluate("mine", {{"date", "9999-12-31"}});
-  json manifest = json::parse(place_.read("mine/results/manifest.json"));
-  for (json& entry : manifest["algorithms"]) entry["oracle"] = true;
-  place_.write("mine/results/manifest.json", manifest.dump());
+  std::istringstream lines(place_.read("mine/results/trials/0000.jsonl"));
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    line = records::without_checksum(line);
+    if (const std::size_t at = line.find("\"own_optimum_mse\":"); at != std::string::npos)
+      line.replace(at, line.find(",\"own_optimum_pose\"") - at, "\"own_optimum_mse\":null");
+    text += line + "\n";
+  }
+  place_.write("mine/results/trials/0000.jsonl", text);
   const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
   EXPECT_EQ(built.exit_code, 4);
-  EXPECT_THAT(built.err, AllOf(HasSubstr("no method of the round 'tiny' is ranked:\n  '"),
-                               HasSubstr(" (protocol paper): oracles are not ranked"),
+  EXPECT_THAT(built.err, AllOf(HasSubstr("no method of the round 'tiny' is ranked:\n  no trial has a normalised error"),
                                HasSubstr("the date '9999-12-31' is in the future")));
-  EXPECT_THAT(place_.read("site/index.html"), AllOf(HasSubstr("No method of this round is ranked:"),
-                                                    HasSubstr(" (protocol paper): oracles are not ranked</li>")));
+  EXPECT_THAT(place_.read("site/index.html"),
+              AllOf(HasSubstr("No method of this round is ranked:"), HasSubstr("no trial has a normalised error")));
+}
+
+TEST_F(CliLeaderboard, LeavesOutRivalsMarkedAsOracles) {
+  evaluate("mine");
+  json manifest = json::parse(place_.read("mine/results/manifest.json"));
+  manifest["algorithms"][0]["oracle"] = true;
+  place_.write("mine/results/manifest.json", manifest.dump());
+  const Outcome built = relign_bench(place_, {"leaderboard", "build", "mine", "-o", "site"});
+  EXPECT_EQ(built.exit_code, 2);
+  EXPECT_THAT(built.err, HasSubstr("is marked as an oracle"));
 }
 
 TEST_F(CliLeaderboard, RefusesUnknownBaselinesAndHiddenCharacters) {

@@ -171,8 +171,9 @@ TEST_F(CliSealed, NothingIsRemovedOrAddedAfterTheRun) {
               HasSubstr("the suite has 2 'algorithms', the manifest 1"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["observes"] = json::array({"merit"}); }),
               HasSubstr("observes [\"merit\"] by the manifest"));
-  EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["oracle"] = true; }),
-              HasSubstr("'oracle' of 'nlopt-bobyqa' (protocol paper) is true in the manifest, but false by its suite"));
+  EXPECT_THAT(
+      refusal([](json& manifest) { manifest["algorithms"][1]["oracle"] = true; }),
+      HasSubstr("'nlopt-bobyqa' (protocol paper) is marked as an oracle, but this protocol gives the true start"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["algorithms"][1]["parameters"]["first_step"] = 0.5; }),
               HasSubstr("'parameters' of the algorithm 'nlopt-bobyqa' is"));
   EXPECT_THAT(refusal([](json& manifest) { manifest["limits"] = "hard"; }),

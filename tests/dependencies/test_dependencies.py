@@ -1,6 +1,7 @@
 """Modules of core/ and plugins depend on each other as core/dependencies.txt says."""
 
 import pathlib
+import re
 import tempfile
 import unittest
 
@@ -21,6 +22,12 @@ class TheTree(unittest.TestCase):
     def test_readme_quotes_the_table(self):
         lines = [line for line in self.table.splitlines() if line and not line.startswith("#")]
         self.assertIn("```text\n" + "\n".join(lines) + "\n```", (ROOT / "core/README.md").read_text())
+
+    def test_json_is_read_by_functions_that_refuse_a_key_twice(self):
+        base = ROOT / "core/foundation/base"
+        found = [str(file.relative_to(ROOT)) for file in (ROOT / "core").rglob("*.cpp")
+                 if file.parent != base and re.search(r"\bjson::(sax_)?parse\(", file.read_text(), re.IGNORECASE)]
+        self.assertEqual(found, [], "use valid_json or parsed_json of base/json_source.h")
 
 
 class SmallTree(unittest.TestCase):

@@ -2,8 +2,10 @@
 
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
+import tempfile
 import unittest
 
 from support import SMALL, np
@@ -115,6 +117,16 @@ class Results(unittest.TestCase):
             relign_bench.read_results(golden, "curves")
         with self.assertRaisesRegex(FileNotFoundError, "manifest.json"):
             relign_bench.read_results(golden.parent)
+        with tempfile.TemporaryDirectory() as place:
+            forged = pathlib.Path(place) / "forged"
+            shutil.copytree(golden, forged)
+            records = forged / "trials" / "0000.jsonl"
+            text = records.read_text()
+            records.write_text(text.replace('"recommended_mse":', '"recommended_mse":0.5,"recommended_mse":', 1))
+            with self.assertRaisesRegex(ValueError, "0000.jsonl:1: key 'recommended_mse' is there twice in one object"):
+                relign_bench.read_results(forged, "steps")
+            records.write_text(text + '{"trial":"half')  # of a run that was killed
+            self.assertEqual(len(relign_bench.read_results(forged, "steps")), len(steps))
         # From the source tree, which has no compiled module.
         code = ("import sys; from relign_bench import read_results; "
                 f"print(len(read_results({str(golden)!r}, 'steps')), 'relign_bench._core' in sys.modules)")

@@ -10,6 +10,7 @@
 #include "leaderboard/consistency.h"
 #include "leaderboard/round.h"
 #include "records/merge.h"
+#include "records/results_folder.h"
 #include "report/figures.h"
 #include "report/several_folders.h"
 
@@ -32,7 +33,7 @@ struct Candidate {
   Json algorithms, shared;  // of the results' manifest
 };
 
-Candidate read_candidate(const fs::path& folder) {
+Candidate read_candidate(const fs::path& folder, const records::PlanCheck& plan) {
   Candidate made;
   made.entry.evaluation = read_evaluation(folder);
   made.entry.submission = read_submission(folder);
@@ -40,11 +41,17 @@ Candidate read_candidate(const fs::path& folder) {
   std::error_code ignored;
   if (fs::is_symlink(evaluation.results_folder(), ignored))
     throw Error(ErrorKind::bad_input, "'" + evaluation.results_folder().string() + "' is a link, not a folder");
-  const report::LoadedResults results = report::load_results(evaluation.results_folder());
+  const report::LoadedResults results = report::load_results(evaluation.results_folder(), plan);
   if (const auto found = contradictions(evaluation, made.entry.submission, results); !found.empty())
     throw Error(ErrorKind::bad_input, join(found, "\n"));
   made.algorithms = list_of(results.manifest, "algorithms");
   for (const char* key : kSharedMembers) made.shared[key] = member(results.manifest, key);
+  made.entry.checked = records::summary_of(results.checks);
+  made.entry.replays = records::read_replays(evaluation.results_folder());
+  if (const auto& replays = made.entry.replays; replays && replays->all.equal < replays->all.replayed)
+    throw Error(ErrorKind::bad_input, "replay: " + std::to_string(replays->all.replayed - replays->all.equal) + " of " +
+                                          counted(replays->all.replayed, "replayed trial") +
+                                          " gave different numbers, as verify.json states");
   if (!evaluation.sealed) made.entry.cautions.push_back(kNotSealed);
   if (!evaluation.sandbox) made.entry.cautions.push_back(kNoSandbox);
   return made;
@@ -97,7 +104,7 @@ std::vector<Candidate> accepted(const BoardOptions& options, std::vector<LeftOut
   std::vector<Candidate> all, kept;
   for (const fs::path& folder : options.folders) {
     try {
-      all.push_back(read_candidate(folder));
+      all.push_back(read_candidate(folder, options.plan));
     } catch (const Error& error) {
       left_out.push_back({folder.string(), lines_of(error.what())});
     }
@@ -127,6 +134,7 @@ std::string report_file(const Evaluation& evaluation) {
 fs::path merged(Round& round, const std::vector<Entry>& entries, const report::TemporaryFolder& place) {
   if (round.entries.size() == 1) return entries[round.entries.front()].evaluation.results_folder();
   records::MergeOptions options;
+  options.checked = true;
   // Earliest first: of records that differ, the earliest are kept.
   for (auto entry = round.entries.rbegin(); entry != round.entries.rend(); ++entry)
     options.sources.push_back(entries[*entry].evaluation.results_folder());
@@ -142,14 +150,39 @@ fs::path merged(Round& round, const std::vector<Entry>& entries, const report::T
   return options.out;
 }
 
-void add_submissions(Round& round, const std::vector<Entry>& entries) {
+// The trainings of a list share a row.
+records::ReplayCounts replays_of(const Entry& entry, const Json& algorithms, const Standing& standing,
+                                 const std::string& protocol) {
+  records::ReplayCounts all;
+  if (!entry.replays) return all;
+  for (const auto& [key, counts] : entry.replays->methods) {
+    const auto of_list = std::find_if(algorithms.begin(), algorithms.end(), [&key = key](const Json& one) {
+      return text_of(one, "name") == key.first && one.contains("of_list");
+    });
+    const std::string name = of_list == algorithms.end() ? key.first : text_of((*of_list)["of_list"], "method");
+    if (name != standing.method || key.second != protocol) continue;
+    all.recorded += counts.recorded;
+    all.replayed += counts.replayed;
+    all.equal += counts.equal;
+  }
+  return all;
+}
+
+void add_submissions(Round& round, const std::vector<Entry>& entries, const Json& algorithms) {
   for (BoardClass& of_class : round.classes)
     for (Standing& standing : of_class.standings)
-      for (const std::size_t entry : round.entries)
+      for (const std::size_t entry : round.entries) {
         if (submits(entries[entry].evaluation, standing.method, of_class.protocol)) {
           standing.submitted = true;
           standing.entry = entry;
         }
+        const records::ReplayCounts counts = replays_of(entries[entry], algorithms, standing, of_class.protocol);
+        if (counts.replayed <= standing.replays.replayed) continue;
+        const records::Replays& by = *entries[entry].replays;
+        standing.replays = counts;
+        standing.replayed_by = (by.by.empty() ? "by an unnamed person" : "by " + by.by) + " with " + by.program +
+                               (by.date.empty() ? "" : " on " + by.date);
+      }
 }
 
 // Entries are latest first, and so are rounds.
@@ -177,7 +210,7 @@ std::vector<Round> rounds_of(const std::vector<Entry>& entries, const BoardOptio
       listed.insert(listed.end(), entries[entry].evaluation.methods.begin(), entries[entry].evaluation.methods.end());
     const fs::path results = merged(round, entries, place);
     read_standings(round, results, listed, options.baseline, true);
-    add_submissions(round, entries);
+    add_submissions(round, entries, list_of(records::read_manifest(results), "algorithms"));
   }
   return rounds;
 }
@@ -231,6 +264,7 @@ Board make_board(const BoardOptions& options) {
   Board board;
   board.title = options.title;
   board.baseline = options.baseline;
+  board.plan = options.plan;
   std::vector<Candidate> candidates = accepted(options, board.left_out);
   if (candidates.empty()) {
     std::string reasons;

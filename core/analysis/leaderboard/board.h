@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "leaderboard/evaluation.h"
+#include "records/folder_checks.h"
+#include "records/replays.h"
 #include "report/page_model.h"
 #include "report/pictures.h"
 
@@ -23,6 +25,7 @@ struct BoardOptions {
   std::vector<std::filesystem::path> folders;
   std::string title = "Leaderboard";
   std::string baseline = "random";  // name or id of the method with which all are compared
+  records::PlanCheck plan = {};     // of every results folder
 };
 
 // What a reader must know about the conditions of an evaluation.
@@ -35,6 +38,8 @@ struct Entry {
   Submission submission;
   std::string report;  // file of its report in the site
   std::vector<Caution> cautions;
+  std::string checked;                      // which checks of the results were made
+  std::optional<records::Replays> replays;  // of the results
 };
 
 // A method in its class.
@@ -51,6 +56,8 @@ struct Standing {
   // Probabilities to end with a lower error on the same instance; n is 0 if not computed.
   statistics::Band beats_baseline, beaten_by_best;
   std::size_t trials = 0, failed = 0;  // failed ones count among the trials, and as error 1
+  records::ReplayCounts replays;       // of the evaluation in which most of its trials were replayed
+  std::string replayed_by;             // who, and with which version
   // Medians over the trials that did not fail.
   double images = statistics::kMissing, machine_seconds = statistics::kMissing, compute_seconds = statistics::kMissing;
   std::optional<TrainingCost> training;
@@ -109,6 +116,7 @@ struct LeftOut {
 
 struct Board {
   std::string title, baseline;
+  records::PlanCheck plan;     // for the report of each entry
   std::vector<Entry> entries;  // latest first
   std::vector<Round> rounds;   // latest first
   std::vector<History> histories;

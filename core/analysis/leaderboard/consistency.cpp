@@ -155,15 +155,11 @@ void check_trials(std::vector<std::string>& found, const LoadedResults& results)
   const std::uint64_t of_each =
       list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() * count_of(manifest, "instances");
   std::map<NameAndProtocol, std::set<std::string>> trials;
-  std::size_t impossible = 0;
   for (const statistics::TrialRow& row : results.trials.rows) {
     const statistics::Series& series = results.trials.series_of(row);
-    if (row.impossible_score) ++impossible;
     trials[{series.algorithm, series.protocol}].insert(series.scene + "\n" + series.noise_level + "\n" +
                                                        std::to_string(row.instance));
   }
-  if (impossible > 0)
-    found.push_back(counted(impossible, "trial") + " with a negative time, or a mean squared error far below zero");
   for (const Json& entry : list_of(manifest, "algorithms")) {
     const NameAndProtocol key = {text_of(entry, "name"), text_of(entry, "protocol")};
     if (trials[key].size() != of_each)
@@ -176,7 +172,7 @@ void check_trials(std::vector<std::string>& found, const LoadedResults& results)
 
 std::vector<std::string> contradictions(const Evaluation& evaluation, const Submission& submission,
                                         const LoadedResults& results) {
-  std::vector<std::string> found;
+  std::vector<std::string> found = records::findings_of(results.checks);
   check_origin(found, evaluation, submission, results.manifest);
   check_methods(found, evaluation, submission, results.manifest);
   check_baselines(found, results.manifest);

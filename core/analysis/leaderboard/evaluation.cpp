@@ -59,6 +59,8 @@ std::string required_name(ObjectReader& reader, const std::string& key) {
   const std::string name = reader.required_string(key);
   if (reader.has(key) && (name.empty() || name.size() > kMaxNameLength))
     reader.complain(key, "expected 1 to " + std::to_string(kMaxNameLength) + " bytes");
+  else if (const std::string mistake = letters_mistake(name); !mistake.empty())
+    reader.complain(key, mistake);
   return name;
 }
 

@@ -35,6 +35,9 @@ Json standing_json(const Standing& standing, const Board& board) {
                {"training", training_json(standing.training)}};
   put(json, "trials", standing.trials, "failed", standing.failed, "images", standing.images, "machine_seconds",
       standing.machine_seconds, "compute_seconds", standing.compute_seconds);
+  json["replayed"] = {{"trials", standing.replays.replayed},
+                      {"of", standing.replays.recorded},
+                      {"by", standing.replayed_by.empty() ? Json() : Json(standing.replayed_by)}};
   if (!standing.not_ranked.empty()) json["not_ranked"] = standing.not_ranked;
   if (!standing.entry) return json;
   const Entry& entry = board.entries[*standing.entry];
@@ -92,6 +95,7 @@ Json version_json(const Version& version, const Board& board) {
           {"archive_sha256", entry.evaluation.archive_sha256},
           {"sealed", entry.evaluation.sealed},
           {"sandbox", entry.evaluation.sandbox},
+          {"checks", entry.checked},
           {"report", entry.report},
           {"results", results}};
 }

@@ -1,6 +1,7 @@
 // index.html: rounds with their classes, cost pictures, what was left out, how to read it.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "base/text.h"
 #include "leaderboard/page_frame.h"
@@ -37,6 +38,9 @@ void round_facts(HtmlWriter& html, const Board& board, const Round& round) {
   else
     fact(html, "instances",
          "were sealed, commitment " + round.commitment + "; secret, published since: " + round.secret);
+  std::set<std::string> checked;
+  for (const std::size_t index : round.entries) checked.insert(board.entries[index].checked);
+  fact(html, "checks", join({checked.begin(), checked.end()}, "; "));
   html.element("dt", "submissions").open("dd");
   bool first = true;
   for (const std::size_t index : round.entries) {
@@ -152,7 +156,7 @@ void left_out_section(HtmlWriter& html, const Board& board) {
   html.open("section", {{"aria-labelledby", "left-out"}});
   html.element("h2", {{"id", "left-out"}}, "Left out");
   html.element("p", counted(board.left_out.size(), "evaluation") +
-                        " cannot be shown, because parts are damaged or contradict each other.");
+                        " cannot be shown, because parts are damaged or contradict each other, or a check failed.");
   html.open("ul", {{"class", "plain"}});
   for (const LeftOut& one : board.left_out) {
     html.open("li").element("bdi", one.folder).open("ul");

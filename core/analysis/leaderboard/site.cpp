@@ -67,7 +67,7 @@ std::vector<std::string> write_site(const Board& board, const fs::path& folder) 
   // First: it marks the folder as a site, should this be interrupted.
   write("feed.json", feed(board).dump(1, ' ', false, Json::error_handler_t::replace) + "\n");
   for (const Entry& entry : board.entries)
-    write(entry.report, report::Report(entry.evaluation.results_folder()).html());
+    write(entry.report, report::Report(entry.evaluation.results_folder(), std::nullopt, board.plan).html());
   for (const std::string& method : methods_of(board)) write(method_page(method), method_html(board, method));
   write("index.html", index_html(board));
   remove_others(folder, written);

@@ -48,6 +48,19 @@ void name_cell(HtmlWriter& html, const Board& board, const Standing& standing, c
   html.close();
 }
 
+void replayed_cell(HtmlWriter& html, const Standing& standing) {
+  const records::ReplayCounts& replays = standing.replays;
+  html.open("td", {{"class", replays.replayed > 0 ? "number" : "number quiet"},
+                   {"data-sort", std::to_string(replays.replayed)},
+                   {"title", standing.replayed_by}});
+  if (replays.replayed == 0)
+    html.text("not replayed");
+  else
+    html.text(std::to_string(replays.replayed) + " of " + std::to_string(replays.recorded))
+        .element("span", {{"class", "who"}}, standing.replayed_by);
+  html.close();
+}
+
 void standing_row(HtmlWriter& html, const Board& board, const BoardClass& of_class, const Standing& standing,
                   const std::string& root) {
   html.open("tr", {{"class", of_class.oracles ? "oracle" : standing.rank == 1 ? "best" : "plain"}});
@@ -68,6 +81,7 @@ void standing_row(HtmlWriter& html, const Board& board, const BoardClass& of_cla
   html.element("td", {{"class", "number"}, {"data-sort", sort_value(images)}},
                std::isfinite(images) ? shortest(images) : "-");
   number_cell(html, standing.seconds());
+  replayed_cell(html, standing);
   html.element("td",
                {{"class", "number"}, {"data-sort", standing.training ? sort_value(standing.training->hours) : "0"}},
                standing.training ? number_text(standing.training->hours, 3) : "none");
@@ -90,6 +104,10 @@ void standings_head(HtmlWriter& html, const std::string& baseline) {
   report::column_head(html, "number", "images", "median", "Images that the method took per alignment");
   report::column_head(html, "number", "time", "s, median",
                       "Machine time of one alignment and the method's own computing time");
+  report::column_head(
+      html, "number", "replayed", "trials",
+      "Trials that 'relign-bench verify' ran again with equal numbers, by whom and with which version, as "
+      "verify.json beside these records states");
   report::column_head(html, "number", "training", "hours", "Machine time of the training, once");
   html.close().close();
 }

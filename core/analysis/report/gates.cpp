@@ -2,23 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "base/displayed_rmse.h"
-#include "base/error.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "records/folder_checks.h"
+#include "records/replays.h"
 #include "statistics/study.h"
 
 namespace relign::report {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr double kMaxFailed = 0.05;
 
@@ -38,7 +37,7 @@ void add_same_methods(Gates& gates, const PageModel& page, const LoadedResults& 
     if (twins.size() < 2) continue;
     std::size_t tested = 0;
     std::string different;
-    const std::string protocol = text_of(Json::parse(entry.first), "protocol");
+    const std::string protocol = text_of(valid_json(entry.first), "protocol");
     for (const Group& group : page.groups)
       for (const Pair& pair : group.pairs) {
         if (!protocol.empty() && group.protocol != protocol) continue;
@@ -59,19 +58,21 @@ void add_same_methods(Gates& gates, const PageModel& page, const LoadedResults& 
   }
 }
 
-void add_replay(Gates& gates, const LoadedResults& results) {
-  std::error_code code;
-  const fs::path file = results.folder / "verify.json";
-  if (!fs::is_regular_file(file, code)) return;
-  Json verified;
-  try {
-    verified = JsonSource::from_file(file).root();
-  } catch (const Error&) {
-    return;
+// The checks of the folder that need no replay.
+void add_checks(Gates& gates, const records::Checks& checks) {
+  for (const records::Check& check : checks) {
+    if (!check.failed()) continue;
+    const std::size_t more = check.findings.size() - 1 + check.more;
+    gates.push_back({check.name, false,
+                     check.findings.front() + (more > 0 ? ", and " + std::to_string(more) + " more" : "") + "."});
   }
-  const std::uint64_t replayed = count_of(verified, "replayed"), equal = count_of(verified, "equal");
-  if (replayed == 0) return;
-  const std::uint64_t recorded = count_of(verified, "recorded");
+  if (!checks.empty() && !records::any_failed(checks)) gates.push_back({"checks", true, records::summary_of(checks)});
+}
+
+void add_replay(Gates& gates, const LoadedResults& results) {
+  const std::optional<records::Replays> replays = records::read_replays(results.folder);
+  if (!replays || replays->all.replayed == 0) return;
+  const auto [recorded, replayed, equal] = replays->all;
   const std::string share = std::to_string(equal) + "/" + std::to_string(replayed) +
                             (recorded > replayed ? " of " + std::to_string(recorded) + " trials" : "");
   gates.push_back(equal == replayed
@@ -162,6 +163,7 @@ std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResult
       gates.push_back(
           {"failures", false, significant(100 * of_all, 2) + " % of the trials failed; medians exclude them."});
   }
+  add_checks(gates, results.checks);
   add_same_methods(gates, page, results);
   add_replay(gates, results);
   if (results.manifest.contains("sandbox")) gates.push_back({"sandbox", true, "algorithms in a sandbox"});

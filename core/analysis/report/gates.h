@@ -11,7 +11,8 @@ namespace relign::report {
 //   ran       every planned trial has ended
 //   failures  at most 5 % of the trials failed; present only if failed
 //   A/A       two names of one algorithm, if the suite has them, do not differ significantly
-//   replay    'verify' reproduced the replayed trials
+//   checks    those of the folder (records/folder_checks.h), with those that were not made; failed ones by their names
+//   replay    'verify' reproduced the replayed trials of these records
 //   sandbox   algorithms ran in one; present only then
 // and, present only if failed:
 //   optimum   an error is below the instance's own optimum by more than 1e-6 in MSE and 10 %

@@ -28,7 +28,7 @@ std::vector<std::string> take_order(Json& manifest) {
 
 }  // namespace
 
-LoadedResults load_results(const fs::path& folder) {
+LoadedResults load_results(const fs::path& folder, const records::PlanCheck& plan) {
   std::error_code ignored;
   records::require_folder(folder);
   const fs::path manifest_path = folder / "manifest.json";
@@ -41,14 +41,20 @@ LoadedResults load_results(const fs::path& folder) {
   results.folder = folder;
   results.manifest = records::read_manifest(folder);
   records::require_consistent(results.manifest, folder);
+  records::FolderChecks checks(results.manifest);
+  records::Check of_plan = records::made_by(plan, results.manifest);
   const std::vector<std::string> planned = take_order(results.manifest);
   results.planned = planned.size();
-  statistics::ReadTable read = statistics::read_trial_table(folder, [&](const std::string& trial) {
-    return planned.empty() || std::binary_search(planned.begin(), planned.end(), trial);
-  });
+  statistics::ReadTable read = statistics::read_trial_table(
+      folder,
+      [&](const std::string& trial) {
+        return planned.empty() || std::binary_search(planned.begin(), planned.end(), trial);
+      },
+      &checks);
   results.trials = std::move(read.table);
   results.incomplete = std::move(read.incomplete);
   results.from_other_plans = read.left_out;
+  results.checks = checks.result(std::move(of_plan));
   return results;
 }
 

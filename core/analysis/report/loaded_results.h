@@ -17,9 +17,11 @@ struct LoadedResults {
   statistics::TrialTable trials;
   std::vector<std::string> incomplete;  // trials with steps but no closing line
   std::size_t from_other_plans = 0;     // complete trials that are not in the plan, excluded
+  records::Checks checks;
 };
 
-// Throws Error: io if the folder cannot be read, bad_input if it is not a results folder or has a newer format.
-LoadedResults load_results(const std::filesystem::path& folder);
+// Throws Error: io if the folder cannot be read, bad_input if it is not a results folder, has a newer format, is
+// damaged or has a manifest that contradicts itself or its suite.
+LoadedResults load_results(const std::filesystem::path& folder, const records::PlanCheck& plan = {});
 
 }  // namespace relign::report

@@ -29,28 +29,64 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of several folders: one check of each name.
+void add_checks(records::Checks& all, records::Checks more, const std::string& folder) {
+  for (records::Check& one : more) {
+    const auto known =
+        std::find_if(all.begin(), all.end(), [&](const records::Check& other) { return other.name == one.name; });
+    for (std::string& finding : one.findings) finding = folder + ": " + finding;
+    if (known == all.end()) {
+      all.push_back(std::move(one));
+      continue;
+    }
+    for (std::string& finding : one.findings) known->add(std::move(finding));
+    known->more += one.more;
+    if (known->not_made.empty()) known->not_made = one.not_made;
+  }
+}
+
 // The results of one instance set.
 struct Part {
-  Part(const FolderSet& set, std::optional<statistics::Rule> rule) : results(load(set)) {
+  Part(const FolderSet& set, std::optional<statistics::Rule> rule, const records::PlanCheck& plan)
+      : results(load(set, plan)) {
     study = statistics::make_study(results.trials, study_options(results, rule));
     page = page_model(results, study);
     page.merged_for_this_page = merged != nullptr;
     page.provenance.merge_notes = notes;
   }
 
-  LoadedResults load(const FolderSet& set) {
-    if (set.folders.size() == 1) return load_results(set.folders.front());
+  LoadedResults load(const FolderSet& set, const records::PlanCheck& plan) {
+    if (set.folders.size() == 1) {
+      LoadedResults loaded = load_results(set.folders.front(), plan);
+      take_findings(set.folders.front(), loaded.checks);
+      return loaded;
+    }
+    // Merging would hide what a folder's own manifest states.
+    records::Checks checks;
+    for (const fs::path& folder : set.folders) {
+      records::Checks own = records::check_folder(folder, plan);
+      take_findings(folder, own);
+      add_checks(checks, std::move(own), folder.string());
+    }
     merged = std::make_unique<TemporaryFolder>();
     records::MergeOptions options;
+    options.checked = true;
     options.sources = set.folders;
     options.out = merged->path() / "merged";
     options.on_message = [this](const std::string& note) { notes.push_back(note); };
     records::merge(options);
-    return load_results(options.out);
+    LoadedResults loaded = load_results(options.out);
+    loaded.checks = std::move(checks);
+    return loaded;
+  }
+
+  void take_findings(const fs::path& folder, const records::Checks& checks) {
+    for (const std::string& finding : records::findings_of(checks))
+      findings.push_back(folder.string() + ": " + finding);
   }
 
   std::unique_ptr<TemporaryFolder> merged;  // kept, since steps are read again from it
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, findings;
   LoadedResults results;
   statistics::Study study;
   PageModel page;
@@ -80,9 +116,10 @@ std::size_t bytes_of(const Gallery& gallery) {
 }  // namespace
 
 struct Report::Content {
-  Content(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule) : sets(folder_sets(folders)) {
+  Content(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule, const records::PlanCheck& plan)
+      : sets(folder_sets(folders)) {
     for (const FolderSet& set : sets) {
-      parts.push_back(std::make_unique<const Part>(set, rule));
+      parts.push_back(std::make_unique<const Part>(set, rule, plan));
       if (const statistics::Rule own = parts.back()->study.rule, first = parts.front()->study.rule; own != first)
         throw Error(ErrorKind::bad_input, "the analysis plans of '" + sets.front().label + "' and '" + set.label +
                                               "' have different rules, '" + statistics::rule_name(first) + "' and '" +
@@ -102,15 +139,22 @@ struct Report::Content {
   PageModel page;
 };
 
-Report::Report(const fs::path& results, std::optional<statistics::Rule> rule)
-    : Report(std::vector<fs::path>{results}, rule) {}
-Report::Report(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule)
-    : content_(std::make_unique<const Content>(folders, rule)) {}
+Report::Report(const fs::path& results, std::optional<statistics::Rule> rule, const records::PlanCheck& plan)
+    : Report(std::vector<fs::path>{results}, rule, plan) {}
+Report::Report(const std::vector<fs::path>& folders, std::optional<statistics::Rule> rule,
+               const records::PlanCheck& plan)
+    : content_(std::make_unique<const Content>(folders, rule, plan)) {}
 Report::~Report() = default;
 Report::Report(Report&&) noexcept = default;
 Report& Report::operator=(Report&&) noexcept = default;
 
 const PageModel& Report::model() const { return content_->page; }
+
+std::vector<std::string> Report::findings() const {
+  std::vector<std::string> all;
+  for (const auto& part : content_->parts) all.insert(all.end(), part->findings.begin(), part->findings.end());
+  return all;
+}
 
 Json Report::json() const { return to_json(content_->page); }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "records/folder_checks.h"
 #include "report/page_model.h"
 #include "statistics/rules.h"
 
@@ -17,17 +18,21 @@ class Report {
  public:
   // Reads the folder. `rule`: the recommendation rule; nullopt: as in the analysis plan, else `own`. Throws Error: io
   // if the folder cannot be read; bad_input if it is not a results folder, is damaged or has a newer format, if the
-  // records lack the scores of the rule, and if the plans of several folders have different rules.
-  explicit Report(const std::filesystem::path& results, std::optional<statistics::Rule> rule = std::nullopt);
+  // records lack the scores of the rule, and if the plans of several folders have different rules. Failed checks are
+  // part of the report; `plan` makes one that needs plugins.
+  explicit Report(const std::filesystem::path& results, std::optional<statistics::Rule> rule = std::nullopt,
+                  const records::PlanCheck& plan = {});
   // One page of several folders: those with the same instance set are merged in a temporary folder, others have groups
   // of their own. Also throws as records::merge, and bad_input if one name denotes different methods.
   explicit Report(const std::vector<std::filesystem::path>& folders,
-                  std::optional<statistics::Rule> rule = std::nullopt);
+                  std::optional<statistics::Rule> rule = std::nullopt, const records::PlanCheck& plan = {});
   ~Report();
   Report(Report&&) noexcept;
   Report& operator=(Report&&) noexcept;
 
   const PageModel& model() const;
+  // Of the checks of the folders: "results/mine: steps: trial 4f1c... has ..."
+  std::vector<std::string> findings() const;
   Json json() const;  // as `report --format json` writes it (page_json.h)
 
   // Writes aggregate.csv, curves.csv, curves.json, instances.csv, matrix.csv and, with prices, costs.csv into the

@@ -16,7 +16,7 @@ std::vector<SceneAxis> axes_of(const fs::path& file) {
   std::vector<SceneAxis> axes;
   std::error_code failed;
   if (fs::file_size(file, failed) > kMaxAxesBytes || failed) return axes;
-  const Json description = Json::parse(read_file(file), nullptr, false);
+  const Json description = parsed_json(read_file(file));
   for (const Json& axis : list_of(description, "axes")) {
     if (!axis.is_object() || axes.size() >= kMaxAxes) continue;
     const auto number = [&](const char* key) {

@@ -17,7 +17,7 @@ constexpr std::size_t kMaxBoundsBytes = 1'000'000;
 double mean_excess(const fs::path& file) {
   double sum = 0;
   std::size_t count = 0;
-  const Json bounds = Json::parse(read_file(file, kMaxBoundsBytes), nullptr, false);
+  const Json bounds = parsed_json(read_file(file, kMaxBoundsBytes));
   for (const Json& lens : list_of(bounds, "lenses")) {
     const Json excess = lens.is_object() ? lens.value("excess_mse", Json()) : Json();
     if (!excess.is_number() || !(excess.get<double>() >= 0)) return kUnknown;

@@ -71,7 +71,7 @@ std::optional<LandscapePlane> plane_of(const Json& plane, const std::vector<Scen
 }
 
 void add_landscape(SceneFacts& facts, const std::string& text, const std::vector<SceneAxis>& axes) {
-  const Json file = Json::parse(text, nullptr, false);
+  const Json file = parsed_json(text);
   if (!file.is_object() || count_of(file, "format") != static_cast<std::uint64_t>(records::kFormat)) return;
   const Json& pose = list_of(file, "pose");
   for (const Json& line : list_of(file, "lines")) {
@@ -112,7 +112,7 @@ std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifes
     facts.scene = text_of(scene, "name");
     if (facts.scene.empty()) continue;
     facts.id = text_of(scene, "id");
-    const Json description = Json::parse(content(results, scene, "description.json"), nullptr, false);
+    const Json description = parsed_json(content(results, scene, "description.json"));
     facts.summary = text_of(description, "summary");
     if (facts.summary.empty()) facts.summary = text_of(scene, "summary");
     const Json& image = object_of(description, "image");

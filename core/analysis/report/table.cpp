@@ -113,6 +113,9 @@ std::string ranking_table(const PageModel& page) {
 
   const PageModel::StepRange steps = page.steps.value_or(PageModel::StepRange());
   std::string out;
+  for (const QualityGate& gate : page.gates)
+    if (!gate.ok && gate.name != "ran" && gate.name != "failures")
+      out += "FAILED " + gate.name + ": " + terminal_text(gate.text) + "\n";
   if (!every_group(page, &Group::measured_only))
     out += (page.rule == statistics::Rule::own
                 ? std::string("Error: noise-free RMSE at the recommended pose after the last step")

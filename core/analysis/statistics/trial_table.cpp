@@ -40,8 +40,7 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
-constexpr double kLowestMse = -1e-4;  // noise-free errors are signed estimates, with a standard error of about 1e-7
-constexpr double kSlack = 1e-9;       // rounding of a sum
+constexpr double kSlack = 1e-9;  // rounding of a sum
 
 class TableBuilder {
  public:
@@ -87,11 +86,8 @@ class TableBuilder {
                         displayed_rmse(closing.best_mse.empty() ? steps[best_step(steps)].commanded_mse
                                                                 : closing.best_uncured_mse),
                         displayed_rmse(last.commanded_mse)}};
-      for (const records::StepNumbers& step : steps) {
-        row.impossible_score = row.impossible_score || step.machine_seconds < 0 || step.recommended_seconds < 0 ||
-                               step.commanded_mse < kLowestMse || step.recommended_mse < kLowestMse;
+      for (const records::StepNumbers& step : steps)
         row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);
-      }
       for (const Track track : kTracks)
         row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
       if (steps.front().step == 0) {
@@ -167,10 +163,11 @@ class RowsByTrial {
   std::vector<std::uint32_t> order_;
 };
 
-void read_times(TrialTable& table) {
+void read_times(TrialTable& table, records::FolderChecks* checks) {
   const RowsByTrial rows(table.rows);
   std::vector<Harness> harness(table.rows.size());
   records::for_each_times(table.folder, [&](const records::TrialTimes& times) {
+    if (checks) checks->add(times);
     const std::size_t row = rows[times.trial];
     if (row == table.rows.size()) return;
     table.rows[row].algorithm_ms_per_step = milliseconds_per_step(times);
@@ -192,7 +189,8 @@ std::vector<double> last_values(const TrialTable& table, const Series& series, T
   return values;
 }
 
-ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted) {
+ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted,
+                           records::FolderChecks* checks) {
   ReadTable read;
   read.table.folder = folder;
   std::unordered_set<std::string_view> seen;  // point into the rows, whose addresses stay valid
@@ -202,6 +200,7 @@ ReadTable read_trial_table(const fs::path& folder, const std::function<bool(cons
       folder,
       [&](const records::TrialRecord& closing, const records::StoredTrial& where,
           const std::vector<records::StepNumbers>& steps) {
+        if (checks) checks->add(closing, steps);
         if (wanted && !wanted(closing.trial)) {
           ++read.left_out;
         } else if (seen.count(closing.trial) == 0) {
@@ -215,7 +214,7 @@ ReadTable read_trial_table(const fs::path& folder, const std::function<bool(cons
     if ((!wanted || wanted(trial)) && seen.count(trial) == 0 && listed.insert(trial).second)
       read.incomplete.push_back(trial);
   std::unordered_set<std::string_view>().swap(seen);
-  read_times(read.table);
+  read_times(read.table, checks);
   return read;
 }
 

@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "records/folder_checks.h"
 #include "records/stored_trials.h"
 #include "statistics/band.h"
 #include "statistics/rules.h"
@@ -34,8 +35,6 @@ struct TrialRow {
   std::uint32_t criteria = 0;  // of TrialTable::criteria
   // Some merit is negative, or below the measured RMSE, which rmse and combined include.
   bool impossible_merit = false;
-  // A negative time, or a mean squared error further below zero than the noise of its estimate can explain.
-  bool impossible_score = false;
   // RMSE at step 0; NaN if missing.
   double start_measured = kMissing;
   double start_commanded = kMissing;
@@ -120,8 +119,10 @@ struct ReadTable {
   std::vector<std::string> incomplete;  // wanted trials with steps but no closing line
 };
 // Reads trials/ and times/ of a folder, line by line. `wanted` selects trials by id (empty: all). If a trial is
-// recorded twice, the first record is used. Throws Error as records::for_each_with_steps.
+// recorded twice, the first record is used. `checks` gets every trial and its times. Throws Error as
+// records::for_each_with_steps.
 ReadTable read_trial_table(const std::filesystem::path& folder,
-                           const std::function<bool(const std::string& trial)>& wanted = {});
+                           const std::function<bool(const std::string& trial)>& wanted = {},
+                           records::FolderChecks* checks = nullptr);
 
 }  // namespace relign::statistics

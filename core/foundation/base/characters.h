@@ -29,4 +29,9 @@ Character character_at(std::string_view text);
 // For a text that is shown in one line: what it has and must not, or an empty string.
 std::string line_mistake(std::string_view text);
 
+// What a name must not have, besides hidden characters, since readers compare it with others by eye: it must not mix
+// Latin with Greek, Cyrillic or Armenian letters, consist of those of one of these that look like Latin ones, or have
+// letters that are made to look like Latin ones (mathematical, full-width, ...).
+std::string letters_mistake(std::string_view name);
+
 }  // namespace relign

@@ -20,9 +20,15 @@ using Json = nlohmann::json;
 // Deeper nesting is rejected, because code that walks over a value recurses once per level.
 inline constexpr std::size_t kMaxJsonDepth = 200;
 
-// The parsed value; a discarded one (is_discarded()) if the text is not JSON or is nested deeper than kMaxJsonDepth or
-// `deepest`.
+// All JSON is read by the functions of this header: they refuse an object that has a key twice, of which readers take
+// the first or the last.
+
+// The parsed value; a discarded one (is_discarded()) if the text is not JSON, has a key twice or is nested deeper than
+// kMaxJsonDepth or `deepest`.
 Json parsed_json(std::string_view text, std::size_t deepest = kMaxJsonDepth);
+
+// The same; throws Error(bad_input): "invalid JSON at line 1, column 7: duplicate key 'step'".
+Json valid_json(std::string_view text);
 
 class JsonSource {
  public:

@@ -10,7 +10,7 @@
 namespace relign {
 
 // What a suite has that does not state these keys.
-inline constexpr unsigned kDefaultSeed = 1, kDefaultInstances = 100, kDefaultFirstInstance = 0;
+inline constexpr unsigned kDefaultSeed = 1, kDefaultInstances = 100, kDefaultFirstInstance = 0, kDefaultSteps = 50;
 inline constexpr const char* kDefaultLimits = "soft";
 
 // "machine_time": the simulated clock. Absent keys take the caller's defaults.

@@ -116,7 +116,7 @@ namespace {
 
 void exercise_scene(const Choice& choice) {
   plugin_host::Scene scene(choice, check_services());
-  const Json description = Json::parse(scene.describe());
+  const Json description = valid_json(scene.describe());
   const relign_image reference = scene.reference();
   std::vector<float> pixels(std::size_t{reference.width} * reference.height);
   if (scene.offers_stage()) {

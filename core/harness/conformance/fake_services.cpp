@@ -289,7 +289,7 @@ const void* FakeServices::model() {
       if (!made) return services.refuse("'made' is null");
       if (services.lenses_.size() >= kMaxLenses)
         return services.refuse("16 lenses are mounted, the maximum; unmount one of them first");
-      const Json offsets = Json::parse(trials::read_offsets(text_of(offsets_json), services.scene_));
+      const Json offsets = valid_json(trials::read_offsets(text_of(offsets_json), services.scene_));
       services.lenses_.push_back({sum_of_numbers(offsets)});
       *made = reinterpret_cast<relign_model_lens*>(&services.lenses_.back());
       return RELIGN_OK;

@@ -131,6 +131,7 @@ std::shared_ptr<const Manifest> Catalog::add_plugin(const fs::path& plugin) {
   const fs::path file = manifest_of(absolute_path(plugin));
   for (const auto& known : plugins_)
     if (same_file(known->source, file)) return known;
+  if (is_plugin_script(file) && !starts_scripts_) reject(file.string() + " is a script, which is not started here");
   auto manifest = std::make_shared<const Manifest>(is_plugin_script(file) ? read_script_manifest(file, sandbox_.get())
                                                                           : read_manifest(file));
   std::error_code error;
@@ -296,7 +297,7 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
     const auto inner = choose_inner(effective.values.at(parameter.name), own ? relative_to : plugin.folder,
                                     "/parameters/" + pointer_token(parameter.name), problems, depth + 1);
     if (!inner) continue;
-    effective.identity[parameter.name] = Json::parse(inner->identity);
+    effective.identity[parameter.name] = valid_json(inner->identity);
     algorithms[parameter.name] = inner;
   }
   if (problems.size() != problems_before) return {};
@@ -343,7 +344,7 @@ Choice with_changes(const Choice& choice, const Json& changes) {
   changed.parameters = effective.values;
   Json identity = {{"kind", kind_name(choice.plugin->kind)}, {"plugin", choice.plugin->id}};
   identity["parameters"] = effective.identity;
-  for (const auto& [name, inner] : choice.algorithms) identity["parameters"][name] = Json::parse(inner->identity);
+  for (const auto& [name, inner] : choice.algorithms) identity["parameters"][name] = valid_json(inner->identity);
   changed.identity = canonical_json(identity);
   return changed;
 }

@@ -35,6 +35,9 @@ class Catalog {
   // Scripts are then asked for their manifests in a sandbox.
   void use_sandbox(std::shared_ptr<const Sandbox> sandbox) { sandbox_ = std::move(sandbox); }
 
+  // Scripts that are not in the catalog are then refused, since their manifests are read by running them.
+  void start_no_scripts() { starts_scripts_ = false; }
+
   // Adds a plugin: its folder, library, Python script or manifest. Throws Error(plugin_rejected), also
   // when an id or preset of the same namespace (scenes; noise levels; algorithms) exists already.
   // Adding the same folder again has no effect.
@@ -83,6 +86,7 @@ class Catalog {
   std::vector<std::shared_ptr<const Manifest>> plugins_;
   std::vector<std::string> refused_;
   std::shared_ptr<const Sandbox> sandbox_;
+  bool starts_scripts_ = true;
 };
 
 }  // namespace relign::plugin_host

@@ -59,7 +59,7 @@ Choice choice_from_json(const Json& json) {
 
 Json recorded_parameters(const Choice& choice) {
   Json recorded = choice.parameters;
-  const Json identity = Json::parse(choice.identity).at("parameters");
+  const Json identity = valid_json(choice.identity).at("parameters");
   for (const Parameter& parameter : choice.plugin->parameters) {
     if (parameter.added_later && !identity.contains(parameter.name)) recorded.erase(parameter.name);
     if (parameter.type != ParameterType::file || !recorded.contains(parameter.name)) continue;

@@ -43,8 +43,7 @@ class NoiseLevel::Implementation::Process final : public Implementation {
   Process(const Choice& choice, const HostServices& services) : plugin_(choice, services) {}
 
   std::string draw(std::uint64_t seed, const std::string& scene_description) override {
-    const Json request = {
-        {"message", "draw"}, {"seed", seed}, {"scene", Json::parse(scene_description, nullptr, false)}};
+    const Json request = {{"message", "draw"}, {"seed", seed}, {"scene", parsed_json(scene_description)}};
     return plugin_.object(plugin_.ask(request, "drawn", "draw"), "drawn", "draw").dump();
   }
 

@@ -153,7 +153,7 @@ std::string manifest_difference(const Manifest& stated, const Json& sent) {
 bool is_plugin_script(const fs::path& path) { return path.extension() == ".py"; }
 
 Manifest script_manifest_of(const std::string& text, const fs::path& script) {
-  Json stated = Json::parse(text);
+  Json stated = valid_json(text);
   stated.erase(kFiles);
   Manifest manifest = read_manifest_text(canonical_json(stated), script);
   manifest.text = text;

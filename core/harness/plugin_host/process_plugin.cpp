@@ -229,7 +229,7 @@ Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* w
     fail(during, got_text(got, what_is_late), late ? Cause::timeout : ended ? Cause::ended : Cause::malformed_message);
   const auto malformed = [&](const char* why) { fail(during, "malformed message " + excerpt(line) + ": " + why); };
   if (nesting(line) > kMaxNesting) malformed("nested too deep");
-  Json message = Json::parse(line, nullptr, false);
+  Json message = parsed_json(line);
   if (message.is_discarded()) malformed("invalid JSON");
   const std::string* name = message.is_object() ? text_member(message, "message") : nullptr;
   if (!name) malformed("expected an object with a string 'message'");

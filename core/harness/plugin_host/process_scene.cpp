@@ -82,9 +82,8 @@ class ProcessAssembly final : public AssemblyBackend {
  public:
   ProcessAssembly(SceneProcess& scene, std::uint64_t number, const std::string& offsets_json)
       : scene_(scene), number_(number) {
-    scene_.plugin().ask(
-        Json{{"message", "mount"}, {"assembly", number_}, {"offsets", Json::parse(offsets_json, nullptr, false)}}, "ok",
-        "mount");
+    scene_.plugin().ask(Json{{"message", "mount"}, {"assembly", number_}, {"offsets", parsed_json(offsets_json)}}, "ok",
+                        "mount");
   }
   ~ProcessAssembly() override {
     try {

@@ -60,7 +60,7 @@ Json ask_measures(const Json& request, const relign_measures_service& measures) 
   if (call == "list") {
     const relign_status status = measures.list(measures.context, list.sink());
     if (status != RELIGN_OK) return failure_answer(status, measures);
-    return {{"message", "result"}, {"measures", Json::parse(list.text(), nullptr, false)}};
+    return {{"message", "result"}, {"measures", parsed_json(list.text())}};
   }
   const std::string arguments = object_text(request, "arguments");
   if (call == "fields") {
@@ -107,7 +107,7 @@ Json ask_prior(const Json& request, const relign_prior_service& prior) {
   TextSink drawn;
   const relign_status status = prior.draw(prior.context, *number, drawn.sink());
   if (status != RELIGN_OK) return failure_answer(status, prior);
-  return {{"message", "result"}, {"drawn", Json::parse(drawn.text(), nullptr, false)}};
+  return {{"message", "result"}, {"drawn", parsed_json(drawn.text())}};
 }
 
 // Of the last `most` modules, newest first.
@@ -202,7 +202,7 @@ Json ProcessServices::ask_model(const Json& request, const relign_model_service&
       return {{"message", "failed"}, {"text", kNoMemoryForPixels}};
     const std::string scene(model.scene_json.data, static_cast<std::size_t>(model.scene_json.size));
     return {{"message", "result"},
-            {"scene", Json::parse(scene, nullptr, false)},
+            {"scene", parsed_json(scene)},
             {"image",
              {{"width", model.image_width},
               {"height", model.image_height},

@@ -30,7 +30,7 @@ Json read_facts(const Json& stated) {
 
 // "training" as it is in the manifest.
 Json training_entry(const Manifest& manifest) {
-  const Json root = Json::parse(manifest.text, nullptr, false);
+  const Json root = parsed_json(manifest.text);
   return root.is_object() ? root.value("training", Json()) : Json();
 }
 
@@ -50,7 +50,7 @@ Json side_file_of(const Choice& choice) {
   if (!file.is_string()) return nullptr;
   try {
     const std::filesystem::path side = std::filesystem::path(file.get<std::string>()).replace_extension(".json");
-    const Json content = Json::parse(read_file(side, kMaxSideFileBytes), nullptr, false);
+    const Json content = parsed_json(read_file(side, kMaxSideFileBytes));
     return content.is_object() ? content : Json();
   } catch (const Error&) {
     return nullptr;

@@ -41,7 +41,7 @@ std::map<std::uint64_t, const suites::PlannedTrial*> first_instances(const Prepa
 // noise level of the same name.
 bool holds(const fs::path& file, const std::string& key) {
   std::error_code code;
-  return fs::is_regular_file(file, code) && text_of(Json::parse(read_file(file), nullptr, false), "key") == key;
+  return fs::is_regular_file(file, code) && text_of(parsed_json(read_file(file)), "key") == key;
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ constexpr int kPretrainingVersion = 1;
 constexpr std::uint64_t kPretrainingSeed = 0;
 
 Json identity_json(const std::string& identity) {
-  Json parsed = Json::parse(identity, nullptr, false);
+  Json parsed = parsed_json(identity);
   return parsed.is_discarded() ? Json(identity) : parsed;
 }
 

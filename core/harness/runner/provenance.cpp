@@ -56,7 +56,7 @@ std::string program_hash() {
 }
 
 Json parsed(const std::string& json) {
-  Json value = Json::parse(json, nullptr, false);
+  Json value = parsed_json(json);
   return value.is_discarded() ? Json(json) : value;
 }
 

@@ -78,7 +78,7 @@ bool take(std::string_view line, const std::string& trial, bool checked, Journal
     journal.log += unescaped(rest);
     return true;
   }
-  const Json value = Json::parse(rest, nullptr, false);
+  const Json value = parsed_json(rest);
   if (line.front() == 'T' && value.is_array() && value.size() == 3) {
     journal.times.algorithm_seconds.push_back(value[0].get<double>());
     journal.times.simulation_seconds.push_back(value[1].get<double>());

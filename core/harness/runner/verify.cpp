@@ -15,6 +15,7 @@
 #include "records/checksum.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
+#include "runner/plan_check.h"
 #include "runner/plan_pretraining.h"
 #include "runner/provenance.h"
 #include "runner/trial_queue.h"
@@ -161,6 +162,9 @@ class Replay {
       difference = records::Difference{true, 0, "bytes of the lines", "other", "other bytes for equal values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
     ++summary.replayed;
+    records::ReplayCounts& of_method = summary.methods[{was.algorithm, was.protocol}];
+    ++of_method.replayed;
+    if (!difference) ++of_method.equal;
     if (difference) {
       found_[index] = ReplayDifference{trial.id, records::label_of(was), *difference, tolerant};
     } else {
@@ -227,10 +231,12 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   const Json manifest = records::read_manifest(options.results);
   records::require_consistent(manifest, options.results);
   VerifySummary summary;
-  std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary);
+  records::FolderChecks checks(manifest);
+  std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary, checks);
   std::map<std::string, records::PluginHashes> plugins;
   for (const ChosenTrial& trial : rest) plugins[trial.id];
-  const auto take_plugins = [&plugins](const records::TrialTimes& times) {
+  const auto take_plugins = [&plugins, &checks](const records::TrialTimes& times) {
+    checks.add(times);
     if (const auto found = plugins.find(times.trial); found != plugins.end()) found->second = times.plugins;
   };
   records::for_each_times(options.results, take_plugins, &summary.damaged);
@@ -247,7 +253,10 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
     for (const StoredSuite& stored : suites_of(manifest))
       plans.push_back(prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message,
                               options.stop, options.sandbox));
-  require_plans_of_suites(manifest, plans, options.results);
+  records::refuse_contradictions(plan_contradictions(manifest, plans), options.results);
+  records::Check plan;  // compared with the scenes themselves where they were created
+  plan.name = "plan";
+  summary.checks = checks.result(plans.empty() ? check_plan(manifest, catalog, options.suite_folder) : plan);
   for (const PreparedPlan& prepared : plans) {
     compare_definitions(manifest, prepared, changes);
     std::unordered_map<std::string, std::size_t> place_of;

@@ -5,14 +5,18 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "plugin_host/catalog.h"
 #include "records/compare.h"
 #include "records/damage.h"
+#include "records/folder_checks.h"
+#include "records/replays.h"
 #include "trials/scene_facts.h"
 #include "trials/trial.h"
 
@@ -66,9 +70,13 @@ struct VerifySummary {
   std::vector<records::Damage> damaged;  // not replayed
   std::vector<ReplayDifference> differences;
   std::vector<Change> changes;
+  records::Checks checks;
+  std::map<std::pair<std::string, std::string>, records::ReplayCounts> methods;  // by name and protocol
   bool stopped = false;
 
-  bool all_equal() const { return differences.empty() && unknown == 0 && damaged.empty(); }
+  bool all_equal() const {
+    return differences.empty() && unknown == 0 && damaged.empty() && !records::any_failed(checks);
+  }
   // Nothing speaks for the results, and nothing against them.
   bool nothing() const { return replayed == 0 && completed == 0 && stations == 0 && all_equal(); }
 };

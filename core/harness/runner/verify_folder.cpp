@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -106,7 +107,30 @@ void require_methods_of_suites(std::set<std::string>& found, const Json& manifes
     found.insert("the manifest has the methods in another order than the suite");
 }
 
+// Whether the trials that both have follow each other equally.
+bool in_order(const Json& order, const std::vector<suites::PlannedTrial>& trials) {
+  std::unordered_map<std::string, std::size_t> places;
+  for (const suites::PlannedTrial& trial : trials) places.emplace(trial.id, places.size());
+  std::size_t next = 0;
+  for (const Json& id : order) {
+    const auto found = id.is_string() ? places.find(id.get_ref<const std::string&>()) : places.end();
+    if (found == places.end()) continue;
+    if (found->second < next) return false;
+    next = found->second + 1;
+  }
+  return true;
+}
+
 }  // namespace
+
+std::size_t trials_of_no_plan(const Json& manifest, const std::vector<PreparedPlan>& plans) {
+  std::set<std::string> planned;
+  for (const PreparedPlan& prepared : plans)
+    for (const suites::PlannedTrial& trial : prepared.plan.trials) planned.insert(trial.id);
+  const std::set<std::string> order = records::ordered_ids(manifest);
+  return static_cast<std::size_t>(
+      std::count_if(order.begin(), order.end(), [&](const std::string& id) { return planned.count(id) == 0; }));
+}
 
 std::vector<StoredSuite> suites_of(const Json& manifest) {
   std::vector<StoredSuite> suites;
@@ -118,9 +142,10 @@ std::vector<StoredSuite> suites_of(const Json& manifest) {
   return suites;
 }
 
-std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary) {
+std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary,
+                                       records::FolderChecks& checks) {
   const std::set<std::string> planned = records::ordered_ids(manifest);
-  std::set<std::string> stations, seen, scored;
+  std::set<std::string> stations, seen;
   for (const Json& scene : list_of(manifest, "scenes"))
     if (scene.value("owns_stage", false)) stations.insert(text_of(scene, "name"));
   struct Candidate {
@@ -133,18 +158,15 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
       options.results,
       [&](const records::TrialRecord& closing, const records::StoredTrial& where,
           const std::vector<records::StepNumbers>& steps) {
+        checks.add(closing, steps);
         if (!options.trial.empty() && closing.trial != options.trial) return;
         if (options.add_rules && !records::lacks_rules(closing)) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
         ++summary.recorded;
         const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";
+        ++summary.methods[{closing.algorithm, closing.protocol}].recorded;
         if (stations.count(closing.scene)) {
           ++summary.stations;
-          if (closing.has_own_optimum || std::any_of(steps.begin(), steps.end(), [](const records::StepNumbers& step) {
-                return !std::isnan(step.commanded_mse) || !std::isnan(step.recommended_mse);
-              }))
-            scored.insert("the scene '" + closing.scene +
-                          "' owns its stage, but its trials have errors without noise, which a station cannot know");
         } else if (!of_itself)
           ++summary.ended_by_machine;
         else {
@@ -156,7 +178,6 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
-  records::refuse_contradictions({scored.begin(), scored.end()}, options.results);
   if (options.trial.empty() && !options.add_rules && planned.size() > summary.recorded)
     summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
@@ -201,9 +222,8 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
   }
 }
 
-void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
-                             const std::filesystem::path& folder) {
-  if (plans.empty()) return;
+std::vector<std::string> plan_contradictions(const Json& manifest, const std::vector<PreparedPlan>& plans) {
+  if (plans.empty()) return {};
   std::set<std::string> found, planned;
   std::map<std::pair<std::string, std::string>, const Json*> recorded;
   for (const Json& entry : list_of(manifest, "algorithms"))
@@ -244,6 +264,8 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
   if (is_shard ? order.size() > planned.size() : order.size() != planned.size())
     found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
+  if (plans.size() == 1 && list_of(manifest, "sources").empty() && !in_order(order, plans.front().plan.trials))
+    found.insert("'order' lists the trials in another order than the plan");
   const suites::Suite& first = plans.front().plan.suite;
   using Number = std::pair<const char*, std::uint64_t>;
   for (const auto& [key, value] : {Number("seed", first.seed), Number("instances", first.instances),
@@ -257,7 +279,7 @@ void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPla
   });
   if (same_trials && stated != own)
     found.insert("'instance_set' is " + in_quotes(stated) + ", but that of the suite is " + in_quotes(own));
-  records::refuse_contradictions({found.begin(), found.end()}, folder);
+  return {found.begin(), found.end()};
 }
 
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {

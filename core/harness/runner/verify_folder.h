@@ -27,18 +27,22 @@ std::vector<StoredSuite> suites_of(const Json& manifest);
 
 // Chooses trials to replay, and counts those that cannot be replayed. A sample takes the algorithms in turn, and of
 // each the trials with the smallest hashes of seed and id. Throws Error(bad_input) for options.trial.
-std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary);
+// Hands every complete trial to `checks`.
+std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary,
+                                       records::FolderChecks& checks);
 
 // Whether some of the records are from a processor that may give different numbers than this one.
 bool made_on_another_processor(const Json& manifest);
 // Compares program and processor.
 void compare_machines(const Json& manifest, std::set<Change>& changes);
 
-// `plans` are those that the folder's suites and their plugins, as they are now, give. Throws Error(bad_input) where
-// the manifest has other methods or trials than they do, or states other observations; and where it describes the
-// scenes, noise levels, methods or instance set of equal trials otherwise: plugins, parameters, data, specifications.
-void require_plans_of_suites(const Json& manifest, const std::vector<PreparedPlan>& plans,
-                             const std::filesystem::path& folder);
+// Contradictions between the manifest and `plans`, which the folder's suites and their plugins, as they are now, give:
+// other methods or trials, other observations, and other scenes, noise levels, methods or an instance set of equal
+// trials: plugins, parameters, data, specifications.
+std::vector<std::string> plan_contradictions(const Json& manifest, const std::vector<PreparedPlan>& plans);
+
+// Number of trials in the manifest that no plan has, because data or definitions changed.
+std::size_t trials_of_no_plan(const Json& manifest, const std::vector<PreparedPlan>& plans);
 
 // Compares builds of the plugins, the scenes' data, parameters and stated training, by display names.
 void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes);

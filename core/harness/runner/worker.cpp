@@ -70,7 +70,7 @@ class Channel {
     const std::string line = std::move(lines_.front());
     lines_.pop_front();
     hold.unlock();
-    return Json::parse(line);
+    return valid_json(line);
   }
 
   void send(const Json& message) {

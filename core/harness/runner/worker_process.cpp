@@ -297,7 +297,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       const JournalText prepared = read_journal_text(child_->pixel_file());
       if (message["entries"].at("size") != prepared.text.size() || message["entries"].at("digest") != prepared.digest)
         throw Error(ErrorKind::bad_input, "");
-      attempt.entries = entries_from_json(Json::parse(prepared.text));
+      attempt.entries = entries_from_json(valid_json(prepared.text));
       return true;
     }
     if (message.contains("runaway")) {

@@ -20,7 +20,7 @@ std::string text_of(relign_text text) {
 Json object_of(relign_text text) {
   const std::string given = text_of(text);
   if (given.empty()) return Json::object();
-  Json object = Json::parse(given, nullptr, false);
+  Json object = parsed_json(given);
   return object.is_discarded() ? Json(given) : object;
 }
 
@@ -287,7 +287,7 @@ void RemoteServices::fill_tables() {
     if (!numbers && count > 0) return RELIGN_BAD_ARGUMENT;
     const PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
     return status_of(
-        self(context).ask(RELIGN_SERVICE_REGIONS, "select", {{"regions", Json::parse(to_json_text(regions))}}));
+        self(context).ask(RELIGN_SERVICE_REGIONS, "select", {{"regions", valid_json(to_json_text(regions))}}));
   };
   prior_ = {sizeof prior_, 0, this, nullptr, why};
   prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* sink) -> relign_status {

@@ -50,7 +50,8 @@ std::string name_mistake(const std::string& name) {
   if (name.size() > 80) return "a name must have at most 80 characters";
   if (name.front() == '.') return "a name must not start with a dot";
   if (name.find_first_of("/\\") != std::string::npos) return "a name must not contain slashes";
-  return line_mistake(name);
+  if (std::string mistake = line_mistake(name); !mistake.empty()) return mistake;
+  return letters_mistake(name);
 }
 
 std::vector<std::string> read_protocols(ObjectReader& reader, const std::vector<std::string>& fallback) {

@@ -15,7 +15,7 @@ constexpr int kTrialIdVersion = 1;
 
 // An identity is canonical JSON; any other text (from a test or another host) counts as a string.
 Json identity_json(const std::string& identity) {
-  Json parsed = Json::parse(identity, nullptr, false);
+  Json parsed = parsed_json(identity);
   return parsed.is_discarded() ? Json(identity) : parsed;
 }
 

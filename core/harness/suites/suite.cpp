@@ -44,7 +44,7 @@ class SuiteReader {
     suite.instances = static_cast<unsigned>(top_.integer("instances", kDefaultInstances, 1, kMaxInstances));
     suite.first_instance = static_cast<unsigned>(
         top_.integer("first_instance", kDefaultFirstInstance, 0, std::numeric_limits<std::int32_t>::max()));
-    defaults_.steps = static_cast<unsigned>(top_.integer("steps", 50, 1, kMaxSteps));
+    defaults_.steps = static_cast<unsigned>(top_.integer("steps", kDefaultSteps, 1, kMaxSteps));
     defaults_.protocols = read_protocols(top_, defaults_.protocols);
     suite.limits = one_of(top_, "limits", kLimits, kDefaultLimits);
     EntryReader entries(source_, relative_to_, catalog_, defaults_, problems_);

@@ -120,7 +120,7 @@ std::string perturbations_json(const Perturbations& perturbations) {
     rows.push_back(std::vector<double>(first, first + static_cast<std::ptrdiff_t>(axes)));
   }
   Json json = {
-      {"start", perturbations.start}, {"distortion", rows}, {"elements", Json::parse(perturbations.elements_json)}};
+      {"start", perturbations.start}, {"distortion", rows}, {"elements", valid_json(perturbations.elements_json)}};
   if (!perturbations.cure_shift.empty()) json["cure_shift"] = perturbations.cure_shift;
   if (const std::optional<StageErrors>& stage = perturbations.stage)
     json["stage"] = {{"backlash", stage->backlash},

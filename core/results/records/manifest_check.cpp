@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/baselines.h"
+#include "base/characters.h"
 #include "base/commitment.h"
 #include "base/error.h"
 #include "base/hash.h"
@@ -35,7 +38,7 @@ bool is_suite(const Json& suite) {
 std::vector<Json> suites_of(std::vector<std::string>& found, const Json& manifest) {
   std::vector<Json> suites;
   for (const std::string& text : texts_of(manifest)) {
-    suites.push_back(text.empty() ? Json::object() : Json::parse(text, nullptr, false));
+    suites.push_back(text.empty() ? Json::object() : parsed_json(text));
     if (suites.back().is_object()) continue;
     found.push_back("the text of the suite is not a JSON object");
     suites.pop_back();
@@ -60,6 +63,129 @@ void check_secret(std::vector<std::string>& found, const Json& manifest, const s
   } else if (const std::string own = commitment_to(text_of(manifest, "secret")); own != commitment) {
     found.push_back("'secret' has the commitment " + in_quotes(own) + ", but 'commitment' is " + in_quotes(commitment));
   }
+}
+
+// How an entry of a suite is called; nullopt: as the document or plugin at a path.
+std::optional<std::string> name_in_suite(const Json& entry) {
+  if (entry.is_object() && member(entry, "name").is_string()) return text_of(entry, "name");
+  const std::string use = entry.is_string() ? entry.get<std::string>() : text_of(entry, "use");
+  const auto ends_with = [&use](std::string_view ending) {
+    return use.size() >= ending.size() && use.compare(use.size() - ending.size(), ending.size(), ending) == 0;
+  };
+  if (use.find('/') != std::string::npos || ends_with(".json") || ends_with(".py") || ends_with(".so"))
+    return std::nullopt;
+  return use;
+}
+
+void check_places(std::vector<std::string>& found, const Json& suite, const Json& manifest, const char* key) {
+  if (!manifest.contains(key) || list_of(suite, key).empty()) return;
+  std::set<std::string> in_suite, in_manifest;
+  bool all_known = true;
+  for (const Json& entry : list_of(manifest, key)) in_manifest.insert(normalised_name(entry_name(entry)));
+  for (const Json& entry : list_of(suite, key)) {
+    const std::optional<std::string> name = name_in_suite(entry);
+    all_known = all_known && name;
+    if (!name) continue;
+    in_suite.insert(normalised_name(*name));
+    if (!in_manifest.count(normalised_name(*name)))
+      found.push_back("the suite has " + in_quotes(*name) + " in " + in_quotes(key) + ", the manifest does not");
+  }
+  for (const Json& entry : list_of(manifest, key))
+    if (all_known && !in_suite.count(normalised_name(entry_name(entry))))
+      found.push_back("the manifest has " + in_quotes(entry_name(entry)) + " in " + in_quotes(key) +
+                      ", the suite does not");
+}
+
+std::vector<std::string> protocols_of(const Json& entry, const std::vector<std::string>& usual) {
+  std::vector<std::string> protocols;
+  for (const Json& one : list_of(entry, "protocols"))
+    protocols.push_back(one.is_string() ? one.get<std::string>() : "");
+  if (protocols.empty() && member(entry, "protocol").is_string()) protocols.push_back(text_of(entry, "protocol"));
+  return protocols.empty() ? usual : protocols;
+}
+
+// Of a method with several trainings: its name in the suite.
+std::string list_name(const Json& method) { return text_of(object_of(method, "of_list"), "method"); }
+
+std::string method_text(const std::string& name, const std::string& protocol) {
+  return in_quotes(name) + " (protocol " + protocol + ")";
+}
+
+// The methods of the manifest against those of all its suites, whose entries have defaults.
+void check_methods(std::vector<std::string>& found, const std::vector<Json>& suites, const Json& manifest) {
+  if (list_of(manifest, "algorithms").empty() ||
+      !std::all_of(suites.begin(), suites.end(), [](const Json& suite) { return is_suite(suite); }))
+    return;
+  const Json& methods = list_of(manifest, "algorithms");
+  const Json& scenes = list_of(manifest, "scenes");
+  const bool station =
+      std::any_of(scenes.begin(), scenes.end(), [](const Json& scene) { return flag_of(scene, "owns_stage"); });
+  bool all_known = !suites.empty();
+  std::set<std::pair<std::string, std::string>> planned;
+  for (const Json& suite : suites)
+    for (const Json& entry : list_of(suite, "algorithms")) {
+      const std::optional<std::string> name = name_in_suite(entry);
+      all_known = all_known && name;
+      if (!name) continue;
+      for (const std::string& protocol : protocols_of(entry, protocols_of(suite, {"paper"}))) {
+        planned.insert({normalised_name(*name), protocol});
+        bool listed = false;
+        for (const Json& method : methods) {
+          if ((normalised_name(entry_name(method)) != normalised_name(*name) &&
+               normalised_name(list_name(method)) != normalised_name(*name)) ||
+              (method.is_object() && method.contains("protocol") && text_of(method, "protocol") != protocol))
+            continue;
+          listed = true;
+          const auto compare = [&](const char* key, const Json& expected) {
+            if (const Json& stated = member(method, key); !stated.is_null() && stated != expected)
+              found.push_back(in_quotes(key) + " of " + method_text(*name, protocol) + " is " + expected.dump() +
+                              " in the suite and " + stated.dump() + " in the manifest");
+          };
+          const Json &steps = member(entry, "steps"), &usual = member(suite, "steps"), &merit = member(entry, "merit");
+          compare("steps", !steps.is_null() ? steps : !usual.is_null() ? usual : Json(kDefaultSteps));
+          compare("merit", !merit.is_null() ? merit : Json(protocol == "blind" ? "rmse" : "combined"));
+        }
+        if (!listed && !station)  // which leaves out methods that need its true start
+          found.push_back("the suite has the method " + method_text(*name, protocol) + ", the manifest does not");
+      }
+    }
+  for (const Json& method : methods) {
+    const std::string name = entry_name(method), protocol = text_of(method, "protocol");
+    const bool baseline = std::find(kBaselines.begin(), kBaselines.end(), name) != kBaselines.end();
+    if (flag_of(method, "added")) {
+      if (!baseline)
+        found.push_back("the manifest has the method " + method_text(name, protocol) +
+                        " as added by the program, which adds baselines only");
+    } else if (baseline && !method.contains("added")) {  // of an early version
+      continue;
+    } else if (all_known && method.is_object() && method.contains("protocol") &&
+               !planned.count({normalised_name(name), protocol}) &&
+               !planned.count({normalised_name(list_name(method)), protocol})) {
+      found.push_back("the manifest has the method " + method_text(name, protocol) + ", the suite does not");
+    }
+  }
+}
+
+// What needs no suite: whether a method is ranked, and in which class.
+void check_oracles(std::vector<std::string>& found, const Json& manifest) {
+  for (const Json& method : list_of(manifest, "algorithms")) {
+    if (!flag_of(method, "oracle")) continue;
+    const Json& observes = list_of(method, "observes");
+    const std::string name = method_text(text_of(method, "name"), text_of(method, "protocol"));
+    if (text_of(method, "protocol") == "paper")
+      found.push_back(name + " is marked as an oracle, but this protocol gives the true start to every method");
+    else if (method.contains("observes") && std::find(observes.begin(), observes.end(), "start") == observes.end())
+      found.push_back(name + " is marked as an oracle, but does not observe the true start");
+  }
+}
+
+void check_suite_name(std::vector<std::string>& found, const Json& suite, const Json& manifest) {
+  if (!manifest.contains("suite_name") || !is_suite(suite)) return;
+  std::string own = text_of(suite, "name");
+  if (own.empty()) own = std::filesystem::path(text_of(manifest, "suite_file")).stem().string();
+  if (!own.empty() && own != text_of(manifest, "suite_name"))
+    found.push_back("'suite_name' is " + in_quotes(text_of(manifest, "suite_name")) + ", but the suite is called " +
+                    in_quotes(own));
 }
 
 // Keys that are in both as the suite has them; `usual` is what a suite without the key has.
@@ -115,6 +241,9 @@ void check_names(std::vector<std::string>& found, const Json& manifest) {
     for (const Json& entry : list_of(manifest, key))
       if (entry.is_object() && !names.insert(text_of(entry, "name") + "\n" + text_of(entry, "protocol")).second)
         found.push_back(in_quotes(key) + " has " + in_quotes(text_of(entry, "name")) + " twice");
+    for (const Json& entry : list_of(manifest, key))
+      if (const std::string mistake = letters_mistake(entry_name(entry)); !mistake.empty())
+        found.push_back("the name " + in_quotes(entry_name(entry)) + " in " + in_quotes(key) + ": " + mistake);
   }
 }
 
@@ -137,6 +266,10 @@ void refuse_contradictions(const std::vector<std::string>& found, const std::fil
                                         join(found, "\n  "));
 }
 
+std::string entry_name(const Json& entry) {
+  return entry.is_string() ? entry.get<std::string>() : text_of(entry, "name");
+}
+
 std::set<std::string> ordered_ids(const Json& manifest) {
   std::set<std::string> ids;
   for (const Json& id : list_of(manifest, "order"))
@@ -152,8 +285,7 @@ bool ran_in_sandbox(const Json& manifest) {
 
 bool has_suites(const Json& manifest) {
   const std::vector<std::string> texts = texts_of(manifest);
-  return std::all_of(texts.begin(), texts.end(),
-                     [](const std::string& text) { return is_suite(Json::parse(text, nullptr, false)); });
+  return std::all_of(texts.begin(), texts.end(), [](const std::string& text) { return is_suite(parsed_json(text)); });
 }
 
 void require_consistent(const Json& manifest, const std::filesystem::path& folder) {
@@ -165,6 +297,7 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
     check_number(found, suite, manifest, "instances", kDefaultInstances);
     check_number(found, suite, manifest, "first_instance", kDefaultFirstInstance);
     check_lists(found, suite, manifest);
+    for (const char* key : {"scenes", "noise_levels"}) check_places(found, suite, manifest, key);
     if (!is_suite(suite)) continue;
     check_member(found, suite, manifest, "limits", kDefaultLimits);
     check_member(found, suite, manifest, "machine_time", Json::object());
@@ -173,9 +306,13 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
   if (!suites.empty()) {  // others may differ in these
     check_number(found, suites.front(), manifest, "seed", kDefaultSeed);
     check_analysis(found, suites.front(), manifest);
-    if (manifest.contains("spec")) check_member(found, suites.front(), manifest, "spec", nullptr);
+    if (manifest.contains("spec") || is_suite(suites.front()))
+      check_member(found, suites.front(), manifest, "spec", nullptr);
     if (is_suite(suites.front())) check_member(found, suites.front(), manifest, "targets", Json::array());
+    check_suite_name(found, suites.front(), manifest);
   }
+  check_methods(found, suites, manifest);
+  check_oracles(found, manifest);
   check_secret(found, manifest, commitment);
   check_names(found, manifest);
   check_order(found, manifest);

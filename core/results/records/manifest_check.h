@@ -20,6 +20,9 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
 // scenes, noise levels and methods is not a suite.
 bool has_suites(const Json& manifest);
 
+// The name of a scene, noise level or method of a manifest: an entry may be its name alone.
+std::string entry_name(const Json& entry);
+
 // The ids of the trials in the manifest's list.
 std::set<std::string> ordered_ids(const Json& manifest);
 

@@ -75,6 +75,16 @@ std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
   return ids;
 }
 
+// Of lines that the index does not read, because their block has its checksum.
+std::vector<Damage> only_in(const std::vector<Damage>& damaged, const std::vector<Damage>& known) {
+  std::vector<Damage> others;
+  for (const Damage& one : damaged)
+    if (std::none_of(known.begin(), known.end(),
+                     [&one](const Damage& other) { return other.file == one.file && other.line == one.line; }))
+      others.push_back(one);
+  return others;
+}
+
 // Damaged trials do not count. Throws Error(bad_input) unless another folder has them.
 void take_damaged_from_others(const MergeIndex& index, const MergeOptions& options) {
   std::set<std::string> complete;
@@ -213,6 +223,9 @@ MergeSummary merge(const MergeOptions& options) {
   FreshFolder fresh(options.out);
   // All manifests first, so that incompatible folders are refused before a large file is read.
   for (const fs::path& folder : folders) add_manifest(manifests, folder, read_manifest(folder));
+  std::vector<Damage> damaged;  // another folder may have these trials
+  if (!options.checked)
+    for (const fs::path& folder : folders) require_checked(folder, options.plan, "cannot merge", &damaged);
   for (const fs::path& folder : folders) {
     std::vector<PackedId> order;
     {
@@ -221,6 +234,7 @@ MergeSummary merge(const MergeOptions& options) {
     }
     index.add(folder, order, manifests, summary);
   }
+  throw_if_damaged(only_in(damaged, index.damaged));
   resolve_duplicates(index, manifests, summary);
   take_damaged_from_others(index, options);
   summary.trials = index.trials.size();

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "records/compare.h"
+#include "records/folder_checks.h"
 
 namespace relign::records {
 
@@ -20,6 +21,8 @@ struct MergeOptions {
   std::filesystem::path out;  // new, empty, or made by an earlier merge, which is replaced when the new one is whole
   std::string command;        // for manifest.json
   std::function<void(const std::string&)> on_message;  // notes: different processors, builds, plugins
+  bool checked = false;  // the caller has made the checks of every source; else a failed one is an error
+  PlanCheck plan;        // of these checks
 };
 
 // A trial whose records differ between two folders. The merged folder has the one of `kept`.

@@ -1,4 +1,3 @@
-#include "base/fault.h"
 #include "base/files.h"
 #include "records/line_files.h"
 #include "records/results_folder.h"
@@ -49,15 +48,11 @@ Json read_manifest(const fs::path& folder) {
   std::error_code code;
   if (!fs::exists(file, code)) return nullptr;
   const std::string text = read_file(file);
-  Json manifest = parsed_json(text);
-  if (manifest.is_discarded()) {
-    std::string why = "nested too deep";
-    try {
-      [[maybe_unused]] const Json thrown = Json::parse(text);
-    } catch (const Json::exception& error) {
-      why = json_fault(error);
-    }
-    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + why);
+  Json manifest;
+  try {
+    manifest = valid_json(text);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
   }
   check_format(manifest, file.string());
   return manifest;

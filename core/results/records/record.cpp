@@ -336,7 +336,7 @@ void check_format(const Json& object, const std::string& what) {
 
 ReadLine read_trial_line(std::string_view line, const std::string& place) {
   return reading(place, [&] {
-    const Json json = Json::parse(line);
+    const Json json = valid_json(line);
     ReadLine read;
     read.closing = json.contains("end");
     if (read.closing) {
@@ -353,7 +353,7 @@ ReadLine read_trial_line(std::string_view line, const std::string& place) {
 
 TrialTimes read_times_line(std::string_view line, const std::string& place) {
   return reading(place, [&] {
-    const Json json = Json::parse(line);
+    const Json json = valid_json(line);
     check_format(json, "the line");
     TrialTimes times;
     times.trial = read_id(json.at("trial"));

@@ -128,8 +128,8 @@ struct ReadLine {
   std::size_t steps = 0;  // of a closing line: number of its step lines
 };
 
-// Throw Error(bad_input) for a damaged line and a missing member, NewerFormat for a newer format. The text starts with
-// `place` ("trials/0000.jsonl:7"), unless it is empty.
+// Throw Error(bad_input) for a damaged line, a missing member and one that is there twice, NewerFormat for a newer
+// format. The text starts with `place` ("trials/0000.jsonl:7"), unless it is empty.
 ReadLine read_trial_line(std::string_view line, const std::string& place);
 TrialTimes read_times_line(std::string_view line, const std::string& place);
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "base/limits.h"
 #include "records/record.h"
@@ -35,32 +36,116 @@ bool take(fast::value value, double& number) {
   return type == fast::json_type::number && !has_more_digits(value.raw_json_token()) && !value.get_double().get(number);
 }
 
-bool take(fast::object& object, const char* key, double& number) {
-  fast::value value;
-  return !object.find_field(key).get(value) && take(value, number);
+bool take(fast::value value, std::string& text) {
+  std::string_view found;
+  if (value.get_string().get(found)) return false;
+  text = found;
+  return true;
 }
 
-// Members in the order in which step_line writes them.
-bool take_all(fast::object object, StepNumbers& step) {
-  std::uint64_t number = 0;
-  if (object.find_field("step").get_uint64().get(number)) return false;
-  if (number > kMaxSteps) return false;
-  step.step = static_cast<unsigned>(number);
-  if (!take(object, "merit", step.merit) || !take(object, "measured", step.measured) ||
-      !take(object, "machine_seconds", step.machine_seconds))
-    return false;
-  std::string_view text;
-  if (object.find_field("recommendation").get_string().get(text)) return false;
-  step.recommendation = text;
-  if (!take(object, "recommended_seconds", step.recommended_seconds)) return false;
-  fast::array pose;
-  if (object.find_field("recommended_true_pose").get_array().get(pose)) return false;
-  for (auto element : pose) {
-    fast::value value;
-    step.recommended_true_pose.emplace_back();
-    if (element.get(value) || !take(value, step.recommended_true_pose.back())) return false;
+bool take(fast::value value, std::vector<double>& numbers) {
+  fast::array list;
+  if (value.get_array().get(list)) return false;
+  for (auto element : list) {
+    fast::value number;
+    numbers.emplace_back();
+    if (element.get(number) || !take(number, numbers.back())) return false;
   }
-  return take(object, "commanded_mse", step.commanded_mse) && take(object, "recommended_mse", step.recommended_mse);
+  return true;
+}
+
+bool take(fast::value value, unsigned& step) {
+  std::uint64_t number = 0;
+  if (value.get_uint64().get(number) || number > kMaxSteps) return false;
+  step = static_cast<unsigned>(number);
+  return true;
+}
+
+// The members that step_line writes, in its order.
+enum Member {
+  kTrial,
+  kStep,
+  kCommandedPose,
+  kTruePose,
+  kLimitsLow,
+  kLimitsHigh,
+  kMerit,
+  kMeasured,
+  kRegions,
+  kMachineSeconds,
+  kRecommendedPose,
+  kRecommendation,
+  kRecommendedSeconds,
+  kRecommendedTruePose,
+  kCommandedMse,
+  kCommandedMseError,
+  kRecommendedMse,
+  kRecommendedMseError,
+  kMembers
+};
+constexpr std::string_view kNames[kMembers] = {"trial",
+                                               "step",
+                                               "commanded_pose",
+                                               "true_pose",
+                                               "limits_low",
+                                               "limits_high",
+                                               "merit",
+                                               "measured",
+                                               "regions",
+                                               "machine_seconds",
+                                               "recommended_pose",
+                                               "recommendation",
+                                               "recommended_seconds",
+                                               "recommended_true_pose",
+                                               "commanded_mse",
+                                               "commanded_mse_error",
+                                               "recommended_mse",
+                                               "recommended_mse_error"};
+
+bool take(fast::value value, Member member, StepNumbers& step) {
+  switch (member) {
+    case kStep:
+      return take(value, step.step);
+    case kMerit:
+      return take(value, step.merit);
+    case kMeasured:
+      return take(value, step.measured);
+    case kRegions:
+      return step.of_regions = true;
+    case kMachineSeconds:
+      return take(value, step.machine_seconds);
+    case kRecommendation:
+      return take(value, step.recommendation);
+    case kRecommendedSeconds:
+      return take(value, step.recommended_seconds);
+    case kRecommendedTruePose:
+      return take(value, step.recommended_true_pose);
+    case kCommandedMse:
+      return take(value, step.commanded_mse);
+    case kRecommendedMse:
+      return take(value, step.recommended_mse);
+    default:
+      return true;
+  }
+}
+
+// False unless the line has every member once and in order, so that no key is there twice: this reader would take the
+// first, and another one the last.
+bool take_all(fast::object object, StepNumbers& step) {
+  int next = kTrial;
+  for (auto found : object) {
+    fast::field field;
+    if (std::move(found).get(field)) return false;
+    if (next == kRegions && field.key() != kNames[kRegions]) ++next;
+    if (next == kMembers || field.key() != kNames[next]) return false;
+    if (!take(field.value(), static_cast<Member>(next++), step)) return false;
+  }
+  return next == kMembers;
+}
+
+bool is_read(fast::document& document) {
+  const char* rest = nullptr;
+  return document.current_location().get(rest) == simdjson::OUT_OF_BOUNDS;
 }
 
 }  // namespace
@@ -82,14 +167,22 @@ StepNumbers StepNumbersReader::read(std::string_view line, std::string_view plac
   fast::document document;
   fast::object object;
   if (!parser_->parser.iterate(parser_->line.data(), line.size(), parser_->line.capacity()).get(document) &&
-      !document.get_object().get(object) && take_all(object, step))
+      !document.get_object().get(object) && take_all(object, step) && is_read(document))
     return step;
+  step = StepNumbers();
   // Another order of members, or a damaged line: the reader of whole records accepts it or reports what is wrong.
-  const ReadLine read = read_trial_line(line, std::string(place));
-  const StepRecord& record = read.step;
-  return {record.step,          record.measured,        record.machine_seconds, record.recommended_seconds,
-          record.commanded_mse, record.recommended_mse, record.recommendation,  record.recommended_true_pose,
-          record.merit};
+  const StepRecord record = read_trial_line(line, std::string(place)).step;
+  step.step = record.step;
+  step.measured = record.measured;
+  step.machine_seconds = record.machine_seconds;
+  step.recommended_seconds = record.recommended_seconds;
+  step.commanded_mse = record.commanded_mse;
+  step.recommended_mse = record.recommended_mse;
+  step.recommendation = record.recommendation;
+  step.recommended_true_pose = record.recommended_true_pose;
+  step.merit = record.merit;
+  step.of_regions = !record.regions.empty();
+  return step;
 }
 
 void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps) {

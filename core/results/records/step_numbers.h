@@ -18,6 +18,7 @@ struct StepNumbers {  // as in StepRecord
   std::string recommendation;
   std::vector<double> recommended_true_pose;
   double merit = 0;
+  bool of_regions = false;  // the capture reads out regions, so that `measured` is NaN
   // After curing at the commanded pose: TrialRecord::glued_mse, or commanded_mse where curing shifts nothing. NaN where
   // the record lacks it. set_glued sets it, and best_mse, from the trial's closing line.
   double glued_mse = std::numeric_limits<double>::quiet_NaN();
@@ -36,8 +37,8 @@ class StepNumbersReader {
   StepNumbersReader(StepNumbersReader&&) noexcept;
   StepNumbersReader& operator=(StepNumbersReader&&) noexcept;
 
-  // `line` without its newline. Throws Error(bad_input) that starts with `place`. Does not check members that it does
-  // not need.
+  // `line` without its newline. Throws Error(bad_input) that starts with `place`. Checks of the members
+  // that it does not need that each is there once.
   StepNumbers read(std::string_view line, std::string_view place);
 
  private:

@@ -11,6 +11,8 @@ import pathlib
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, BinaryIO, Union
 
+from .._json import unique_keys
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterator
 
@@ -39,7 +41,7 @@ def read_recipe(path: Path, *kinds: str) -> dict[str, Any]:
     if not file.is_file():
         raise ValueError(f"'{path}' is not the folder of a run: it has no recipe.json")
     try:
-        recipe = json.loads(file.read_text())
+        recipe = json.loads(file.read_text(), object_pairs_hook=unique_keys)
         if not isinstance(recipe, dict) or not kind_of(recipe):
             raise ValueError("not a recipe of relign-train")
     except ValueError as problem:

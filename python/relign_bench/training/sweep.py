@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .._errors import unknown_name
+from .._json import unique_keys
 from .._native import available_cores
 from .curves import read_csv
 from .folder import check_same, read_recipe
@@ -69,7 +70,7 @@ class Job:
                 return False
             if self.recipe.algorithm == "recurrent-ppo":
                 return True
-            written = json.loads((self.folder / "ppo.json").read_text())["trained"]["steps"]
+            written = json.loads((self.folder / "ppo.json").read_text(), object_pairs_hook=unique_keys)["trained"]["steps"]
             scores = {int(row["steps"]): float(row["score"]) for row in rows[self.recipe.warm_up:]}
             return (self.folder / "ppo.onnx").is_file() and scores[written] == min(scores.values())
         except (OSError, ValueError, LookupError, TypeError):  # files that the training writes anew
@@ -88,7 +89,7 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
     """
     path = pathlib.Path(path)
     try:
-        content = json.loads(path.read_text(), object_pairs_hook=_object)
+        content = json.loads(path.read_text(), object_pairs_hook=unique_keys)
     except json.JSONDecodeError as problem:
         raise ValueError(f"{path}: not JSON: {problem}") from None
     except ValueError as problem:
@@ -117,14 +118,6 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
                     raise ValueError(f"'{job.folder}' has a run {'with' if begun else 'without'} initial weights, the file one "
                                      f"{'without' if begun else 'with'}; choose another folder, or remove this one")
     return jobs
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    for key, _ in pairs:
-        if sum(key == other for other, _ in pairs) > 1:
-            raise ValueError(f"key '{key}' is there twice in one object")
-    return found
 
 
 @contextlib.contextmanager

@@ -19,7 +19,7 @@ struct MadeMethod {
   std::string protocol = "blind";
   Json parameters = Json::object();
   std::string plugin = {};  // empty: as the name
-  unsigned steps = 2;       // of the manifest
+  unsigned steps = 2;       // 1 or 2
 };
 
 class MadeEvaluations : public report::MadeResults {
@@ -74,21 +74,26 @@ class MadeEvaluations : public report::MadeResults {
     records::ResultsWriter writer(results);
     Json order = Json::array(), algorithms = Json::array();
     for (const MadeMethod& method : methods) {
-      algorithms.push_back({{"name", method.name},
-                            {"id", method.plugin.empty() ? method.name : method.plugin},
-                            {"plugin", method.plugin.empty() ? method.name : method.plugin},
-                            {"plugin_hash", std::string(64, 'c')},
-                            {"observes", method.observes},
-                            {"protocol", method.protocol},
-                            {"merit", "rmse"},
-                            {"oracle", method.name == "home"},
-                            {"added", false},
-                            {"steps", method.steps},
-                            {"parameters", method.parameters}});
+      algorithms.push_back(
+          {{"name", method.name},
+           {"id", method.plugin.empty() ? method.name : method.plugin},
+           {"plugin", method.plugin.empty() ? method.name : method.plugin},
+           {"plugin_hash", std::string(64, 'c')},
+           {"observes", method.observes},
+           {"protocol", method.protocol},
+           {"merit", "rmse"},
+           {"oracle", method.name == "home" &&
+                          std::count(method.observes.begin(), method.observes.end(), std::string("start")) > 0},
+           {"added", false},
+           {"steps", method.steps},
+           {"parameters", method.parameters}});
       for (std::uint64_t instance = 0; instance < kInstances; ++instance) {
         const double last = method.error * (1 + 0.01 * static_cast<double>(instance));
-        records::TrialRecord record = trial(method.name + method.protocol, instance, {0.2, 0.5 * (0.2 + last), last});
-        record.algorithm = record.algorithm_id = method.name;
+        records::TrialRecord record =
+            trial(method.name + method.protocol, instance,
+                  method.steps == 1 ? std::vector{0.2, last} : std::vector{0.2, 0.5 * (0.2 + last), last});
+        record.algorithm = method.name;
+        record.algorithm_id = method.plugin.empty() ? method.name : method.plugin;
         record.protocol = method.protocol;
         record.has_own_optimum = true;
         record.own_optimum_mse = 1e-6;
@@ -119,7 +124,12 @@ class MadeEvaluations : public report::MadeResults {
     Json suite = {{"instances", manifest["instances"]}};
     for (const char* key : {"scenes", "noise_levels"})
       for (const Json& entry : manifest[key]) suite[key].push_back(entry["name"]);
-    suite["algorithms"] = {methods.front().name};
+    for (const MadeMethod& method : methods)
+      suite["algorithms"].push_back({{"use", method.plugin.empty() ? method.name : method.plugin},
+                                     {"name", method.name},
+                                     {"protocol", method.protocol},
+                                     {"merit", "rmse"},
+                                     {"steps", method.steps}});
     suite.merge_patch(in_suite);
     manifest["suite"] = suite.dump();
     writer.write_manifest(manifest);

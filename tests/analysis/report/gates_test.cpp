@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "records/replays.h"
 #include "report/made_results.h"
 #include "report/page_json.h"
 
@@ -154,19 +155,44 @@ TEST_F(Gates, AAComparesTwoNamesOfOneAlgorithm) {
 TEST_F(Gates, ReplayReportsTheResultOfVerify) {
   write({trial("a", 0, {0.1, 0.05})});
   EXPECT_TRUE(gate("replay").is_null());
-  write_file_atomically(folder_ / "verify.json", R"({"format": 1, "replayed": 10, "equal": 10})");
+  records::Replays replays;
+  replays.all = {10, 10, 10};
+  records::write_replays(folder_, replays, Json::object());
   EXPECT_EQ(gate("replay"), Json({{"name", "replay"}, {"ok", true}, {"text", "replay 10/10"}}));
-  write_file_atomically(folder_ / "verify.json", R"({"format": 1, "replayed": 10, "equal": 9})");
+  replays.all.equal = 9;
+  records::write_replays(folder_, replays, Json::object());
   EXPECT_EQ(gate("replay")["ok"], false);
-  for (const char* damaged : {"", "[]", "{\"replayed\": \"many\"}", "{\"replayed\": 0}"}) {
+  for (const char* damaged :
+       {"", "[]", "{\"replayed\": \"many\"}", "{\"replayed\": 0}", R"({"replayed": 10, "equal": 10})"}) {
     write_file_atomically(folder_ / "verify.json", damaged);
     EXPECT_TRUE(gate("replay").is_null()) << damaged;
   }
+  records::write_replays(folder_, replays, Json::object());
+  EXPECT_FALSE(gate("replay").is_null());
+  write({trial("b", 0, {0.1, 0.05})});
+  EXPECT_TRUE(gate("replay").is_null()) << "other records";
+}
+
+TEST_F(Gates, FailedChecksOfTheRecordsAreNamed) {
+  records::TrialRecord cut = trial("a", 0, {0.1, 0.05, 0.04});
+  cut.steps.pop_back();
+  write({cut, trial("a", 1, {0.1, 0.05})});
+  EXPECT_EQ(gate("steps")["ok"], false);
+  EXPECT_THAT(
+      gate("steps")["text"].get<std::string>(),
+      HasSubstr("(a on relign_od rho0 #0) has 2 step lines and ended by 'budget_spent', which with a budget of 2 "
+                "means 3."));
+  EXPECT_TRUE(gate("checks").is_null());
+  std::filesystem::remove_all(folder_);
+  write({trial("a", 0, {0.1, 0.05})});
+  EXPECT_EQ(gate("checks")["text"],
+            "manifest, trials, steps, scores checked, plan not (this command looks for no plugins)");
 }
 
 // A busy machine affects compute times but not errors.
 TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
   const auto with_harness = [&](double seconds) {
+    std::filesystem::remove_all(folder_);
     write({trial("a", 0, {0.1, 0.05})});
     records::TrialTimes times;
     times.trial = trial("a", 0, {}).trial;

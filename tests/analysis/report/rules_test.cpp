@@ -219,17 +219,15 @@ TEST_F(Protocols, KeysDifferByParametersAndMerit) {
 TEST_F(Rules, RanksWithinObservationClasses) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i)
-    for (const auto& [name, error] : std::map<std::string, double>{
-             {"agent", 0.01}, {"fit", 0.005}, {"search", 0.03}, {"slow", 0.04}, {"oracle", 0.001}})
+    for (const auto& [name, error] :
+         std::map<std::string, double>{{"agent", 0.01}, {"fit", 0.005}, {"search", 0.03}, {"slow", 0.04}})
       trials.push_back(trial(name, i, {0.1, error}));
   write(trials);
   add_to_manifest({{"algorithms",
                     {method("agent", "paper", {"images"}), method("fit", "paper", {"images", "design"}),
-                     method("search", "paper", {"merit", "start"}), method("slow", "paper", {"merit", "start"}),
-                     method("oracle", "paper", {"start"}, true)}}});
+                     method("search", "paper", {"merit", "start"}), method("slow", "paper", {"merit", "start"})}}});
   const Json found = data();
   EXPECT_EQ(row(found["groups"][0], "fit")["class"], "images and design");
-  EXPECT_EQ(row(found["groups"][0], "oracle")["class"], "oracle");
   const Json& classes = found["verdict"][0]["classes"];
   ASSERT_EQ(classes.size(), 3U);
   EXPECT_EQ(classes[0]["class"], "merit");

@@ -144,5 +144,38 @@ TEST(CanonicalJson, IgnoresOrderAndSpacing) {
   EXPECT_EQ(canonical_json(a.root()), R"({"a":[1,2.5],"b":0.1})");
 }
 
+TEST(ParsedJson, ReadsWhatTheParserReads) {
+  for (const char* text : {"null", "true", "-0.0", "18446744073709551615", "1e-300", "\"x\\u0041\"", "[]", "{}",
+                           R"({"a": [1, {"b": [], "c": {"a": 1}}, "x"], "b": {"a": 2}})", " [ [ ] , [ 1 ] ] "}) {
+    EXPECT_EQ(parsed_json(text).dump(), Json::parse(text).dump());
+    EXPECT_EQ(valid_json(text), Json::parse(text));
+  }
+  for (const char* text : {"", "{", "[1,]", "{\"a\"}", "1 2", "{} {}", "1e999", "\"\xff\""})
+    EXPECT_TRUE(parsed_json(text).is_discarded()) << text;
+  EXPECT_TRUE(parsed_json("[[1]]", 1).is_discarded());
+  EXPECT_FALSE(parsed_json("[[1]]", 2).is_discarded());
+  EXPECT_TRUE(parsed_json(std::string(kMaxJsonDepth + 1, '[')).is_discarded());
+}
+
+TEST(ParsedJson, RefusesAKeyThatIsThereTwice) {
+  for (const char* text : {R"({"a": 1, "a": 1})", R"({"b": 1, "a": 2, "c": 3, "a": 4})", R"([{"x": {"a": 1, "a": 2}}])",
+                           R"({"a": 1, "\u0061": 2})"}) {
+    EXPECT_TRUE(parsed_json(text).is_discarded()) << text;
+    try {
+      valid_json(text);
+      ADD_FAILURE() << text;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::bad_input);
+      EXPECT_THAT(error.what(), HasSubstr("duplicate key 'a'")) << text;
+    }
+  }
+  try {
+    valid_json("{\"step\": 1,\n \"step\": 2}");
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "invalid JSON at line 2, column 2: duplicate key 'step'");
+  }
+}
+
 }  // namespace
 }  // namespace relign

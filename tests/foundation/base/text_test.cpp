@@ -1,6 +1,6 @@
 #include "base/text.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -53,6 +53,17 @@ TEST(Text, ALineHasNoHiddenCharacters) {
   for (const char* text : {"a\nb", "a\tb", "a\x1b[2J", "a\u202eb", "\u200f", "\u2069", "a\u2029", "\u00ad", "\xff"})
     EXPECT_EQ(line_mistake(text), "line ends, control characters and marks of the writing direction are not allowed")
         << printable(text);
+}
+
+TEST(Names, HaveLettersOfOneScript) {
+  for (const char* name : {"bo-gp", "nlopt (2)", "M\u00fcller", "\u03b1\u03b2-\u03c3", "\u043f\u043e\u0438\u0441\u043a",
+                           "\u4f18\u5316 GP", "42", "\u0561\u0562"})
+    EXPECT_EQ(letters_mistake(name), "") << name;
+  for (const char* name :
+       {"b\u043e-gp", "\u0391lpha", "\U0001d41b\U0001d428", "\uff42\uff4f", "r\u0251ndom", "\u0440\u03bf"})
+    EXPECT_THAT(letters_mistake(name), testing::HasSubstr("of one script")) << name;
+  for (const char* name : {"\u0440\u0440\u043e", "\u039f\u03a1\u03a4", "\u0585-1"})
+    EXPECT_THAT(letters_mistake(name), testing::HasSubstr("all look like Latin ones")) << name;
 }
 
 TEST(ErrorText, IsPrintableAndTruncated) {

@@ -170,7 +170,9 @@ TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
     options.seed = seed;
     VerifySummary summary;
     std::vector<std::string> ids;
-    for (const ChosenTrial& trial : choose_trials(options, records::read_manifest(folder_ / "a"), summary))
+    const Json manifest = records::read_manifest(folder_ / "a");
+    records::FolderChecks checks(manifest);
+    for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks))
       ids.push_back(trial.id);
     return ids;
   };
@@ -198,8 +200,10 @@ TEST_F(VerifyTest, CountsStationsAndCrashesWithoutReplay) {
 TEST_F(VerifyTest, RefusesStationsThatKnowTheirErrors) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) { manifest["scenes"][0]["owns_stage"] = true; });
-  EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
-              HasSubstr("the scene 'toy-scene' owns its stage, but its trials have errors without noise"));
+  const VerifySummary summary = check("a");
+  EXPECT_FALSE(summary.all_equal());
+  EXPECT_THAT(records::findings_of(summary.checks),
+              testing::Contains(HasSubstr("has 'commanded_mse' at step 0, but its scene has no ground truth")));
 }
 
 TEST_F(VerifyTest, ReplaysOneTrialWithItsFrames) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/files.h"
+#include "base/seeds.h"
 #include "error_text.h"
 #include "records/merge.h"
 #include "records/results_folder.h"
@@ -34,6 +35,7 @@ class MergeTest : public testing::Test {
     TrialRecord record = sample_trial(id);
     record.algorithm = record.algorithm_id = id[0] == 'w' ? "walker" : "runner";
     record.instance = std::stoull(id.substr(1));
+    record.instance_seed = instance_seed(1, SeedDomain::benchmark, record.instance);
     return record;
   }
   static Json algorithm(const std::string& name) {
@@ -56,7 +58,7 @@ class MergeTest : public testing::Test {
             {"suite_name", "toy"},
             {"seed", 1},
             {"first_instance", 0},
-            {"instances", 3},
+            {"instances", 5000},
             {"limits", "soft"},
             {"instance_set", "5e7"},
             {"program", {{"version", "1"}, {"hash", "p"}, {"flags", "-O3"}}},

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "records/record.h"
 
 using namespace relign;
@@ -83,4 +84,28 @@ TEST(StepNumbers, ReadsAnyMemberOrderAndReportsDamage) {
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()).rfind("trials/0000.jsonl:3", 0), 0u) << error.what();
   }
+}
+
+// Of two values, this reader would take the first and that of whole records the last.
+TEST(StepNumbers, RefusesAKeyThatIsThereTwice) {
+  StepNumbersReader reader;
+  const std::string line = step_line("00000000000000a0", step());
+  for (const char* key :
+       {"trial", "step", "true_pose", "limits_low", "merit", "commanded_mse", "recommended_mse_error"})
+    for (const char* as : {"", "escaped"}) {
+      std::string other = line, name = key;
+      if (*as) name.replace(1, 1, "\\u00" + to_hex(name.substr(1, 1)));
+      const std::string member = "\"" + std::string(key) + "\":";
+      other.insert(other.find(member), "\"" + name + "\":0,");
+      SCOPED_TRACE(other);
+      try {
+        reader.read(other, "trials/0000.jsonl:3");
+        ADD_FAILURE() << "accepted";
+      } catch (const Error& error) {
+        const std::string text = error.what();
+        EXPECT_EQ(text.rfind("trials/0000.jsonl:3: the line is damaged: invalid JSON at line 1, column ", 0), 0u)
+            << text;
+        EXPECT_NE(text.find(std::string("duplicate key '") + key + "'"), std::string::npos) << text;
+      }
+    }
 }

@@ -1,0 +1,284 @@
+#include "records/folder_checks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.h"
+#include "base/json_members.h"
+#include "base/seeds.h"
+#include "base/text.h"
+#include "records/compare.h"
+#include "records/manifest_check.h"
+#include "records/results_folder.h"
+#include "records/stored_trials.h"
+
+namespace relign::records {
+namespace {
+
+constexpr double kSlack = 1e-9;  // rounding of a sum, relative
+// Noise-free errors are signed estimates, with a standard error of about 1e-7. Pixels are from 0 to 1.
+constexpr double kLowestMse = -1e-4, kHighestMse = 1;
+
+std::string trial_text(const TrialRecord& closing) { return "trial " + closing.trial + " (" + label_of(closing) + ")"; }
+
+std::optional<std::uint64_t> number_in(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  if (!value.is_number_unsigned()) return std::nullopt;
+  return value.get<std::uint64_t>();
+}
+
+bool is_end(const std::string& end) {
+  return ended_well(end) || end == "failed" || end == "overspent" || end == "timeout" || end == "out_of_memory" ||
+         end == "protocol_error" || (end.rfind("crashed(", 0) == 0 && end.back() == ')');
+}
+
+bool is_mse(double value) { return value >= kLowestMse && value <= kHighestMse; }
+
+}  // namespace
+
+void Check::add(std::string finding) {
+  if (findings.size() < kMostFindings)
+    findings.push_back(std::move(finding));
+  else
+    ++more;
+}
+
+bool any_failed(const Checks& checks) {
+  return std::any_of(checks.begin(), checks.end(), [](const Check& one) { return one.failed(); });
+}
+
+std::vector<std::string> findings_of(const Checks& checks) {
+  std::vector<std::string> texts;
+  for (const Check& check : checks) {
+    for (const std::string& finding : check.findings) texts.push_back(check.name + ": " + finding);
+    if (check.more > 0) texts.push_back(check.name + ": and " + std::to_string(check.more) + " more");
+  }
+  return texts;
+}
+
+std::string summary_of(const Checks& checks) {
+  std::vector<std::string> made, others;
+  for (const Check& check : checks)
+    check.not_made.empty() ? made.push_back(check.name)
+                           : others.push_back(check.name + " not (" + check.not_made + ")");
+  std::string text = join(made, ", ") + " checked";
+  if (!others.empty()) text += ", " + join(others, ", ");
+  return text;
+}
+
+Check made_by(const PlanCheck& plan, const Json& manifest) {
+  if (plan) return plan(manifest);
+  Check check;
+  check.name = "plan";
+  check.not_made = "this command looks for no plugins";
+  return check;
+}
+
+FolderChecks::FolderChecks(const Json& manifest) {
+  trials_.name = "trials";
+  steps_.name = "steps";
+  scores_.name = "scores";
+  for (const Json& entry : list_of(manifest, "scenes"))
+    scenes_.emplace(entry_name(entry),
+                    Scene{scenes_.size(), !member(entry, "truth").is_boolean() || flag_of(entry, "truth"),
+                          flag_of(entry, "owns_stage")});
+  for (const Json& entry : list_of(manifest, "noise_levels")) levels_.emplace(entry_name(entry), levels_.size());
+  for (const Json& entry : list_of(manifest, "algorithms")) {
+    const Json& list = object_of(entry, "of_list");
+    methods_.emplace(std::pair(entry_name(entry), text_of(entry, "protocol")),
+                     Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
+                            number_in(entry, "steps")});
+  }
+  merged_ = !list_of(manifest, "sources").empty();
+  sealed_ = !text_of(manifest, "commitment").empty();
+  seed_ = number_in(manifest, "seed");
+  first_instance_ = number_in(manifest, "first_instance");
+  instances_ = number_in(manifest, "instances");
+  for (const Json& id : list_of(manifest, "order"))
+    if (id.is_string()) order_.emplace(id.get<std::string>(), order_.size());
+  known_.resize(order_.size());
+  has_order_ = !order_.empty();
+}
+
+void FolderChecks::add(const TrialRecord& closing, const std::vector<StepNumbers>& steps) {
+  auto planned = order_.find(closing.trial);
+  if (planned == order_.end()) {
+    if (has_order_) return;
+    planned = order_.emplace(closing.trial, known_.size()).first;
+    known_.emplace_back();
+  }
+  Known& known = known_[planned->second];
+  if (known.recorded) return trials_.add(trial_text(closing) + " is recorded twice");
+  known.recorded = true;
+  known.ended_well = ended_well(closing.end);
+  known.steps = static_cast<std::uint32_t>(steps.size());
+  check_trial(closing, known);
+  check_steps(closing, steps);
+  check_scores(closing, steps);
+}
+
+void FolderChecks::check_trial(const TrialRecord& closing, Known& known) {
+  const auto complain = [&](const std::string& what) { trials_.add(trial_text(closing) + " " + what); };
+  const auto scene = scenes_.find(closing.scene);
+  const auto level = levels_.find(closing.noise_level);
+  const auto method = methods_.find({closing.algorithm, closing.protocol});
+  if (!scenes_.empty() && scene == scenes_.end())
+    complain("is on the scene " + in_quotes(closing.scene) + ", which the manifest does not have");
+  if (!levels_.empty() && level == levels_.end())
+    complain("has the noise level " + in_quotes(closing.noise_level) + ", which the manifest does not have");
+  if (!methods_.empty() && method == methods_.end())
+    complain("is of the method " + in_quotes(closing.algorithm) + " under the protocol " + in_quotes(closing.protocol) +
+             ", which the manifest does not have");
+  if (!is_end(closing.end)) complain("ended by " + in_quotes(closing.end) + ", which is not an end of a trial");
+  if (method != methods_.end()) {
+    const Method& of = method->second;
+    if (of.steps && *of.steps != closing.budget)
+      complain("has a budget of " + counted(closing.budget, "step") + ", the manifest " + std::to_string(*of.steps));
+    if (!of.id.empty() && of.id != closing.algorithm_id)
+      complain("is of the algorithm " + in_quotes(closing.algorithm_id) + ", the manifest has " + in_quotes(of.id));
+    // A merged manifest has the list of one of its suites.
+    if (!merged_ && (of.list != closing.method || of.training != closing.training))
+      complain("is of the training " + in_quotes(closing.training) + " of " + in_quotes(closing.method) +
+               ", the manifest has " + in_quotes(of.training) + " of " + in_quotes(of.list));
+  }
+  const std::uint64_t first = first_instance_.value_or(0);
+  if (instances_ && (closing.instance < first || closing.instance - first >= *instances_))
+    complain("is on instance " + std::to_string(closing.instance) + ", but the manifest has " + std::to_string(first) +
+             " to " + std::to_string(first + std::max<std::uint64_t>(*instances_, 1) - 1));
+  // Of a sealed suite the records state none.
+  if (sealed_ && closing.instance_seed != 0) complain("states the seed of its instance, although the suite is sealed");
+  if (!sealed_ && seed_ && closing.instance_seed != 0 && scene != scenes_.end() && !scene->second.is_station)
+    if (const std::uint64_t own = instance_seed(*seed_, SeedDomain::benchmark, closing.instance);
+        own != closing.instance_seed)
+      complain("has the instance seed " + std::to_string(closing.instance_seed) + ", but the seed of the suite gives " +
+               std::to_string(own));
+  if (scene == scenes_.end() || level == levels_.end() || method == methods_.end()) return;
+  known.in_place = true;
+  known.place = {scene->second.place, level->second, method->second.place, closing.instance};
+}
+
+// Step 0 is the capture at the start, which is not part of the budget.
+void FolderChecks::check_steps(const TrialRecord& closing, const std::vector<StepNumbers>& steps) {
+  const auto complain = [&](const std::string& what) { steps_.add(trial_text(closing) + " " + what); };
+  const std::size_t most = std::size_t{closing.budget} + 1, count = steps.size();
+  const std::string found = " has " + counted(count, "step line") + " and ended by " + in_quotes(closing.end) +
+                            ", which with a budget of " + std::to_string(closing.budget) + " means ";
+  if ((closing.end == "budget_spent" || closing.end == "overspent") && count != most)
+    steps_.add(trial_text(closing) + found + std::to_string(most));
+  else if (closing.end == "finished" && (count == 0 || count >= most))
+    steps_.add(trial_text(closing) + found + "1 to " + std::to_string(most - 1));
+  else if (count > most)
+    steps_.add(trial_text(closing) + found + "at most " + std::to_string(most));
+  for (std::size_t i = 0; i < count; ++i)
+    if (steps[i].step != i)
+      return complain("has step " + std::to_string(steps[i].step) + " where " + std::to_string(i) + " is due");
+  for (const auto& [values, what] : {std::pair(&closing.glued_mse, "glued_mse"), {&closing.best_mse, "best_mse"}})
+    if (!values->empty() && values->size() != count)
+      complain("has " + counted(values->size(), "value") + " of " + in_quotes(what) + " for " + counted(count, "step"));
+}
+
+void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps) {
+  const auto complain = [&](const std::string& what) { scores_.add(trial_text(closing) + " " + what); };
+  const auto found = scenes_.find(closing.scene);
+  const Scene scene = found == scenes_.end() ? Scene{0, false, false} : found->second;
+  const bool due = scene.has_truth && !scene.is_station, stated = found != scenes_.end();
+  double clock = 0;
+  for (const StepNumbers& step : steps) {
+    const auto at = [&step] { return "step " + std::to_string(step.step); };
+    for (const auto& [value, what] :
+         {std::pair(step.commanded_mse, "commanded_mse"), {step.recommended_mse, "recommended_mse"}}) {
+      if (due && std::isnan(value)) return complain("lacks " + in_quotes(what) + " at " + at());
+      if (stated && !due && !std::isnan(value))
+        return complain("has " + in_quotes(what) + " at " + at() + ", but its scene has no ground truth");
+      if (!std::isnan(value) && !is_mse(value))
+        return complain("has " + in_quotes(what) + " " + shortest(value) + " at " + at() +
+                        "; a mean squared error is from 0 to " + shortest(kHighestMse));
+    }
+    if (stated && std::isnan(step.measured) != step.of_regions)
+      return complain(step.of_regions ? "has 'measured' of an image of regions at " + at()
+                                      : "lacks 'measured' at " + at());
+    if (step.measured < 0 || step.measured * step.measured > kHighestMse)
+      return complain("has 'measured' " + shortest(step.measured) + " at " + at());
+    if (!(step.machine_seconds >= clock * (1 - kSlack)))
+      return complain("has 'machine_seconds' " + shortest(step.machine_seconds) + " at " + at() + " after " +
+                      shortest(clock));
+    clock = step.machine_seconds;
+    if (step.recommended_seconds < clock * (1 - kSlack))
+      return complain("has 'recommended_seconds' " + shortest(step.recommended_seconds) + " at " + at() +
+                      ", before the step itself at " + shortest(clock));
+    if (step.recommendation != "own" && step.recommendation != "best_measured" && step.recommendation != "current")
+      return complain("has the recommendation " + in_quotes(step.recommendation) + " at " + at());
+  }
+  for (const auto& [values, what] : {std::pair(&closing.glued_mse, "glued_mse"), {&closing.best_mse, "best_mse"}})
+    if (!std::all_of(values->begin(), values->end(), is_mse))
+      return complain("has a value of " + in_quotes(what) + " that is not a mean squared error");
+  if (stated && !due && closing.has_own_optimum)
+    return complain("has 'own_optimum_mse', but its scene has no ground truth");
+  if (closing.has_own_optimum && !is_mse(closing.own_optimum_mse))
+    return complain("has 'own_optimum_mse' " + shortest(closing.own_optimum_mse));
+  if (!ended_well(closing.end)) return;
+  Optima& optima = optima_[closing.scene];
+  ++(closing.has_own_optimum ? optima.with : optima.without);
+  if (!closing.has_own_optimum && optima.one_without.empty()) optima.one_without = trial_text(closing);
+}
+
+void FolderChecks::add(const TrialTimes& times) {
+  const auto planned = order_.find(times.trial);
+  if (planned == order_.end()) return;
+  const Known& known = known_[planned->second];
+  for (const std::vector<double>* values :
+       {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds}) {
+    if (known.ended_well && values->size() != known.steps)
+      return steps_.add("the times of trial " + times.trial + " are of " + counted(values->size(), "step") +
+                        ", but it has " + std::to_string(known.steps));
+    if (std::any_of(values->begin(), values->end(), [](double seconds) { return seconds < 0; }))
+      return scores_.add("the times of trial " + times.trial + " are negative");
+  }
+}
+
+Checks FolderChecks::result(Check plan) {
+  const Place* before = nullptr;
+  for (const Known& known : known_) {
+    if (!known.in_place) continue;
+    if (before && !(*before < known.place)) {
+      trials_.add("'order' lists instance " + std::to_string(std::get<3>(known.place)) +
+                  " of a method after a later trial, or twice; a plan is sorted by scene, noise level, method and "
+                  "instance");
+      break;
+    }
+    before = &known.place;
+  }
+  for (const auto& [scene, optima] : optima_)
+    if (optima.with > 0 && optima.without > 0)
+      scores_.add(optima.one_without + " lacks 'own_optimum_mse', which " + counted(optima.with, "other trial") +
+                  " on this scene " + (optima.with == 1 ? "has" : "have"));
+  Check manifest;
+  manifest.name = "manifest";
+  return {std::move(manifest), std::move(plan), std::move(trials_), std::move(steps_), std::move(scores_)};
+}
+
+Checks check_folder(const std::filesystem::path& folder, const PlanCheck& plan, std::vector<Damage>* damaged) {
+  require_results(folder);
+  const Json manifest = read_manifest(folder);
+  require_consistent(manifest, folder);
+  FolderChecks checks(manifest);
+  for_each_with_steps(
+      folder,
+      [&checks](const TrialRecord& closing, const StoredTrial&, const std::vector<StepNumbers>& steps) {
+        checks.add(closing, steps);
+      },
+      {}, damaged);
+  for_each_times(
+      folder, [&checks](const TrialTimes& times) { checks.add(times); }, damaged);
+  return checks.result(made_by(plan, manifest));
+}
+
+void require_checked(const std::filesystem::path& folder, const PlanCheck& plan, const std::string& what,
+                     std::vector<Damage>* damaged) {
+  const std::vector<std::string> findings = findings_of(check_folder(folder, plan, damaged));
+  if (!findings.empty())
+    throw Error(ErrorKind::bad_input, what + " '" + folder.string() + "', because checks of its records failed:\n  " +
+                                          join(findings, "\n  "));
+}
+
+}  // namespace relign::records
