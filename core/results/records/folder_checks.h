@@ -1,11 +1,10 @@
 // The checks of a results folder that need no replay. `verify`, `report`, `leaderboard build`, `merge` and `submit
 // evaluate` make the same list of them:
-//
-//   manifest  the manifest agrees with itself and with the text of its suite (manifest_check.h, which throws)
-//   plan      it is what the suite gives with the plugins as they are installed (runner/plan_check.h); needs their
-//   manifests trials    each trial is one that the manifest plans, once, with the budget, names and place that it
-//   states steps     a trial has the steps that its end implies, in order, and no more than its budget scores    scores
-//   are there where they are due, and every number is one that a run can write
+// * manifest: it agrees with itself and with the text of its suite (manifest_check.h, which throws)
+// * plan: it is what the suite gives with the installed plugins (runner/plan_check.h); needs their manifests
+// * trials: each is one that the manifest plans, once, with the budget, names and place that it states
+// * steps: a trial has the steps that its end implies, in order, and no more than its budget
+// * scores: they are there where they are due, and every number is one that a run can write
 #pragma once
 
 #include <cstdint>
