@@ -18,7 +18,8 @@ fs::path shared_folder(const std::string& name) {
 
 fs::path suite_file(const std::string& argument) {
   std::error_code error;
-  if (fs::exists(argument, error)) return argument;
+  // A results folder may have the name of an installed suite.
+  if (fs::exists(argument, error) && !fs::is_directory(argument, error)) return argument;
   std::vector<std::string> installed;
   for (fs::directory_iterator entry(shared_folder("suites"), error), end; !error && entry != end;
        entry.increment(error))

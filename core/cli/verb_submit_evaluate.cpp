@@ -35,6 +35,7 @@ constexpr const char* kFormat = "relign-bench/evaluation/1";
 constexpr const char* kEvaluationFile = "evaluation.json";
 constexpr const char* kArchiveHash = "archive.sha256";  // only while the evaluation is incomplete
 constexpr const char* kUnpacked = "submission";
+constexpr const char* kResults = "results";
 constexpr const char* kOwnRun = "run";  // only while the evaluation is incomplete
 
 struct EvaluateArguments {
@@ -68,6 +69,13 @@ class EvaluationFolder {
 
   fs::path operator/(const std::string& name) const { return path_ / name; }
   const fs::path& path() const { return path_; }
+
+  // Of an evaluation without baselines that was interrupted after its results were in place.
+  void reopen_results() {
+    std::error_code error;
+    if (resumed_ && !fs::exists(path_ / kOwnRun, error) && fs::exists(path_ / kResults, error))
+      fs::rename(path_ / kResults, path_ / kOwnRun);
+  }
 
   void unpack(const fs::path& archive) {
     if (resumed_) return;
@@ -182,7 +190,7 @@ Json evaluation_json(const submissions::Submission& submission, const Evaluation
           {"program_version", RELIGN_VERSION},
           {"class", observes},
           {"budget", {{"steps", steps}}},
-          {"methods", methods_json(records::read_manifest(folder / "results"), submission)},
+          {"methods", methods_json(records::read_manifest(folder / kResults), submission)},
           {"results", "results"}};
 }
 
@@ -211,7 +219,7 @@ int finish(Context& context, const EvaluateArguments& arguments, const Evaluatio
   for (const std::string& finding : report.findings()) print_warning("failed check: " + finding);
   if (context.json)
     print_result(Json{{"evaluation", (folder / kEvaluationFile).string()},
-                      {"results", (folder / "results").string()},
+                      {"results", (folder / kResults).string()},
                       {"name", submission.name},
                       {"version", submission.version},
                       {"archive_sha256", folder.archive_hash()},
@@ -225,7 +233,7 @@ int finish(Context& context, const EvaluateArguments& arguments, const Evaluatio
     print_text(report.ranking_table() + "\nevaluation  " + folder.path().string() + "\n");
   std::fprintf(stderr, "%s in %s. Next: %s --sandbox%s\n", trials_text(summary.trials).c_str(),
                duration_text(summary.seconds).c_str(),
-               own_command("verify " + shell_quoted((folder / "results").string())).c_str(),
+               own_command("verify " + shell_quoted((folder / kResults).string())).c_str(),
                arguments.secret.empty() ? "" : " --secret FILE");
   if (disagreeing > 0 || !report.findings().empty()) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;
@@ -240,6 +248,7 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
     throw Error(ErrorKind::bad_input, "ARCHIVE: '" + arguments.archive + "' is not a file; expected what '" +
                                           own_command("submit pack") + "' writes");
   EvaluationFolder folder(fs::path(arguments.out).lexically_normal(), sha256_file(arguments.archive));
+  if (arguments.baselines.empty()) folder.reopen_results();
   context.sandboxed = true;
   context.start_sandbox(folder / kOwnRun);
   folder.unpack(arguments.archive);
@@ -268,10 +277,10 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
 
   runner::RunSummary summary;
   run_trials(context, arguments, prepared, options, summary);
-  const std::size_t disagreeing = join_results(context, arguments, options.results, folder / "results");
-  const report::Report report(folder / "results", std::nullopt, plan_check(context));
+  const std::size_t disagreeing = join_results(context, arguments, options.results, folder / kResults);
+  const report::Report report(folder / kResults, std::nullopt, plan_check(context));
   report.write_tables();
-  report.write_html(folder / "results" / "report.html");
+  report.write_html(folder / kResults / "report.html");
   return finish(context, arguments, folder, submission, summary,
                 evaluation_json(submission, folder, suite.text(), prepared, options.sandbox != nullptr), report,
                 disagreeing);

@@ -117,6 +117,13 @@ TEST(CliMistakes, ReportsUnreadableSuites) {
   expect_mistake(place, {"validate", "."}, 2, HasSubstr("error: "));
 }
 
+TEST(CliMistakes, ResultsFolderDoesNotHideTheInstalledSuiteOfItsName) {
+  const Workplace place;
+  std::filesystem::create_directory(place.path("quick"));
+  const Outcome planned = relign_bench(place, {"plan", "quick", "-o", "plan.json"});
+  EXPECT_EQ(planned.exit_code, 0) << planned.err;
+}
+
 TEST(CliMistakes, ReportsUnreadableFiles) {
   const Workplace place;
   place.write("no_image.png", "not an image");

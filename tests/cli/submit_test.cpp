@@ -272,5 +272,20 @@ TEST_F(CliSubmit, InterruptedEvaluationResumes) {
   EXPECT_EQ(json::parse(done.out)["failed"], 0);
 }
 
+// As if killed while it wrote the report.
+TEST_F(CliSubmit, ResumesAfterItsResultsWereInPlace) {
+  ASSERT_EQ(pack().exit_code, 0);
+  const Outcome first = evaluate({"--json"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  const std::string trials = place_.read("ev/results/trials/0000.jsonl");
+  fs::remove(place_.path("ev/evaluation.json"));
+  place_.write("ev/archive.sha256", json::parse(first.out)["archive_sha256"].get<std::string>());
+  const Outcome again = evaluate();
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(place_.read("ev/results/trials/0000.jsonl"), trials);
+  EXPECT_TRUE(fs::exists(place_.path("ev/evaluation.json")));
+  EXPECT_FALSE(fs::exists(place_.path("ev/run")));
+}
+
 }  // namespace
 }  // namespace relign::cli_test

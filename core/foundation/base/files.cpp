@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <random>
 #include <sstream>
 #include <system_error>
 #include <utility>
@@ -30,17 +29,9 @@ std::string megabytes(std::size_t bytes) {
 
 constexpr std::size_t kBufferBytes = 1 << 16;
 
-// Temporary names are the file's name, this mark and six letters or digits, as mkostemp chooses them.
-constexpr std::string_view kTemporaryMark = ".tmp-";
-constexpr std::string_view kLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789";
-constexpr std::size_t kRandomLetters = 6;
-
-std::string random_name(const fs::path& path) {
-  std::random_device device;
-  std::string name = path.string() + std::string(kTemporaryMark);
-  for (std::size_t letter = 0; letter < kRandomLetters; ++letter) name += kLetters[device() % kLetters.size()];
-  return name;
-}
+// Temporary names are the file's name and this mark; on file systems without O_TMPFILE, six letters more.
+constexpr std::string_view kTemporaryMark = ".relign-tmp";
+constexpr int kMostAttempts = 100;
 
 }  // namespace
 
@@ -57,7 +48,7 @@ AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
   if (::access("/proc/self/fd", X_OK) == 0)
     descriptor_ = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (descriptor_ >= 0) return;
-  temporary_ = path_.string() + std::string(kTemporaryMark) + std::string(kRandomLetters, 'X');
+  temporary_ = path_.string() + std::string(kTemporaryMark) + "-XXXXXX";
   descriptor_ = ::mkostemp(temporary_.data(), O_CLOEXEC);
   if (descriptor_ < 0) fail("cannot write", path_, errno);
 }
@@ -82,24 +73,39 @@ void AtomicFile::flush() {
   buffer_.clear();
 }
 
-// Links cannot replace a file: where there is one already, the new file gets a temporary name, which commit() renames.
-void AtomicFile::give_name() {
+// A link cannot replace a file: where there is one, the new file gets a temporary name, which rename() moves. A killed
+// process may have left that name, or another one may use it at this moment. It then moves this file, too, and rename()
+// finds none: the file is complete in any case, and the last writer wins.
+void AtomicFile::name_file() {
   const std::string unnamed = "/proc/self/fd/" + std::to_string(descriptor_);
+  const std::string temporary = path_.string() + std::string(kTemporaryMark);
   const auto link_as = [&](const std::string& name) {
     if (::linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) return true;
     if (errno != EEXIST) fail("cannot write", path_, errno);
     return false;
   };
   if (link_as(path_)) return;
-  std::string name = random_name(path_);
-  while (!link_as(name)) name = random_name(path_);
-  temporary_ = std::move(name);
+  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    if (!link_as(temporary)) {
+      ::unlink(temporary.c_str());
+      continue;
+    }
+    if (::rename(temporary.c_str(), path_.c_str()) == 0) {
+      ::unlink(temporary.c_str());  // rename() keeps it if both names are this file already
+      return;
+    }
+    if (errno == ENOENT) continue;
+    const int reason = errno;
+    ::unlink(temporary.c_str());
+    fail("cannot write", path_, reason);
+  }
+  fail("cannot write", path_, EEXIST);
 }
 
 void AtomicFile::commit() {
   flush();
   if (::fsync(descriptor_) != 0 || ::fchmod(descriptor_, 0644) != 0) fail("cannot write", path_, errno);
-  if (temporary_.empty()) give_name();
+  if (temporary_.empty()) name_file();
   const int closed = ::close(std::exchange(descriptor_, -1));
   if (closed != 0 || (!temporary_.empty() && ::rename(temporary_.c_str(), path_.c_str()) != 0))
     fail("cannot write", path_, errno);
@@ -108,15 +114,15 @@ void AtomicFile::commit() {
 
 bool is_temporary_file(const fs::path& path) {
   const std::string name = path.filename().string();
-  const std::size_t mark = name.rfind(kTemporaryMark);
-  return mark != std::string::npos && mark > 0 && name.size() == mark + kTemporaryMark.size() + kRandomLetters &&
-         name.find_first_not_of(kLetters, mark + kTemporaryMark.size()) == std::string::npos;
+  const std::size_t mark = name.rfind(kTemporaryMark), end = mark + kTemporaryMark.size();
+  return mark != std::string::npos && mark > 0 && (name.size() == end || (name.size() == end + 7 && name[end] == '-'));
 }
 
 void remove_temporary_files(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code code;
-  for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code))
+  for (fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, code), end;
+       !code && entry != end; entry.increment(code))
     if (is_temporary_file(entry->path()) && fs::is_regular_file(entry->symlink_status(code))) found.push_back(*entry);
   for (const fs::path& file : found) fs::remove(file, code);
 }

@@ -20,8 +20,8 @@ std::string read_file(const std::filesystem::path& path, std::size_t most = kMax
 // Writes a file piece by piece to a file without a name in the same folder; commit() flushes it to disk and names it.
 // Without commit() nothing remains. Creates missing folders. Throws Error(io).
 //
-// SIGKILL leaves a temporary file (see below) if it interrupts commit() while that replaces an existing file, and, on
-// file systems without O_TMPFILE (NFS), at any time before.
+// SIGKILL leaves a temporary file (see below) if it interrupts commit() while that replaces an existing file, until the
+// file is written again; and, on file systems without O_TMPFILE (NFS), at any time before.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);
@@ -33,7 +33,7 @@ class AtomicFile {
 
  private:
   void flush();
-  void give_name();
+  void name_file();
   std::filesystem::path path_;
   std::string temporary_, buffer_;  // the temporary name, if it has one
   int descriptor_ = -1;
@@ -42,7 +42,7 @@ class AtomicFile {
 // AtomicFile in one call: readers see either the old file or the complete new one. Throws Error(io).
 void write_file_atomically(const std::filesystem::path& path, std::string_view content);
 
-// Whether an interrupted AtomicFile may have left this file, by its name: `NAME.tmp-` and six letters or digits.
+// Whether an interrupted AtomicFile may have left this file, by its name: NAME.relign-tmp or NAME.relign-tmp-XXXXXX.
 bool is_temporary_file(const std::filesystem::path& path);
 
 // Removes such files from the folder and those inside. Only for folders to which nothing else writes at present.

@@ -17,6 +17,10 @@ void require_results(const fs::path& folder) {
   std::error_code code;
   if (!fs::exists(folder / "manifest.json", code))
     throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it has no manifest.json");
+  if (!fs::exists(folder / "trials", code) && fs::exists(folder / "trials.new", code))
+    throw Error(ErrorKind::bad_input, folder.string() +
+                                          " belongs to a run that was interrupted while it wrote its records in order; "
+                                          "resume that run first, by its command");
   // Without this check, a published study would look like one that has not begun, and its tables would be overwritten.
   if (!fs::exists(folder / "trials", code) && fs::exists(folder / "instances.csv", code))
     throw Error(ErrorKind::bad_input, folder.string() +

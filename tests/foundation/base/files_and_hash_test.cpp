@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <iterator>
 #include <set>
+#include <thread>
 
 #include "base/error.h"
 #include "base/files.h"
@@ -88,17 +89,42 @@ TEST_F(FilesTest, WritesByTemporaryNameWithoutUnnamedFiles) {
   EXPECT_EQ(read_file(folder_ / "new"), "second");
 }
 
+// A process killed while it replaced the file left the name.
+TEST_F(FilesTest, WritingAgainRemovesTheTemporaryFile) {
+  write_file_atomically(folder_ / "a", "first");
+  write_file_atomically(folder_ / "a.relign-tmp", "half");
+  write_file_atomically(folder_ / "a", "second");
+  EXPECT_EQ(read_file(folder_ / "a"), "second");
+  EXPECT_FALSE(fs::exists(folder_ / "a.relign-tmp"));
+  fs::create_directory(folder_ / "folder");
+  EXPECT_THROW(write_file_atomically(folder_ / "folder", "x"), Error);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 2) << "a and the folder";
+}
+
+TEST_F(FilesTest, ConcurrentWritersLeaveOneCompleteFile) {
+  const auto write = [this](char letter) {
+    for (int i = 0; i < 300; ++i) write_file_atomically(folder_ / "a", std::string(1000, letter));
+  };
+  std::thread first(write, 'x'), second(write, 'y');
+  first.join();
+  second.join();
+  const std::string content = read_file(folder_ / "a");
+  EXPECT_EQ(content, std::string(1000, content.front()));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
 TEST_F(FilesTest, RemovesTemporaryFilesOnly) {
-  const std::set<std::string> temporary = {"a.txt.tmp-aZ09xy", "deep/step-008.png.tmp-XXXXXX"};
-  const std::set<std::string> others = {"a.txt",       ".tmp-abcdef",      "a.tmp-abcde", "a.tmp-abcdefg",
-                                        "a.tmp-ab.de", "a.tmp-abcdef.txt", "deep/b"};
+  const std::set<std::string> temporary = {"a.txt.relign-tmp", "deep/step-008.png.relign-tmp-aZ09xy"};
+  const std::set<std::string> others = {
+      "a.txt", "thesis.tmp-backup", ".relign-tmp", "a.relign-tmp.txt", "a.relign-tmp-abcde", "a.relign-tmp.abcdef",
+      "deep/b"};
   for (const auto& names : {temporary, others})
     for (const std::string& name : names) write_file_atomically(folder_ / name, name);
-  fs::create_directory(folder_ / "folder.tmp-abcdef");
+  fs::create_directory(folder_ / "folder.relign-tmp");
   remove_temporary_files(folder_);
   for (const std::string& name : temporary) EXPECT_FALSE(fs::exists(folder_ / name)) << name;
   for (const std::string& name : others) EXPECT_TRUE(fs::exists(folder_ / name)) << name;
-  EXPECT_TRUE(fs::exists(folder_ / "folder.tmp-abcdef"));
+  EXPECT_TRUE(fs::exists(folder_ / "folder.relign-tmp"));
   remove_temporary_files(folder_ / "missing");
 }
 

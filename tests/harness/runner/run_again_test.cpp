@@ -83,7 +83,7 @@ TEST_F(RunAgainTest, RemovesTemporaryFilesOfKilledPrograms) {
   const std::string trial = plan.plan.trials.front().id;
   for (const std::string& file : {"logs/" + trial + ".txt", "pictures/" + trial + "/step-008.png",
                                   std::string("manifest.json"), std::string("trials/0000.jsonl")})
-    write_file_atomically(folder_ / "a" / (file + ".tmp-Q3x9aB"), "half");
+    write_file_atomically(folder_ / "a" / (file + ".relign-tmp-Q3x9aB"), "half");
   EXPECT_EQ(run(plan, options("a")).reused, 36U);
   EXPECT_EQ(contents("a"), whole);
 }

@@ -78,6 +78,11 @@ class ToyTest : public testing::Test {
       const std::string path = fs::relative(entry.path(), folder_ / name).string();
       files[path] = path.rfind("times/", 0) == 0 ? "" : read_file(entry.path());
     }
+    if (const auto manifest = files.find("manifest.json"); manifest != files.end()) {
+      Json facts = Json::parse(manifest->second);
+      if (facts.contains("machine")) facts["machine"].erase("scene_memory_bytes");  // measured
+      manifest->second = facts.dump(1);
+    }
     return files;
   }
 

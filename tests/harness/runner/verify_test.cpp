@@ -172,8 +172,7 @@ TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
     std::vector<std::string> ids;
     const Json manifest = records::read_manifest(folder_ / "a");
     records::FolderChecks checks(manifest);
-    for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks))
-      ids.push_back(trial.id);
+    for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks)) ids.push_back(trial.id);
     return ids;
   };
   std::map<std::string, int> counts;

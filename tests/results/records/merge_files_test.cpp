@@ -13,12 +13,12 @@ TEST_F(MergeTest, KeepsForeignFilesWhenReplacingResults) {
   const fs::path a = make("a", {trial("w0")}, manifest({"walker"}, {"w0"}));
   join({a});
   std::ofstream(folder_ / "out/notes.txt") << "mine";
-  std::ofstream(folder_ / "out/report.html.tmp-k3Jq0Z") << "half";
+  std::ofstream(folder_ / "out/report.html.relign-tmp-k3Jq0Z") << "half";
   const fs::path b = make("b", {trial("w1")}, manifest({"walker"}, {"w1"}));
   join({a, b});
   EXPECT_THAT(merged(), ElementsAre("w0", "w1"));
   EXPECT_EQ(bytes("out/notes.txt"), "mine");
-  EXPECT_FALSE(fs::exists(folder_ / "out/report.html.tmp-k3Jq0Z"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/report.html.relign-tmp-k3Jq0Z"));
   // Killed between the two moves: the old folder is not lost.
   fs::rename(folder_ / "out", folder_ / "out.merging.old");
   fs::create_directories(folder_ / "empty");
@@ -73,7 +73,7 @@ TEST_F(MergeTest, CopiesLogsScenesAndPictures) {
     write_file_atomically(made / "scenes/f00/description.json", "{}");
     write_file_atomically(made / "logs" / (id + ".txt"), "log of " + id);
     for (const char* file : {"logs/w0.txt", "scenes/f00/description.json", "pictures/w0/film.webp"})
-      write_file_atomically(made / (std::string(file) + ".tmp-x7Yz21"), "of a killed program");
+      write_file_atomically(made / (std::string(file) + ".relign-tmp-x7Yz21"), "of a killed program");
     return made;
   };
   join({with_pictures("a", "w0", 1e-4), with_pictures("b", "w1", 1e-6), with_pictures("c", "w2", 1e-5)});

@@ -168,6 +168,7 @@ TEST_F(ResultsFolderTest, RecoversFromCrashDuringFinish) {
   fs::rename(folder_ / "trials", folder_ / "trials.old");
   fs::create_directories(folder_ / "trials.new");
   write_file_atomically(folder_ / "trials.new/0000.jsonl", before);
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [this] { read_trials(folder_); }), HasSubstr("resume that run first"));
   EXPECT_THAT(ResultsWriter(folder_).finished_trials(), ElementsAre("aa"));
   // Before them: trials.new may be half done.
   fs::create_directories(folder_ / "trials.new");
