@@ -229,7 +229,7 @@ def relign_train(*arguments):
             process.terminate()
             raise
     if status != 0:
-        raise ValueError(f"relign-train {shlex.join(arguments)} ended with status {status}; the same command resumes")
+        raise ValueError(f"relign-train {shlex.join(arguments)} ended with status {status}, for the reason above")
 
 
 def interrupt(*_):
