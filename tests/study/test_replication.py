@@ -1,6 +1,8 @@
-"""The seed of the replication study (reports/paper/frozen_seed.py) follows from all networks that its template names."""
+"""The replication study, reports/paper/replication.md: seed and verdicts follow from networks and results as planned."""
 
+import csv
 import hashlib
+import io
 import json
 import os
 import pathlib
@@ -12,6 +14,7 @@ import unittest
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 SCRIPT = TREE / "reports" / "paper" / "frozen_seed.py"
+VERDICTS = SCRIPT.with_name("verdicts.py")
 STUDY = TREE / "reports" / "paper" / "trainings" / "replication"
 
 
@@ -91,6 +94,59 @@ class Templates(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
                 done = output_of(os.environ["RELIGN_BENCH"], "validate", folder / template.name.replace(".template", ""))
                 self.assertEqual(done.returncode, 0, done.stderr)
+
+
+class Verdicts(unittest.TestCase):
+    LOWER, HIGHER, UNDECIDED = (0.9, 0.51, 0.99), (0.2, 0.1, 0.49), (0.6, 0.5, 0.8)
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.table = pathlib.Path(kept.name) / "improvement.csv"
+
+    def found(self, own, best, trainings=5):
+        """What the script makes of one interval for each claim and rule."""
+        with open(self.table, "w", newline="") as file:
+            table = csv.writer(file)
+            table.writerow(("method", "trainings", "opponent", "rule", "improvement", "lo95", "hi95"))
+            for rule, intervals in (("own", own), ("best", best)):
+                for (method, opponent), interval in zip(self.claims(), intervals):
+                    table.writerow((method, trainings, opponent, rule, *interval))
+        done = output_of(sys.executable, VERDICTS, self.table)
+        return [row["verdict"] for row in csv.DictReader(io.StringIO(done.stdout))], done.stderr
+
+    @staticmethod
+    def claims():
+        sys.path.insert(0, str(VERDICTS.parent))
+        try:
+            import verdicts
+        finally:
+            sys.path.pop(0)
+        return verdicts.CLAIMS
+
+    def test_need_both_rules_in_one_direction(self):
+        own = [self.LOWER, self.HIGHER] + 7 * [self.LOWER]
+        self.assertEqual(self.found(own, own)[0], ["lower", "higher"] + 7 * ["lower"])
+        self.assertEqual(self.found(own, own[1:] + own[:1])[0], 9 * ["not shown"])
+
+    def test_end_with_the_first_that_is_not_shown(self):
+        own = 4 * [self.LOWER] + [self.UNDECIDED] + 4 * [self.LOWER]
+        self.assertEqual(self.found(own, 9 * [self.LOWER])[0], 4 * ["lower"] + 5 * ["not shown"])
+
+    def test_refuse_fewer_trainings_and_missing_claims(self):
+        rows, message = self.found(9 * [self.LOWER], 9 * [self.LOWER], trainings=4)
+        self.assertEqual(rows, [])
+        self.assertIn("rule own: expected one row of 5 trainings, found ['4']", message)
+        rows, message = self.found(9 * [self.LOWER], 8 * [self.LOWER])
+        self.assertEqual(rows, [])
+        self.assertIn("linear-last : nlopt-bobyqa, rule best: expected one row of 5 trainings, found []", message)
+
+    def test_claims_are_of_methods_of_the_suite(self):
+        entries = json.loads((STUDY / "core.template.json").read_text())["algorithms"]
+        names = {entry if isinstance(entry, str) else entry["name"] for entry in entries}
+        self.assertLessEqual({name for claim in self.claims() for name in claim}, names)
+        # With more than twelve methods, home and random included, the report has not every pair.
+        self.assertLessEqual(len(names) + 2, 12)
 
 
 def stand_in(network, path):
