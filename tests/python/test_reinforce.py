@@ -314,6 +314,29 @@ class Commands(unittest.TestCase):
         self.assertRegex(failure("export", self.folder, "-o", self.folder / "x.onnx"), "^error: nothing trained yet in ")
         self.assertEqual(list(self.folder.glob("x*")), [])
 
+    def test_exports_the_network_with_the_best_score_or_the_last_one(self):
+        shutil.copytree(self.trained, self.folder)
+        best = torch.load(self.folder / "best.pt", weights_only=True)
+        last = torch.load(self.folder / "checkpoint.pt", weights_only=True)
+        last["policy"]["action_net.bias"] += 0.125
+        last["steps"] = 40
+        torch.save(last, self.folder / "checkpoint.pt")
+        for options, state, steps, chosen_on in (((), best, 20, "tuning"), (("--last",), last, 40, "none")):
+            with contextlib.redirect_stdout(io.StringIO()):
+                self.assertEqual(cli.main(["export", str(self.folder), *options, "-o", str(self.folder / "x.onnx")]), 0)
+            about = json.loads((self.folder / "x.json").read_text())
+            run = self.opened()
+            run.model.policy.load_state_dict(state["policy"])
+            answers = self.answers(export.Actor(run.model.policy, run.recipe.input), about["observation"]["frames"])
+            np.testing.assert_allclose(about["parity"]["answers"], answers, rtol=1e-5)
+            self.assertEqual((about["trained"]["steps"], about["trained"]["instances"]["checkpoint"]), (steps, chosen_on))
+
+    @staticmethod
+    def answers(net, frames):
+        blocks = export.enlarged(export.parity_blocks(frames), 100).astype(np.float32)
+        with torch.no_grad():
+            return [net(torch.from_numpy(image[None]))[0].tolist() for image in blocks]
+
     def test_missing_network_with_the_best_score_is_named(self):
         shutil.copytree(self.trained, self.folder)
         (self.folder / "best.pt").unlink()

@@ -192,6 +192,9 @@ def make_parser() -> argparse.ArgumentParser:
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
     export.add_argument("-o", "--out", metavar="FILE.onnx", required=True, help="file to write; the side file is FILE.json")
+    export.add_argument("--last", action="store_true",
+                        help="of a run of ppo: the network of the last checkpoint, not that with the best score on tuning "
+                             "instances; a run of imitate has the last one only")
     return parser
 
 
@@ -333,7 +336,7 @@ def _export(given: argparse.Namespace) -> int:
         from .reinforce import Reinforcement
 
         run = Reinforcement.open(kept_recipe(PpoRecipe, folder), folder, log=lambda _: None)
-        return show(given, export_reinforcement(run, out), {})
+        return show(given, export_reinforcement(run, out, given.last), {})
     from .imitate import Training
 
     return show(given, export_imitation(Training.open(folder), out), {})
@@ -369,8 +372,8 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
                         doubt=training.doubt)
 
 
-def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the network with the best score of a reinforcement run; returns the files.
+def export_reinforcement(training: Reinforcement, path: pathlib.Path, last: bool = False) -> list[pathlib.Path]:
+    """Writes a network of a reinforcement run, the one with the best score or the last; returns the files.
 
     Raises:
         ValueError: The policy is recurrent.
@@ -381,18 +384,22 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path) -> list[pa
     if training.recurrent:
         raise ValueError(f"'{training.folder.path}' cannot be exported: {RECURRENT}")
     recipe = training.recipe
-    steps = training.load_best()
+    if training.untrained():
+        raise ValueError(training.untrained())
+    steps = training.model.num_timesteps if last else training.load_best()
     trained = cost_of(recipe, training, steps)
     if training.warm_seconds > 0:
         trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
+    chosen_on = "none" if last else "tuning"
     usual = preset_recipe(recipe.preset, recipe.algorithm, recipe.scene, recipe.seed)
     words = ["ppo", "--preset", recipe.preset, *(("--algorithm", recipe.algorithm) if recipe.algorithm != "ppo" else ()),
              *(("--warm-start", f"FOLDER_OF_{'IMITATE' if recipe.preset == 'tuned' else 'PPO'}") if recipe.warm_start else ())]
     if recipe.preset == "tuned":
         return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            command_of(training, usual, *words))
+                            command_of(training, usual, *words), chosen_on=chosen_on)
     return export.write(export.Actor(training.model.policy, recipe.input), path, recipe.scene, recipe.size, recipe.frames,
-                        "move", trained, command_of(training, usual, *words), values=export.VALUES[recipe.input])
+                        "move", trained, command_of(training, usual, *words), values=export.VALUES[recipe.input],
+                        chosen_on=chosen_on)
 
 
 def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> str:

@@ -78,7 +78,7 @@ def doubt_numbers(doubt: Doubt) -> dict[str, Any]:
 
 def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, frames: int, output: str,
           trained: dict[str, Any], command: str, reproducible: str = "anywhere", doubt: Doubt | None = None,
-          values: str = "bytes") -> list[pathlib.Path]:
+          values: str = "bytes", chosen_on: str = "tuning") -> list[pathlib.Path]:
     """Writes PATH.onnx and PATH.json.
 
     The graph takes float32, shape (1, frames, size, size), the newest frame last: bytes, with 255 at BYTE_WHITES times a white
@@ -99,6 +99,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
             those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
         doubt: How answers are combined, for networks that predict their own errors.
         values: "bytes" or "irradiance".
+        chosen_on: Instances that chose the checkpoint; "none" for the last one of a training.
 
     Returns:
         The two paths.
@@ -129,7 +130,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         **({} if doubt is None else {"doubt": doubt_numbers(doubt)}),
         "reproducible": reproducible,
         "command": command,
-        "trained": {**trained, "instances": {"weights": "training", "checkpoint": "tuning"}},
+        "trained": {**trained, "instances": {"weights": "training", "checkpoint": chosen_on}},
         "weights_sha256": hashlib.sha256(graph.read_bytes()).hexdigest(),
         "reference": {"blocks": REFERENCE_BLOCKS,
                       "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, REFERENCE_BLOCKS).ravel()]},
