@@ -74,8 +74,8 @@ void AtomicFile::flush() {
 }
 
 // A link cannot replace a file: where there is one, the new file gets a temporary name, which rename() moves. A killed
-// process may have left that name, or another one may use it at this moment. It then moves this file, too, and rename()
-// finds none: the file is complete in any case, and the last writer wins.
+// process may have left that name, or another one uses it at this moment: then the other writer's file is removed, or
+// moved by this rename(), which is as if the other one had been first or last.
 void AtomicFile::name_file() {
   const std::string unnamed = "/proc/self/fd/" + std::to_string(descriptor_);
   const std::string temporary = path_.string() + std::string(kTemporaryMark);
@@ -85,21 +85,15 @@ void AtomicFile::name_file() {
     return false;
   };
   if (link_as(path_)) return;
-  for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-    if (!link_as(temporary)) {
-      ::unlink(temporary.c_str());
-      continue;
-    }
-    if (::rename(temporary.c_str(), path_.c_str()) == 0) {
-      ::unlink(temporary.c_str());  // rename() keeps it if both names are this file already
-      return;
-    }
-    if (errno == ENOENT) continue;
-    const int reason = errno;
+  int attempts = 0;
+  while (!link_as(temporary)) {
     ::unlink(temporary.c_str());
-    fail("cannot write", path_, reason);
+    if (++attempts == kMostAttempts) fail("cannot write", path_, EEXIST);
   }
-  fail("cannot write", path_, EEXIST);
+  if (::rename(temporary.c_str(), path_.c_str()) == 0 || errno == ENOENT) return;
+  const int reason = errno;
+  ::unlink(temporary.c_str());
+  fail("cannot write", path_, reason);
 }
 
 void AtomicFile::commit() {
