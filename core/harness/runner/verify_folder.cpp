@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <set>
 #include <unordered_map>
 
 #include "base/error.h"
@@ -12,6 +14,7 @@
 #include "records/manifest_check.h"
 #include "records/processor.h"
 #include "records/results_folder.h"
+#include "runner/frozen_plan.h"
 #include "runner/provenance.h"
 
 namespace relign::runner {
@@ -222,6 +225,27 @@ void compare_machines(const Json& manifest, std::set<Change>& changes) {
   }
 }
 
+namespace {
+
+// How many of the planned trials the manifest must list: those of its shard, or of the merged ones. Unknown for several
+// suites.
+std::optional<std::size_t> planned_trials(const Json& manifest, const std::vector<PreparedPlan>& plans,
+                                          const std::set<std::string>& planned) {
+  if (plans.size() != 1) return std::nullopt;
+  const suites::Plan& plan = plans.front().plan;
+  std::set<std::string> listed;
+  for (const Json& source : sources_of(manifest)) {
+    const Json& shard = member(source, "shard");
+    const std::uint64_t number = count_of(shard, "number"), of = count_of(shard, "of");
+    if (!shard.is_object() || of == 0 || of > plan.trials.size() || number >= of) return planned.size();
+    for (const std::size_t place : places_of_shard(plan, static_cast<unsigned>(number), static_cast<unsigned>(of)))
+      if (const std::string& id = plan.trials[place].id; planned.count(id)) listed.insert(id);
+  }
+  return listed.size();
+}
+
+}  // namespace
+
 std::vector<std::string> plan_contradictions(const Json& manifest, const std::vector<PreparedPlan>& plans) {
   if (plans.empty()) return {};
   std::set<std::string> found, planned;
@@ -260,10 +284,14 @@ std::vector<std::string> plan_contradictions(const Json& manifest, const std::ve
   require_methods_of_suites(found, manifest, plans);
   // Other ids, but as many, mean changed plugins or data, which replays report.
   const Json& order = list_of(manifest, "order");
-  const bool is_shard = manifest.contains("shard");
-  if (is_shard ? order.size() > planned.size() : order.size() != planned.size())
-    found.insert("the suite plans " + counted(planned.size(), "trial") + ", but 'order' has " +
+  if (const std::optional<std::size_t> wanted = planned_trials(manifest, plans, planned);
+      wanted ? order.size() != *wanted : order.size() > planned.size())
+    found.insert("the suite plans " + counted(wanted.value_or(planned.size()), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
+  if (const Json& analysis = member(manifest, "analysis");
+      plans.size() == 1 && !analysis.is_null() && analysis != plans.front().plan.suite.analysis)
+    found.insert("the analysis plan is " + analysis.dump() + " in the manifest, but " +
+                 plans.front().plan.suite.analysis.dump() + " by the suite");
   if (plans.size() == 1 && list_of(manifest, "sources").empty() && !in_order(order, plans.front().plan.trials))
     found.insert("'order' lists the trials in another order than the plan");
   const suites::Suite& first = plans.front().plan.suite;

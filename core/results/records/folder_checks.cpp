@@ -89,7 +89,7 @@ FolderChecks::FolderChecks(const Json& manifest) {
                      Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
                             number_in(entry, "steps")});
   }
-  merged_ = !list_of(manifest, "sources").empty();
+  several_suites_ = !list_of(manifest, "suites").empty();
   sealed_ = !text_of(manifest, "commitment").empty();
   seed_ = number_in(manifest, "seed");
   first_instance_ = number_in(manifest, "first_instance");
@@ -136,8 +136,8 @@ void FolderChecks::check_trial(const TrialRecord& closing, Known& known) {
       complain("has a budget of " + counted(closing.budget, "step") + ", the manifest " + std::to_string(*of.steps));
     if (!of.id.empty() && of.id != closing.algorithm_id)
       complain("is of the algorithm " + in_quotes(closing.algorithm_id) + ", the manifest has " + in_quotes(of.id));
-    // A merged manifest has the list of one of its suites.
-    if (!merged_ && (of.list != closing.method || of.training != closing.training))
+    // A manifest of several suites has the list of one of them.
+    if (!several_suites_ && (of.list != closing.method || of.training != closing.training))
       complain("is of the training " + in_quotes(closing.training) + " of " + in_quotes(closing.method) +
                ", the manifest has " + in_quotes(of.training) + " of " + in_quotes(of.list));
   }

@@ -91,7 +91,7 @@ class FolderChecks {
   std::map<std::string, Scene> scenes_;
   std::map<std::string, std::size_t> levels_;
   std::map<std::pair<std::string, std::string>, Method> methods_;  // by name and protocol
-  bool merged_ = false, sealed_ = false, has_order_ = false;
+  bool several_suites_ = false, sealed_ = false, has_order_ = false;
   std::optional<std::uint64_t> seed_, first_instance_, instances_;
   std::unordered_map<std::string, std::size_t>
       order_;                             // from a trial to its place in the plan, or in the files without has_order_

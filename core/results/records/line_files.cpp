@@ -21,12 +21,16 @@ namespace {
 constexpr std::string_view kStepStart = "{\"trial\":\"";
 constexpr std::size_t kIdDigits = 16;
 
-// "0000.jsonl" -> 0; false for any other name.
+// "0000.jsonl" -> 0; false for any other name. Throws Error for "00000.jsonl": two files of one number would be read as
+// one.
 bool file_number(const fs::path& file, std::size_t& number) {
   const std::string stem = file.stem().string();
   if (file.extension() != ".jsonl" || stem.empty() || stem.size() > 9) return false;
   if (stem.find_first_not_of("0123456789") != std::string::npos) return false;
   number = std::stoul(stem);
+  if (const std::string name = line_file_name(number); file.filename() != name)
+    throw Error(ErrorKind::bad_input,
+                "'" + file.string() + "' is not a file of records; expected the name '" + name + "'");
   return true;
 }
 

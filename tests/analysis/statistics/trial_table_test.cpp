@@ -92,10 +92,12 @@ TEST_F(Table, ReadsReorderedMembers) {
   std::string text, line;
   std::ifstream stream(folder_ / "trials" / "0000.jsonl");
   while (std::getline(stream, line))
-    if (line.find("\"end\"") == std::string::npos)  // starts with its trial; all else sorted by name
-      text += "{\"trial\":\"a\", " + Json::parse(line).dump().substr(1) + "\n";
-    else
+    if (Json step = Json::parse(line); !step.contains("end")) {  // starts with its trial; all else sorted by name
+      step.erase("trial");
+      text += "{\"trial\":\"a\", " + step.dump().substr(1) + "\n";
+    } else {
       text += records::without_checksum(line) + "\n";
+    }
   write_file_atomically(folder_ / "trials" / "0000.jsonl", text);
   const TrialTable after = read_trial_table(folder_).table;
   ASSERT_EQ(after.rows.size(), 1U);

@@ -2,7 +2,9 @@
 
 #include <sstream>
 
+#include "base/hash.h"
 #include "records/checksum.h"
+#include "runner/frozen_plan.h"
 #include "runner/verify_folder.h"
 #include "toy_suites.h"
 
@@ -232,14 +234,37 @@ TEST_F(VerifyTest, RefusesAManifestThatHidesTrials) {
               testing::AllOf(HasSubstr("the suite plans 12 trials"), HasSubstr("but 'order' has 11")));
 }
 
-TEST_F(VerifyTest, AcceptsAShard) {
-  run(prepared(suite_text(R"("toy-walker")")), options("a"));
-  edit_manifest([](Json& manifest) {
-    manifest["order"].erase(0);
+TEST_F(VerifyTest, AcceptsAShardWithAllItsTrials) {
+  const PreparedPlan plan = prepared(suite_text(R"("toy-walker")"));
+  run(plan, options("a"));
+  edit_manifest([&plan](Json& manifest) {
+    manifest["order"] = Json::array();
+    for (const std::size_t place : places_of_shard(plan.plan, 0, 2))
+      manifest["order"].push_back(plan.plan.trials[place].id);
     manifest["trials"] = manifest["order"].size();
-    manifest["shard"] = {{"index", 0}, {"of", 2}};
+    manifest["shard"] = {{"number", 0}, {"of", 2}};
   });
   EXPECT_TRUE(check("a").differences.empty());
+  // As one of merged folders, of which the other is missing.
+  edit_manifest([](Json& manifest) {
+    manifest["sources"] = {{{"folder", "a"}, {"shard", manifest["shard"]}}};
+    manifest.erase("shard");
+  });
+  EXPECT_TRUE(check("a").differences.empty());
+  for (const Json& shard : {Json::object(), Json{{"number", 2}, {"of", 2}}}) {
+    edit_manifest([&shard](Json& manifest) { manifest["sources"][0]["shard"] = shard; });
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [this] { check("a"); }), HasSubstr("but 'order' has 6"));
+  }
+}
+
+TEST_F(VerifyTest, RefusesAnotherAnalysisPlan) {
+  run(prepared(suite_text(R"("toy-walker")", R"(, "analysis": {"rule": "own"})")), options("a"));
+  EXPECT_TRUE(check("a").differences.empty());
+  edit_manifest([](Json& manifest) {
+    manifest["analysis"]["smallest_relevant_ratio"] = 3.0;
+    manifest["analysis_hash"] = sha256_hex(canonical_json(manifest["analysis"]));
+  });
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [this] { check("a"); }), HasSubstr("the analysis plan is"));
 }
 
 TEST_F(VerifyTest, CountsPlannedTrialsWithoutRecord) {

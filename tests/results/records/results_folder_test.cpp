@@ -177,6 +177,18 @@ TEST_F(ResultsFolderTest, RecoversFromCrashDuringFinish) {
   EXPECT_FALSE(fs::exists(folder_ / "trials.old"));
 }
 
+// Both would be read as file 0, one for the list of trials and the other for their steps.
+TEST_F(ResultsFolderTest, RefusesAnotherNameOfTheSameNumber) {
+  {
+    ResultsWriter writer(folder_);
+    writer.write_manifest({{"format", 1}});
+    add(writer, 0, "aa");
+  }
+  fs::rename(folder_ / "trials/0000.jsonl", folder_ / "trials/00000.jsonl");
+  EXPECT_THAT(error_text(ErrorKind::bad_input, [this] { read_trials(folder_); }),
+              HasSubstr("00000.jsonl' is not a file of records; expected the name '0000.jsonl'"));
+}
+
 TEST_F(ResultsFolderTest, DropsTrialsThatCanBeAppendedAgain) {
   ResultsWriter writer(folder_);
   writer.write_manifest({{"format", 1}});
