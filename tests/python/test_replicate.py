@@ -202,7 +202,7 @@ class Killed(Folder):
         self.jobs(TINY)
         process = subprocess.Popen(self.command("ended"), stderr=subprocess.PIPE, text=True)
         self.addCleanup(process.stderr.close)
-        while not (self.folder / "ended/work/first/seed-3/recipe.json").is_file():
+        while not (self.folder / "ended" / "work" / "first/seed-3/recipe.json").is_file():
             self.assertIsNone(process.poll())
             time.sleep(0.02)
         process.send_signal(signal.SIGTERM)

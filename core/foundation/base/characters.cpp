@@ -28,18 +28,18 @@ constexpr std::array kRanges = {Range{'A', 'Z', Script::latin},
                                 Range{0x1D00, 0x1DBF, Script::imitation},  // phonetic
                                 Range{0x1E00, 0x1EFF, Script::latin},
                                 Range{0x1F00, 0x1FFF, Script::greek},
-                                Range{0x2100, 0x214F, Script::imitation},
-                                Range{0x2160, 0x2188, Script::imitation},  // letter-like, Roman numbers
-                                Range{0x24B6, 0x24E9, Script::imitation},
-                                Range{0x2C60, 0x2C7F, Script::latin},  // in circles
-                                Range{0x2C80, 0x2CFF, Script::imitation},
-                                Range{0x2DE0, 0x2DFF, Script::cyrillic},  // Coptic
-                                Range{0xA4D0, 0xA4FF, Script::imitation},
-                                Range{0xA640, 0xA69F, Script::cyrillic},  // Lisu
+                                Range{0x2100, 0x214F, Script::imitation},  // letter-like
+                                Range{0x2160, 0x2188, Script::imitation},  // Roman numerals
+                                Range{0x24B6, 0x24E9, Script::imitation},  // in circles
+                                Range{0x2C60, 0x2C7F, Script::latin},
+                                Range{0x2C80, 0x2CFF, Script::imitation},  // Coptic
+                                Range{0x2DE0, 0x2DFF, Script::cyrillic},
+                                Range{0xA4D0, 0xA4FF, Script::imitation},  // Lisu
+                                Range{0xA640, 0xA69F, Script::cyrillic},
                                 Range{0xA720, 0xA7FF, Script::latin},
                                 Range{0xAB30, 0xABBF, Script::imitation},
-                                Range{0xFF21, 0xFF5A, Script::imitation},
-                                Range{0x1D400, 0x1D7FF, Script::imitation},  // full-width, mathematical
+                                Range{0xFF21, 0xFF5A, Script::imitation},    // full-width
+                                Range{0x1D400, 0x1D7FF, Script::imitation},  // mathematical
                                 Range{0x1F110, 0x1F189, Script::imitation}};
 
 constexpr std::u32string_view kLikeLatin =
@@ -95,7 +95,8 @@ std::string letters_mistake(std::string_view name) {
     const Script own = script_of(next.code);
     if (own == Script::none) continue;
     if (own == Script::imitation || (script != Script::none && own != script))
-      return "the letters must be of one script, and none that imitate Latin ones, so that names are told apart by eye";
+      return "the letters must be of one script, and none that imitate Latin ones, so that different names look "
+             "different";
     script = own;
     like_latin = like_latin && kLikeLatin.find(static_cast<char32_t>(next.code)) != std::u32string_view::npos;
   }

@@ -1,7 +1,5 @@
 #include "runner/plan_check.h"
 
-#include <algorithm>
-
 #include "base/error.h"
 #include "base/json_members.h"
 #include "records/manifest_check.h"
@@ -46,13 +44,7 @@ PreparedPlan stated_plan(suites::Suite suite, const Json& manifest) {
   }
   leave_out_told_methods(suite, prepared.scenes);
   prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity);
-  std::vector<suites::PlannedTrial>& trials = prepared.plan.trials;
-  trials.erase(std::remove_if(trials.begin(), trials.end(),
-                              [&prepared](const suites::PlannedTrial& trial) {
-                                return !can_run_on(prepared.plan.suite.algorithms[trial.algorithm],
-                                                   prepared.scenes[trial.scene]);
-                              }),
-               trials.end());
+  leave_out_told_trials(prepared.plan, prepared.scenes);
   return prepared;
 }
 

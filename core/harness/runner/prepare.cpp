@@ -84,13 +84,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
   }
   check_stop(stop);
   prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity, stop);
-  std::vector<suites::PlannedTrial>& trials = prepared.plan.trials;
-  trials.erase(std::remove_if(trials.begin(), trials.end(),
-                              [&prepared](const suites::PlannedTrial& trial) {
-                                return !can_run_on(prepared.plan.suite.algorithms[trial.algorithm],
-                                                   prepared.scenes[trial.scene]);
-                              }),
-               trials.end());
+  leave_out_told_trials(prepared.plan, prepared.scenes);
   return prepared;
 }
 

@@ -48,4 +48,11 @@ std::vector<std::string> leave_out_told_methods(suites::Suite& suite, const std:
   return notes;
 }
 
+void leave_out_told_trials(suites::Plan& plan, const std::vector<trials::SceneFacts>& facts) {
+  const auto runs_not = [&](const suites::PlannedTrial& trial) {
+    return !can_run_on(plan.suite.algorithms[trial.algorithm], facts[trial.scene]);
+  };
+  plan.trials.erase(std::remove_if(plan.trials.begin(), plan.trials.end(), runs_not), plan.trials.end());
+}
+
 }  // namespace relign::runner

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "suites/plan.h"
 #include "suites/suite.h"
 #include "trials/scene_facts.h"
 
@@ -19,5 +20,8 @@ bool can_run_on(const suites::AlgorithmEntry& algorithm, const trials::SceneFact
 // Removes algorithms from the suite that can run on none of its scenes. Returns a message per algorithm and scene that
 // is skipped. Throws Error(bad_input) when no algorithm remains.
 std::vector<std::string> leave_out_told_methods(suites::Suite& suite, const std::vector<trials::SceneFacts>& facts);
+
+// Removes the trials of the algorithms that were skipped on some scenes only.
+void leave_out_told_trials(suites::Plan& plan, const std::vector<trials::SceneFacts>& facts);
 
 }  // namespace relign::runner
