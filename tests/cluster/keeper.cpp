@@ -13,7 +13,6 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -37,8 +36,9 @@ std::vector<Process> living() {
     Process process;
     process.id = std::stoi(name);
     process.parent = std::stoi(text.substr(closing + 4));
+    // An iterator over the buffer would throw when the process ends between opening and reading (ESRCH).
     std::ifstream words(entry->path() / "cmdline");
-    process.command.assign(std::istreambuf_iterator<char>(words), {});
+    std::getline(words, process.command);
     std::replace(process.command.begin(), process.command.end(), '\0', ' ');
     all.push_back(process);
   }
