@@ -27,7 +27,7 @@ struct VerifyArguments {
   std::uint64_t seed = 1;
   std::string trial, frames, suite_folder, secret, by;
   unsigned workers = 0;
-  bool add_rules = false, no_sandbox = false;
+  bool no_sandbox = false;
 };
 
 Json to_json(const runner::ReplayDifference& one) {
@@ -59,7 +59,6 @@ Json to_json(const runner::VerifySummary& summary) {
           {"ended_by_machine", summary.ended_by_machine},
           {"missing", summary.missing},
           {"unknown", summary.unknown},
-          {"completed", summary.completed},
           {"checks", records::summary_of(summary.checks)},
           {"failed_checks", records::findings_of(summary.checks)},
           {"damaged", std::move(damaged)},
@@ -101,9 +100,6 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
   if (summary.unknown > 0)
     text += "skipped    " + trials_text(summary.unknown) +
             " that this suite does not contain: its data files, or the plugins that it names, have changed\n";
-  if (summary.completed > 0)
-    text += "added      the scores of the rules best and current to " + trials_text(summary.completed) + "; '" +
-            own_command("report") + "' shows them\n";
   const bool no_replay = summary.replayed == 0 && summary.unknown == 0;
   text +=
       std::string("verdict    ") +
@@ -128,7 +124,7 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
 // Saves the verdict for report and leaderboard. A read-only results folder is not an error.
 void save_verdict(const VerifyArguments& arguments, const runner::VerifySummary& summary) {
   Json details = to_json(summary);
-  for (const char* long_list : {"damaged", "differences", "changes", "completed", "failed_checks"})
+  for (const char* long_list : {"damaged", "differences", "changes", "failed_checks"})
     details.erase(long_list);
   records::Replays replays;
   replays.all = {summary.recorded, summary.replayed, summary.equal};
@@ -155,7 +151,6 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.suite_folder = arguments.suite_folder;
   options.secret = given_secret(arguments.secret).value_or("");
   options.workers = arguments.workers;
-  options.add_rules = arguments.add_rules;
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
@@ -192,12 +187,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
     std::fprintf(stderr, "Stopped after %zu replays; their results are not kept.\n", summary.replayed);
     return stop_exit_code();
   }
-  if (arguments.add_rules && summary.recorded == 0 && summary.damaged.empty()) {
-    print_result(context.json ? to_json(summary).dump(2) + "\n"
-                              : "Every trial in " + arguments.results + " has the scores of all rules.\n");
-    return kDone;
-  }
-  if (arguments.trial.empty() && !arguments.add_rules && summary.replayed > 0) save_verdict(arguments, summary);
+  if (arguments.trial.empty() && summary.replayed > 0) save_verdict(arguments, summary);
   if (context.json) {
     Json result = to_json(summary);
     if (!arguments.frames.empty()) result["frames"] = {{"folder", arguments.frames}, {"count", frames}};
@@ -233,10 +223,6 @@ void add_verify(CLI::App& app, Context& context) {
       ->type_name("TRIAL");
   verb.add_option("--frames", arguments->frames, "with --trial: write its captures to DIR/step-NNN.png")
       ->type_name("DIR");
-  verb.add_flag(
-      "--add-rules", arguments->add_rules,
-      "replay the trials that lack the scores of the rules best and current, and add the scores where all else is "
-      "equal");
   verb.add_option(
           "--suite-folder", arguments->suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "cli/program.h"
+#include "resealed.h"
 
 namespace relign::cli_test {
 namespace {
@@ -71,7 +71,7 @@ TEST_F(CliShards, VerifyAndMergeDetectForgedRecords) {
   const std::string digit = "\"step\":2,\"commanded_pose\":[0.";
   const std::size_t at = trials.find(digit) + digit.size();
   trials[at] = trials[at] == '9' ? '8' : static_cast<char>(trials[at] + 1);
-  place_.write("forged/trials/0000.jsonl", std::regex_replace(trials, std::regex(",\"sha256\":\"[0-9a-f]{64}\""), ""));
+  place_.write("forged/trials/0000.jsonl", records::resealed(trials));
 
   const Outcome verified = call({"verify", "forged", "--json"});
   EXPECT_EQ(verified.exit_code, 4);

@@ -1,6 +1,7 @@
 // Lines of trials/ and times/.
 #include "records/line_files.h"
 #include "records/step_numbers.h"
+#include "resealed.h"
 #include "target.h"
 
 using namespace relign;
@@ -65,11 +66,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text = fuzz::text_of(data, size);
   check_line(text.substr(0, text.find('\n')));
   check_numbers(text.substr(0, text.find('\n')));
-  fuzz::accepted([&] {
-    const records::Blocks split = records::split_trials(text, "trials/0000.jsonl");
-    fuzz::demand(split.whole <= text.size(), "what is whole is in the text");
-    for (const records::Block& block : split.blocks) records::read_block(block, "trials/0000.jsonl");
-  });
-  fuzz::accepted([&] { records::split_times(text, "times/0000.jsonl"); });
+  for (const std::string& lines : {text, records::resealed(text)}) {
+    fuzz::accepted([&] {
+      const records::Blocks split = records::split_trials(lines, "trials/0000.jsonl");
+      fuzz::demand(split.whole <= lines.size(), "what is whole is in the text");
+      for (const records::Block& block : split.blocks) records::read_block(block, "trials/0000.jsonl");
+    });
+    fuzz::accepted([&] { records::split_times(lines, "times/0000.jsonl"); });
+  }
   return 0;
 }

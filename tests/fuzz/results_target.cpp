@@ -2,6 +2,7 @@
 #include "records/merge.h"
 #include "records/results_folder.h"
 #include "report/report.h"
+#include "resealed.h"
 #include "target.h"
 
 using namespace relign;
@@ -32,8 +33,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fs::path folder = fuzz::scratch_folder() / "results";
   for (const char* name : {"trials", "times", "pictures"}) fs::create_directories(folder / name);
   fuzz::write_scratch(folder / "manifest.json", part(rest));
-  fuzz::write_scratch(folder / "trials" / "0000.jsonl", part(rest));
-  fuzz::write_scratch(folder / "times" / "0000.jsonl", part(rest));
+  fuzz::write_scratch(folder / "trials" / "0000.jsonl", records::resealed(std::string(part(rest))));
+  fuzz::write_scratch(folder / "times" / "0000.jsonl", records::resealed(std::string(part(rest))));
   fuzz::write_scratch(folder / "pictures" / "index.json", part(rest));
   fuzz::accepted([&] { records::read_planned_trials(folder); });
   fuzz::accepted([&] {

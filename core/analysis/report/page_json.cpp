@@ -357,7 +357,6 @@ Json to_json(const PageModel& page) {
   put_filled(json, "aggregate", page.aggregates);
   put_filled(json, "training", page.training);
   put_filled(json, "rules_note", page.rules_note);
-  if (page.trials_without_rules > 0) put(json, "trials_without_rules", page.trials_without_rules);
   put_filled(json, "analysis", page.analysis.plan);
   if (!page.analysis.plan.empty() || !page.analysis.notes.empty()) put(json, "analysis_notes", page.analysis.notes);
   return json;

@@ -117,7 +117,6 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.aggregates = aggregates_of(results, study, page.methods);
   page.scene_facts = scene_facts(results.folder, manifest);
   page.training = training_costs(manifest, page.methods, page.groups);
-  page.trials_without_rules = results.trials.without_rules;
   page.analysis = analysis_of(manifest, study.rule);
   page.rules_note = rules_note(page.groups, page.analysis.primary_is_yield);
   page.verdict = verdict(page);

@@ -205,7 +205,6 @@ struct PageModel {
   std::vector<SceneFacts> scene_facts;
   std::vector<TrainingCost> training;
   std::string rules_note;
-  std::size_t trials_without_rules = 0;
   Analysis analysis;
   std::vector<GroupVerdict> verdict;  // one per group
   std::vector<std::string> caveats;

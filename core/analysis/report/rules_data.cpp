@@ -156,10 +156,6 @@ std::string rules_note(const std::vector<Group>& groups, bool by_yield) {
     note +=
         differing.size() > kMaxGroups ? "; and in " + std::to_string(differing.size() - kMaxGroups) + " more." : ".";
   }
-  if (!all_recorded)
-    note +=
-        " Some trials were recorded by an earlier version and lack scores for the rules best and current; "
-        "'relign-bench verify DIR --add-rules' adds them.";
   return note;
 }
 

@@ -206,13 +206,6 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
   statistics::StudyOptions options;
   const Json& plan = object_of(results.manifest, "analysis");
   options.rule = rule ? *rule : statistics::rule_named(text_of(plan, "rule")).value_or(statistics::Rule::own);
-  if (options.rule != statistics::Rule::own && results.trials.without_rules > 0)
-    throw Error(ErrorKind::bad_input,
-                results.folder.string() + ": " + std::to_string(results.trials.without_rules) +
-                    " trials of an earlier version have no scores for the rule '" +
-                    statistics::rule_name(options.rule) + "'; replay them with '" +
-                    own_command("verify " + shell_quoted(results.folder.string()) + " --add-rules") +
-                    "' to add the scores");
   const Methods methods(results);
   for (const Method& method : methods.list())
     options.classes[{method.name, method.protocol}] = class_name(method.of_class);

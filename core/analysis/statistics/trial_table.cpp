@@ -97,7 +97,6 @@ class TableBuilder {
       }
     }
     Series& series = table_.series[row.series];
-    if (row.counts() && records::lacks_rules(closing)) ++table_.without_rules;
     if (row.counts()) {
       series.trials.push_back(static_cast<std::uint32_t>(table_.rows.size()));
       series.largest_budget = std::max(series.largest_budget, row.budget);

@@ -105,9 +105,6 @@ class TrialTable {
            (rule == Rule::own ? spec.criteria_met_by(criteria_of(row).last) : !spec.limits_criteria());
   }
   const Series& series_of(const TrialRow& row) const { return series[row.series]; }
-  // Trials with counts() that lack the scores of the rules best and current: recorded by earlier versions, with a cure
-  // shift or a specification of MTF. `verify --add-rules` adds them.
-  std::size_t without_rules = 0;
 };
 
 // One value per trial of the series, at its last step.

@@ -64,9 +64,6 @@ class Replay {
     if (failure_) std::rethrow_exception(failure_);
     for (std::optional<ReplayDifference>& one : found_)
       if (one) summary.differences.push_back(std::move(*one));
-    if (stopped() || completed_.empty()) return;
-    summary.completed += completed_.size();
-    records::replace_closing_lines(options_.results, completed_);
   }
 
  private:
@@ -95,17 +92,6 @@ class Replay {
     const Pretrainer::Entries* entries = learnt_.of(trial);
     compare("pretrained data of " + suite_.algorithms[trial.algorithm].name, found->second.prepared,
             entries ? runner::hash_of(*entries) : "");
-  }
-
-  // The record with the missing members added.
-  static records::TrialRecord completed(records::TrialRecord was, const records::TrialRecord& is) {
-    was.glued_mse = is.glued_mse;
-    was.glued_mse_error = is.glued_mse_error;
-    was.best_mtf = is.best_mtf;
-    was.best_uncured_mtf = is.best_uncured_mtf;
-    was.current_mtf = is.current_mtf;
-    was.current_uncured_mtf = is.current_uncured_mtf;
-    return was;
   }
 
   bool stopped() const { return options_.stop && options_.stop->load(); }
@@ -156,8 +142,7 @@ class Replay {
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
     // Equal numbers in different bytes: the file was edited.
-    const bool same_bytes =
-        records::without_checksum(lines) == records::to_lines(records::with_members_of(was, outcome.record)) + "\n";
+    const bool same_bytes = records::without_checksum(lines) == records::to_lines(outcome.record) + "\n";
     if (!difference && !tolerant && !same_bytes)
       difference = records::Difference{true, 0, "bytes of the lines", "other", "other bytes for equal values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
@@ -168,8 +153,6 @@ class Replay {
     if (difference) {
       found_[index] = ReplayDifference{trial.id, records::label_of(was), *difference, tolerant};
     } else {
-      if (options_.add_rules && !records::lacks_rules(outcome.record))
-        completed_.emplace(trial.id, completed(was, outcome.record));
       ++summary.equal;
       if (!same_bytes) {
         ++summary.with_tolerance;
@@ -189,7 +172,6 @@ class Replay {
   bool other_cpu_;
   std::mutex mutex_;  // guards the members below and the summary
   std::vector<std::optional<ReplayDifference>> found_;
-  std::map<std::string, records::TrialRecord> completed_;
   std::exception_ptr failure_;
   std::size_t skip_ = TrialQueue::kNoGroup;
 };

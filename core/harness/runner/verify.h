@@ -27,9 +27,6 @@ struct VerifyOptions {
   std::size_t sample = 0;  // number of trials; 0: all
   std::uint64_t seed = 1;  // of the sample
   std::string trial;       // not empty: only this trial
-  // Replays only trials that lack the scores of the recommendation rules "best" and "current" (records::lacks_rules),
-  // and adds these scores where everything else is equal.
-  bool add_rules = false;
   // The folder to which relative paths of the suite refer; empty: that of the suite file in the manifest.
   std::filesystem::path suite_folder;
   std::string secret;    // of a sealed suite; empty: the manifest's
@@ -59,14 +56,13 @@ struct ReplayDifference {
 
 struct VerifySummary {
   std::size_t recorded = 0;  // complete trials of the plan
-  std::size_t missing = 0;   // of the plan, without a complete record; not counted with `trial` or `add_rules`
+  std::size_t missing = 0;   // of the plan, without a complete record; not counted with `trial`
   std::size_t replayed = 0, equal = 0;
   std::size_t with_tolerance = 0;        // of `equal`: only within kOtherCpuTolerance, on another processor
   double largest_deviation = 0;          // among these, |is - was| / (1 + |was|)
   std::size_t stations = 0;              // cannot be replayed: recorded on hardware
   std::size_t ended_by_machine = 0;      // cannot be replayed: ended by a crash or a limit of time or memory
   std::size_t unknown = 0;               // not in the suite as it is now, because data or definitions changed
-  std::size_t completed = 0;             // with add_rules: records that were completed
   std::vector<records::Damage> damaged;  // not replayed
   std::vector<ReplayDifference> differences;
   std::vector<Change> changes;
@@ -78,7 +74,7 @@ struct VerifySummary {
     return differences.empty() && unknown == 0 && damaged.empty() && !records::any_failed(checks);
   }
   // Nothing speaks for the results, and nothing against them.
-  bool nothing() const { return replayed == 0 && completed == 0 && stations == 0 && all_equal(); }
+  bool nothing() const { return replayed == 0 && stations == 0 && all_equal(); }
 };
 
 // Throws Error: bad_input for a folder that is not a results folder or newer, a suite that can no longer be

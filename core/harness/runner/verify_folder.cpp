@@ -163,7 +163,6 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
           const std::vector<records::StepNumbers>& steps) {
         checks.add(closing, steps);
         if (!options.trial.empty() && closing.trial != options.trial) return;
-        if (options.add_rules && !records::lacks_rules(closing)) return;
         if ((!planned.empty() && !planned.count(closing.trial)) || !seen.insert(closing.trial).second) return;
         ++summary.recorded;
         const bool of_itself = records::ended_well(closing.end) || closing.end == "failed";
@@ -181,7 +180,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
-  if (options.trial.empty() && !options.add_rules && planned.size() > summary.recorded)
+  if (options.trial.empty() && planned.size() > summary.recorded)
     summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
     if (!options.trial.empty() && damage.trial == options.trial) records::throw_if_damaged({damage});

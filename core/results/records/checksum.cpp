@@ -24,10 +24,7 @@ SealedLine split_checksum(std::string_view line) {
         digits.find_first_not_of("0123456789abcdef") == std::string_view::npos)
       return {line.substr(0, line.size() - kLength), digits};
   }
-  // Lines without a checksum end with a list or an object: a text at the end is what is left of a checksum. A parser
-  // ignores what follows a zero byte.
-  const bool ends_with_text = line.size() >= kEnd.size() && line.substr(line.size() - kEnd.size()) == kEnd;
-  return {line, {}, ends_with_text || line.find(kStart) != line.npos || line.find('\0') != line.npos};
+  return {line, {}};
 }
 
 std::string without_checksum(std::string_view lines) {
@@ -39,7 +36,7 @@ std::string without_checksum(std::string_view lines) {
 
 bool line_is_intact(std::string_view line) {
   const SealedLine split = split_checksum(line);
-  return split.checksum.empty() ? !split.damaged : sha256_hex(std::string(split.body) + "}\n") == split.checksum;
+  return !split.checksum.empty() && sha256_hex(std::string(split.body) + "}\n") == split.checksum;
 }
 
 }  // namespace relign::records

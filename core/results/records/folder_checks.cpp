@@ -212,6 +212,8 @@ void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<St
   for (const auto& [values, what] : {std::pair(&closing.glued_mse, "glued_mse"), {&closing.best_mse, "best_mse"}})
     if (!std::all_of(values->begin(), values->end(), is_mse))
       return complain("has a value of " + in_quotes(what) + " that is not a mean squared error");
+  if (!std::isnan(closing.uncured_mse) && closing.glued_mse.empty() && !steps.empty())
+    return complain("has 'uncured_mse', but lacks 'glued_mse'");
   if (stated && !due && closing.has_own_optimum)
     return complain("has 'own_optimum_mse', but its scene has no ground truth");
   if (closing.has_own_optimum && !is_mse(closing.own_optimum_mse))

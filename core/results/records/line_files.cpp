@@ -134,13 +134,10 @@ BlockFinder::Line BlockFinder::close(std::string_view line, std::size_t offset, 
     return refuse(number, "it has " + std::to_string(steps) + " step lines, but its closing line counts " +
                               std::to_string(closing.steps));
   const SealedLine split = split_checksum(line);
-  has_checksum_ = !split.checksum.empty();
-  if (split.damaged) return refuse(number, "the checksum on its closing line cannot be read");
-  if (has_checksum_) {
-    hash_.add(split.body);
-    hash_.add("}\n");
-    if (hash_.hex() != split.checksum) return refuse(number, "its lines do not have the checksum on its closing line");
-  }
+  if (split.checksum.empty()) return refuse(number, "its closing line has no checksum that can be read");
+  hash_.add(split.body);
+  hash_.add("}\n");
+  if (hash_.hex() != split.checksum) return refuse(number, "its lines do not have the checksum on its closing line");
   closed_ = std::move(closing.trial);
   closed_steps_ = steps;
   // Only the end of a file can be half-written: the next run cuts it off before it appends.
@@ -182,7 +179,7 @@ Blocks split_trials(std::string_view text, const std::string& file_name) {
     if (found != BlockFinder::Line::step) split.whole = newline + 1;
     if (found == BlockFinder::Line::closing)
       split.blocks.push_back({finder.closed().trial, text.substr(finder.begin(), newline + 1 - finder.begin()), line,
-                              finder.first_line(), finder.has_checksum()});
+                              finder.first_line()});
     at = newline + 1;
   }
   split.incomplete = finder.take_incomplete();
@@ -218,20 +215,6 @@ std::optional<Damage> damaged_times(std::string_view line, const std::string& fi
   } catch (const Error& error) {
     return Damage{file_name, number, id_in(line), error.what(), true};
   }
-}
-
-std::optional<Damage> damaged_step(const Block& block, const std::string& file, StepNumbersReader& reader) {
-  std::size_t number = block.line;
-  try {
-    for (std::size_t at = 0; at + block.closing.size() + 1 < block.text.size(); ++number) {
-      const std::size_t newline = block.text.find('\n', at);
-      reader.read(block.text.substr(at, newline - at), "");
-      at = newline + 1;
-    }
-  } catch (const Error& error) {
-    return Damage{file, number, block.trial, error.what()};
-  }
-  return std::nullopt;
 }
 
 std::size_t append_block(const fs::path& file, std::string_view block, bool flush) {

@@ -34,7 +34,6 @@ struct Block {
   std::string_view text;     // with every newline
   std::string_view closing;  // the last line without its newline
   std::size_t line = 0;      // of the file, from 1, where the block starts
-  bool has_checksum = false;
 };
 
 struct Blocks {
@@ -58,13 +57,11 @@ class BlockFinder {
   // `line`, without its newline, begins at byte `offset` and has the number `number`, from 1. Returns Line::closing
   // when it closes an undamaged trial. Throws as split_trials does.
   Line add(std::string_view line, std::size_t offset, std::size_t number);
-  // Of the block closed last: its first byte, its first line, the record on its closing line, its number of step lines,
-  // and whether it has a checksum.
+  // Of the block closed last: its first byte, its first line, the record on its closing line, its number of step lines.
   std::size_t begin() const { return begin_; }
   std::size_t first_line() const { return first_line_; }
   const TrialRecord& closed() const { return closed_; }
   std::size_t closed_steps() const { return closed_steps_; }
-  bool has_checksum() const { return has_checksum_; }
   // Number of step lines of the open block, including the line added last.
   std::size_t steps() const { return steps_; }
   // Call after the last line. Returns the trials with steps but no closing line, and the damage found.
@@ -84,7 +81,6 @@ class BlockFinder {
   Sha256 hash_;  // of the open block
   TrialRecord closed_;
   std::size_t closed_steps_ = 0;
-  bool has_checksum_ = false;
   std::vector<Damage> unclosed_;  // trials without a closing line, at the end of the file if none closes after them
   std::vector<Damage> damaged_;
 };
@@ -110,9 +106,6 @@ void scan_times(const std::filesystem::path& file, std::vector<Damage>& damaged,
 
 // What is wrong with a line of times/; nullopt: nothing. Throws Error(bad_input) for a newer format.
 std::optional<Damage> damaged_times(std::string_view line, const std::string& file_name, std::size_t number);
-
-// What is wrong with the steps of a block without checksum, which split_trials does not read; nullopt: nothing.
-std::optional<Damage> damaged_step(const Block& block, const std::string& file, StepNumbersReader& reader);
 
 // Reads a trial's record from its block. Errors name the line of the file.
 TrialRecord read_block(const Block& block, const std::string& file);

@@ -173,8 +173,7 @@ TrialRecord read_closing(const Json& line) {
   const Json& own_optimum = line.at("own_optimum_mse");
   record.has_own_optimum = !own_optimum.is_null();
   if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
-  if (const auto pose = line.find("own_optimum_pose"); pose != line.end())
-    record.own_optimum_pose = read_numbers(*pose);
+  record.own_optimum_pose = read_numbers(line.at("own_optimum_pose"));
   if (const auto uncured = line.find("uncured_mse"); uncured != line.end()) record.uncured_mse = read_number(*uncured);
   record.mtf = read_mtf(line, "mtf_");
   record.uncured_mtf = read_mtf(line, "uncured_mtf_");
@@ -219,21 +218,6 @@ auto reading(const std::string& place, Body&& body) -> decltype(body()) {
 }
 
 }  // namespace
-
-bool lacks_rules(const TrialRecord& closing) {
-  return (std::isfinite(closing.uncured_mse) && closing.glued_mse.empty()) ||
-         (std::isfinite(closing.mtf.centre) && !std::isfinite(closing.best_mtf.centre));
-}
-
-TrialRecord with_members_of(const TrialRecord& was, TrialRecord is) {
-  if (was.glued_mse.empty()) {
-    is.glued_mse.clear();
-    is.glued_mse_error.clear();
-  }
-  if (!std::isfinite(was.best_mtf.centre))
-    is.best_mtf = is.best_uncured_mtf = is.current_mtf = is.current_uncured_mtf = MtfRecord();
-  return is;
-}
 
 bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
 
@@ -360,8 +344,7 @@ TrialTimes read_times_line(std::string_view line, const std::string& place) {
     times.algorithm_seconds = read_numbers(json.at("algorithm_seconds"));
     times.simulation_seconds = read_numbers(json.at("simulation_seconds"));
     times.truth_seconds = read_numbers(json.at("truth_seconds"));
-    if (const auto harness = json.find("harness_seconds"); harness != json.end())
-      times.harness_seconds = read_number(*harness);
+    times.harness_seconds = read_number(json.at("harness_seconds"));
     const Json& plugins = json.at("plugins");
     times.plugins.scene = plugins.at("scene").get<std::string>();
     times.plugins.noise_level = plugins.at("noise_level").get<std::string>();

@@ -58,7 +58,7 @@ struct TrialRecord {
   // Noise-free, at the last recommendation before the glue cures. NaN, and not written, where curing shifts nothing.
   double uncured_mse = std::numeric_limits<double>::quiet_NaN();
   // Noise-free, one value per step: after curing, if the lens were fixed at that step's commanded pose. Not written
-  // where curing shifts nothing, because it equals the step's commanded_mse; older records lack it as well.
+  // where curing shifts nothing, because it equals the step's commanded_mse.
   std::vector<double> glued_mse, glued_mse_error;
   // Noise-free, one value per step: after a move back to the pose of the lowest measured RMSE so far, and curing.
   // Written only where the stage has errors beyond the distortion, so that a pose depends on the moves before.
@@ -78,13 +78,6 @@ struct TrialRecord {
   std::vector<std::string> warnings;  // side effects the plugin left behind in its process
   std::vector<StepRecord> steps;
 };
-
-// Whether the record lacks the noise-free scores of the recommendation rules "best" and "current": an earlier version
-// wrote it, and curing shifts the lens or the specification asks for MTF. `closing` needs no steps.
-bool lacks_rules(const TrialRecord& closing);
-
-// `is` without the members that `was`, written by an earlier version, does not have: for comparing their bytes.
-TrialRecord with_members_of(const TrialRecord& was, TrialRecord is);
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
 // "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "crashed(sandbox)" (beyond its limits),

@@ -148,15 +148,7 @@ void ResultsWriter::open_files(OnDamage on_damage) {
       if (split.whole < text.size()) half_written.emplace_back(file, split.whole);
     }
   };
-  StepNumbersReader reader;
-  std::set<std::string> without_checksum;  // damaged trials
   for_each_block("trials", split_trials, [&](const std::string& file, const Block& block) {
-    if (!block.has_checksum)
-      if (std::optional<Damage> damage = damaged_step(block, file, reader)) {
-        without_checksum.insert(block.trial);
-        dropped_.push_back(std::move(*damage));
-        return;
-      }
     const TrialRecord trial = read_trial_line(block.closing, file).trial;
     finished_[block.trial] = {trial.scene, trial.noise_level, trial.protocol, trial.algorithm,
                               trial.end,   trial.message,     trial.instance, {}};
@@ -169,8 +161,7 @@ void ResultsWriter::open_files(OnDamage on_damage) {
   repaired_ = half_written.size();
   for (const auto& [file, whole] : half_written) cut_file(file, whole);
   if (dropped_.empty()) return;
-  for (const std::string& trial : without_checksum) finished_.erase(trial);
-  remove_blocks(folder_ / "trials", split_trials, without_checksum);
+  remove_blocks(folder_ / "trials", split_trials, {});
   remove_blocks(folder_ / "times", split_times, {});
 }
 
@@ -250,25 +241,6 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
   for (const auto& [id, trial] : finished_) keep.insert(id);
   arrange(folder_ / "trials", split_trials, places, keep);
   arrange(folder_ / "times", split_times, places, keep);
-}
-
-void replace_closing_lines(const fs::path& folder, const std::map<std::string, TrialRecord>& records) {
-  const ResultsLock lock(folder);
-  for (const fs::path& file : line_files(folder / "trials")) {
-    const std::string text = read_file(file, kMaxRecordBytes);
-    std::string written;
-    std::size_t copied = 0;  // bytes of `text`
-    for (const Block& block : split_trials(text, file.string()).blocks) {
-      const auto found = records.find(block.trial);
-      if (found == records.end()) continue;
-      const auto begin = static_cast<std::size_t>(block.text.data() - text.data());
-      const std::string steps(block.text.substr(0, block.text.size() - block.closing.size() - 1));
-      written += text.substr(copied, begin - copied) +
-                 with_checksum(steps + closing_line(found->second, found->second.steps.size()));
-      copied = begin + block.text.size() - 1;
-    }
-    if (copied > 0) write_file_atomically(file, written + text.substr(copied));
-  }
 }
 
 std::string log_file(const std::string& trial) { return "logs/" + trial + ".txt"; }

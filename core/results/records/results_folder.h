@@ -95,10 +95,6 @@ void require_folder(const std::filesystem::path& folder);
 // manifest.json of a folder, with its format checked; null when there is none.
 Json read_manifest(const std::filesystem::path& folder);
 
-// Rewrites the closing lines of these trials, atomically per file; step lines keep their bytes. Locks the folder.
-// Throws Error(io) when another process is writing the folder, or it cannot be written.
-void replace_closing_lines(const std::filesystem::path& folder, const std::map<std::string, TrialRecord>& records);
-
 // Reads every complete trial of a folder, in file order. Throws Error for unreadable, damaged or newer files;
 // calls `incomplete` for each trial that has steps but no closing line.
 std::vector<TrialRecord> read_trials(const std::filesystem::path& folder,

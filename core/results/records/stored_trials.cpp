@@ -37,7 +37,7 @@ void for_each_with_steps(
     scan_trials(
         file, found,
         [&](const TrialRecord& closing, const BlockPlace& block) {
-          if (unreadable && block.steps > 0) {  // the block has no checksum
+          if (unreadable && block.steps > 0) {  // and its checksum was made of that
             found.push_back(*unreadable);
             found.back().trial = closing.trial;
           } else {

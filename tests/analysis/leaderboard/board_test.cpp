@@ -9,7 +9,7 @@
 #include "leaderboard/made_evaluations.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
-#include "records/checksum.h"
+#include "resealed.h"
 
 namespace relign::leaderboard {
 namespace {
@@ -165,7 +165,7 @@ TEST_F(LeaderboardBoard, RefusesImpossibleScores) {
     std::string text, forged;
     std::istringstream lines(read_file(trials));
     for (std::string line; std::getline(lines, line);) {
-      forged = records::without_checksum(line);
+      forged = line;
       const std::size_t at = forged.find("\"" + key + "\":");
       if (at != std::string::npos) {
         const std::size_t begin = forged.find(':', at) + 1;
@@ -173,7 +173,7 @@ TEST_F(LeaderboardBoard, RefusesImpossibleScores) {
       }
       text += forged + "\n";
     }
-    write_file_atomically(trials, text);
+    write_file_atomically(trials, records::resealed(text));
     EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { board_of({folder}); }),
                 HasSubstr("(mine on relign_od rho0 #0) has '" + key + "' -1 at step 0"));
   }

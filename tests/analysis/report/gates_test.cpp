@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "records/checksum.h"
 #include "records/replays.h"
 #include "report/made_results.h"
 #include "report/page_json.h"
@@ -198,7 +199,7 @@ TEST_F(Gates, HarnessOverheadIsACaveatAndNoFailedGate) {
     times.trial = trial("a", 0, {}).trial;
     times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001};
     times.harness_seconds = seconds;
-    write_file_atomically(folder_ / "times" / "0000.jsonl", to_line(times) + "\n");
+    write_file_atomically(folder_ / "times" / "0000.jsonl", records::with_checksum(to_line(times)) + "\n");
     return to_json(page_model(load_results(folder_)));
   };
   const auto warns = Contains(HasSubstr("Harness overhead was 25 % of the scene's time"));

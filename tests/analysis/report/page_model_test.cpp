@@ -7,6 +7,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "records/checksum.h"
 #include "report/made_results.h"
 #include "report/page_json.h"
 #include "report/report.h"
@@ -209,6 +210,7 @@ TEST_F(Verdict, StatesTheYieldBeforeCuring) {
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, i < 2 ? 0.01 : 0.03}));
     trials.back().uncured_mse = i < 3 ? 0.01 * 0.01 : 0.03 * 0.03;
+    trials.back().glued_mse = trials.back().glued_mse_error = {0, 0};
   }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
@@ -289,8 +291,8 @@ TEST_F(Verdict, HasTheHarnessOverheadPerStep) {
     records::TrialTimes times;
     times.trial = trial("a", i, {}).trial;
     times.algorithm_seconds = times.simulation_seconds = times.truth_seconds = {0.001, 0.001, 0.001};
-    if (i > 0) times.harness_seconds = 30e-6;  // the first was recorded by an older version
-    lines += to_line(times) + "\n";
+    if (i > 0) times.harness_seconds = 30e-6;  // unknown of the first
+    lines += records::with_checksum(to_line(times)) + "\n";
   }
   write_file_atomically(folder_ / "times" / "0000.jsonl", lines);
   const Json harness = data()["ran"]["harness"];

@@ -118,29 +118,15 @@ TEST_F(Rules, FollowYieldWhereItIsThePrimaryMeasure) {
   EXPECT_LT(table.find("| a |"), table.find("| b |")) << "whose median is lower";
 }
 
-// With a cure shift, earlier versions scored the method's own recommendation only.
-TEST_F(Rules, ReportsMissingScores) {
+TEST_F(Rules, AreScoredAfterCuring) {
   std::vector<records::TrialRecord> trials = model_and_walker();
-  for (records::TrialRecord& one : trials) one.uncured_mse = 1e-4;
-  write(trials);
-  const Json by_own = data();
-  EXPECT_EQ(by_own["trials_without_rules"], 16);
-  EXPECT_EQ(by_own["verdict"][0]["best"], "model");
-  EXPECT_EQ(row(by_own["groups"][0], "model")["rules"]["best"].dump(), R"({"n":0})");
-  EXPECT_THAT(text_of(by_own, "rules_note"), HasSubstr("verify DIR --add-rules"));
-  EXPECT_THAT(Report(folder_).html(), HasSubstr("not recorded"));
-  EXPECT_THAT(
-      test::error_text(ErrorKind::bad_input, [&] { data(statistics::Rule::best); }),
-      AllOf(HasSubstr("16 trials of an earlier version have no scores for the rule 'best'"), HasSubstr("--add-rules")));
-
   for (records::TrialRecord& one : trials) {
+    one.uncured_mse = 1e-4;
     one.glued_mse = {1e-2, 4e-4, 9e-4};
     one.glued_mse_error = {0, 0, 0};
   }
-  std::filesystem::remove_all(folder_);
   write(trials);
   const Json complete = data(statistics::Rule::best);
-  EXPECT_FALSE(complete.contains("trials_without_rules"));
   EXPECT_NEAR(complete["groups"][0]["rows"][0]["recommended"]["median"], 0.02, 1e-12);
   EXPECT_NEAR(row(complete["groups"][0], "model")["rules"]["current"]["median"], 0.03, 1e-12);
 }

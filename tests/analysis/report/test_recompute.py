@@ -262,24 +262,6 @@ class Recompute(unittest.TestCase):
                       if row["recommended"]["n"]] for rule in ("own", "best"))
         self.assertNotEqual(own, best)
 
-    def test_a_replay_adds_what_older_records_lack(self):
-        with tempfile.TemporaryDirectory() as place:
-            subprocess.run(["cp", "-r", str(self.folder), place], check=True)
-            folder = pathlib.Path(place) / "results"
-            file = folder / "trials/0000.jsonl"
-            complete = file.read_text()
-            older = re.sub(r'"glued_mse":\[[^]]*\],"glued_mse_error":\[[^]]*\],|,"sha256":"[0-9a-f]*"', "", complete)
-            self.assertNotEqual(older, complete)
-            file.write_text(older)
-            self.assertIn("verify DIR --add-rules", program.call("report", folder, "--format", "md"))
-            with self.assertRaisesRegex(RuntimeError, "have no scores for the rule 'best'"):
-                program.call("report", folder, "--rule", "best", "--format", "json")
-            found = program.call("verify", folder, "--add-rules", "--suite-folder", self.place.name)
-            self.assertIn("added      the scores of the rules best and current", found)
-            # Only records that were written anew have a checksum again.
-            self.assertEqual(*(re.sub(',"sha256":"[0-9a-f]*"', "", text) for text in (file.read_text(), complete)))
-            self.assertIn("has the scores of all rules", program.call("verify", folder, "--add-rules"))
-
     def test_a_changed_record_is_noticed(self):
         with tempfile.TemporaryDirectory() as place:
             subprocess.run(["cp", "-r", str(self.folder), place], check=True)

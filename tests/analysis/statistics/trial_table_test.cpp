@@ -9,6 +9,7 @@
 #include "error_text.h"
 #include "records/checksum.h"
 #include "records/sample_records.h"
+#include "resealed.h"
 #include "statistics/made_table.h"
 
 namespace relign::statistics {
@@ -76,7 +77,7 @@ TEST_F(Table, KeepsWantedTrialsAndFirstRecords) {
   records::TrialRecord again = sample_trial("a");
   again.instance = 99;
   table({sample_trial("a"), sample_trial("b"), sample_trial("c")});
-  std::ofstream(folder_ / "trials" / "0000.jsonl", std::ios::app) << to_lines(again) << "\n"
+  std::ofstream(folder_ / "trials" / "0000.jsonl", std::ios::app) << records::with_checksum(to_lines(again)) << "\n"
                                                                   << step_line("b", again.steps[0]) << "\n"
                                                                   << step_line("d", again.steps[0]) << "\n";
   const ReadTable read = read_trial_table(folder_, [](const std::string& trial) { return trial != "c"; });
@@ -96,9 +97,9 @@ TEST_F(Table, ReadsReorderedMembers) {
       step.erase("trial");
       text += "{\"trial\":\"a\", " + step.dump().substr(1) + "\n";
     } else {
-      text += records::without_checksum(line) + "\n";
+      text += line + "\n";
     }
-  write_file_atomically(folder_ / "trials" / "0000.jsonl", text);
+  write_file_atomically(folder_ / "trials" / "0000.jsonl", records::resealed(text));
   const TrialTable after = read_trial_table(folder_).table;
   ASSERT_EQ(after.rows.size(), 1U);
   EXPECT_EQ(after.rows[0].last_of(Track::recommended), before.rows[0].last_of(Track::recommended));
@@ -114,12 +115,12 @@ TEST_F(Table, NamesTheDamagedLine) {
               HasSubstr("0000.jsonl:4: trial a is damaged"));
 }
 
-TEST_F(Table, NamesTheDamagedLineOfARecordWithoutChecksum) {
+TEST_F(Table, NamesTheLineThatWasEditedTogetherWithItsChecksum) {
   table({sample_trial("a")});
-  std::string text = records::without_checksum(read_file(folder_ / "trials" / "0000.jsonl"));
+  std::string text = read_file(folder_ / "trials" / "0000.jsonl");
   const std::size_t second = text.find('\n') + 1;
   text.replace(text.find("\"measured\":", second), 13, "\"measured\":x");
-  write_file_atomically(folder_ / "trials" / "0000.jsonl", text);
+  write_file_atomically(folder_ / "trials" / "0000.jsonl", records::resealed(text));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trial_table(folder_); }), HasSubstr("0000.jsonl:2"));
 }
 

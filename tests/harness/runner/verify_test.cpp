@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "base/hash.h"
-#include "records/checksum.h"
+#include "resealed.h"
 #include "runner/frozen_plan.h"
 #include "runner/verify_folder.h"
 #include "toy_suites.h"
@@ -27,14 +27,14 @@ class VerifyTest : public ToyTest {
     options.workers = 2;
     return options;
   }
-  // As a forger does it, who takes the checksums away.
+  // As a forger does it, who renews the checksums.
   void change(const std::string& file, const std::string& from, const std::string& to) {
     std::istringstream lines(read_file(folder_ / file));
     std::string text;
     for (std::string line; std::getline(lines, line);) text += records::without_checksum(line) + "\n";
     const std::size_t at = text.find(from);
     ASSERT_NE(at, std::string::npos) << from;
-    write_file_atomically(folder_ / file, text.replace(at, from.size(), to));
+    write_file_atomically(folder_ / file, records::resealed(text.replace(at, from.size(), to)));
   }
   void edit_manifest(const std::function<void(Json&)>& edit) {
     Json manifest = records::read_manifest(folder_ / "a");
@@ -272,7 +272,7 @@ TEST_F(VerifyTest, CountsPlannedTrialsWithoutRecord) {
   std::vector<records::TrialRecord> kept = records::read_trials(folder_ / "a");
   kept.pop_back();
   std::string text;
-  for (const records::TrialRecord& record : kept) text += records::to_lines(record) + "\n";
+  for (const records::TrialRecord& record : kept) text += records::with_checksum(records::to_lines(record)) + "\n";
   for (const auto& file : std::filesystem::directory_iterator(folder_ / "a/trials")) std::filesystem::remove(file);
   write_file_atomically(folder_ / "a/trials/0000.jsonl", text);
   const VerifySummary summary = check("a");

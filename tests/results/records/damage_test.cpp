@@ -37,7 +37,8 @@ TEST(Checksum, IsTheHashOfTheLinesWithoutIt) {
   EXPECT_EQ(without_checksum(sealed), lines);
   EXPECT_EQ(without_checksum(sealed + "\n"), lines + "\n");
   EXPECT_EQ(without_checksum(lines), lines);
-  EXPECT_TRUE(line_is_intact(to_line(sample_times("aa"))));
+  EXPECT_TRUE(line_is_intact(with_checksum(to_line(sample_times("aa")))));
+  EXPECT_FALSE(line_is_intact(to_line(sample_times("aa"))));
 }
 
 class Damaged : public testing::Test {
@@ -189,28 +190,16 @@ TEST_F(Damaged, TimesAreNamedAndTheirTrialLosesItsPlugins) {
   EXPECT_EQ(writer.finished().at(kIds[0]).plugins.algorithm, "") << "which makes a run repeat the trial";
 }
 
-// Records of earlier versions have no checksum: they are read as before, and damage is found where it breaks a line.
-TEST_F(Damaged, RecordsWithoutChecksumsAreRead) {
-  std::string older;
-  for (const Block& block : split_trials(trials_, "f").blocks) older += without_checksum(block.text);
-  EXPECT_THAT(older, Not(HasSubstr("sha256")));
-  write(older);
-  EXPECT_THAT(intact(), ElementsAre(kIds[0], kIds[1], kIds[2]));
-  EXPECT_THAT(kept(), SizeIs(3));
-  EXPECT_EQ(read_file(folder_ / "a/trials/0000.jsonl"), older);
-  older.replace(older.find("\"measured\":", older.find(kIds[1])), 13, "\"measured\":x");
-  write(older);
-  EXPECT_THAT(intact(), ElementsAre(kIds[0], kIds[2]));
+TEST_F(Damaged, RecordsWithoutChecksumsAreDamaged) {
+  const std::string second(split_trials(trials_, "f").blocks[1].text);
+  std::string changed = trials_;
+  write(changed.replace(changed.find(second), second.size(), without_checksum(second)));
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { ResultsWriter writer(folder_ / "a"); }),
-              HasSubstr("a/trials/0000.jsonl:5: trial 00000000000000bb is damaged: invalid JSON"));
+              HasSubstr("a/trials/0000.jsonl:8: trial 00000000000000bb is damaged: its closing line has no checksum"));
+  EXPECT_THAT(intact(), ElementsAre(kIds[0], kIds[2]));
+  write_file_atomically(folder_ / "a/times/0000.jsonl", without_checksum(times_));
+  EXPECT_THAT(split_times(read_file(folder_ / "a/times/0000.jsonl"), "f").damaged, SizeIs(1));
   EXPECT_THAT(kept(), ElementsAre(kIds[0], kIds[2]));
-}
-
-TEST_F(Damaged, CompletedRecordsGetANewChecksum) {
-  TrialRecord completed = read_trials(folder_ / "a")[1];
-  completed.uncured_mse = 1e-5;
-  replace_closing_lines(folder_ / "a", {{kIds[1], completed}});
-  EXPECT_EQ(read_trials(folder_ / "a")[1].uncured_mse, 1e-5);
 }
 
 }  // namespace

@@ -168,21 +168,6 @@ TEST_F(MergeTest, RejectsDifferentAlgorithmsOfOneName) {
               testing::AllOf(HasSubstr("w0"), HasSubstr("x0"), HasSubstr("both walker on toy calm #0")));
 }
 
-TEST_F(MergeTest, JoinsRecordsWithAndWithoutChecksums) {
-  const fs::path a = make("a", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
-  const fs::path b = make("b", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
-  const std::string text = bytes("b/trials/0000.jsonl");
-  std::string older;
-  for (const Block& block : split_trials(text, "f").blocks) older += without_checksum(block.text);
-  write_file_atomically(b / "trials/0000.jsonl", older);
-  const MergeSummary summary = join({a, b});
-  EXPECT_EQ(summary.duplicates, 2U);
-  EXPECT_EQ(summary.disagreeing, 0U);
-  EXPECT_EQ(bytes("out/trials/0000.jsonl"), bytes("a/trials/0000.jsonl"));
-  EXPECT_EQ(join({b}, "older").trials, 2U);
-  EXPECT_EQ(bytes("older/trials/0000.jsonl"), older);
-}
-
 TEST_F(MergeTest, TakesDamagedTrialsFromOtherFolders) {
   const fs::path a = make("a", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));
   const fs::path b = make("b", {trial("w0"), trial("w1")}, manifest({"walker"}, {"w0", "w1"}));

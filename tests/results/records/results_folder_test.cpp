@@ -11,6 +11,7 @@
 
 #include "base/files.h"
 #include "error_text.h"
+#include "records/checksum.h"
 #include "sample_records.h"
 
 namespace relign::records {
@@ -121,7 +122,7 @@ TEST_F(ResultsFolderTest, ReportsDamageInTheMiddleWithItsLine) {
     writer.write_manifest({{"format", 1}});
     add(writer, 0, "aa");
   }
-  add_text("trials/0000.jsonl", "what is this\n" + to_lines(sample_trial("bb")) + "\n");
+  add_text("trials/0000.jsonl", "what is this\n" + with_checksum(to_lines(sample_trial("bb"))) + "\n");
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { read_trials(folder_); }), HasSubstr("0000.jsonl:5"));
   // A step line that got lost.
   std::string lines = to_lines(sample_trial("aa")) + "\n";

@@ -101,9 +101,7 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   const double none = std::numeric_limits<double>::quiet_NaN();
   comparison.number("own_optimum_mse", was.has_own_optimum ? was.own_optimum_mse : none,
                     is.has_own_optimum ? is.own_optimum_mse : none);
-  // Older records lack it.
-  if (!was.own_optimum_pose.empty() && !is.own_optimum_pose.empty())
-    comparison.numbers("own_optimum_pose", was.own_optimum_pose, is.own_optimum_pose);
+  comparison.numbers("own_optimum_pose", was.own_optimum_pose, is.own_optimum_pose);
   comparison.number("uncured_mse", was.uncured_mse, is.uncured_mse);
   const auto mtf = [&comparison](const char* centre, const char* corner, const MtfRecord& a, const MtfRecord& b) {
     comparison.number(centre, a.centre, b.centre);
@@ -112,20 +110,15 @@ void compare_closing(const TrialRecord& was, const TrialRecord& is, Comparison& 
   mtf("mtf_centre", "mtf_corner", was.mtf, is.mtf);
   mtf("uncured_mtf_centre", "uncured_mtf_corner", was.uncured_mtf, is.uncured_mtf);
   mtf("own_optimum_mtf_centre", "own_optimum_mtf_corner", was.own_optimum_mtf, is.own_optimum_mtf);
-  // Older records lack them.
-  if (!was.glued_mse.empty() && !is.glued_mse.empty()) {
-    comparison.numbers("glued_mse", was.glued_mse, is.glued_mse);
-    comparison.numbers("glued_mse_error", was.glued_mse_error, is.glued_mse_error);
-  }
+  comparison.numbers("glued_mse", was.glued_mse, is.glued_mse);
+  comparison.numbers("glued_mse_error", was.glued_mse_error, is.glued_mse_error);
   comparison.numbers("best_mse", was.best_mse, is.best_mse);
   comparison.numbers("best_mse_error", was.best_mse_error, is.best_mse_error);
   comparison.number("best_uncured_mse", was.best_uncured_mse, is.best_uncured_mse);
-  if (std::isfinite(was.best_mtf.centre) && std::isfinite(is.best_mtf.centre)) {
-    mtf("best_mtf_centre", "best_mtf_corner", was.best_mtf, is.best_mtf);
-    mtf("best_uncured_mtf_centre", "best_uncured_mtf_corner", was.best_uncured_mtf, is.best_uncured_mtf);
-    mtf("current_mtf_centre", "current_mtf_corner", was.current_mtf, is.current_mtf);
-    mtf("current_uncured_mtf_centre", "current_uncured_mtf_corner", was.current_uncured_mtf, is.current_uncured_mtf);
-  }
+  mtf("best_mtf_centre", "best_mtf_corner", was.best_mtf, is.best_mtf);
+  mtf("best_uncured_mtf_centre", "best_uncured_mtf_corner", was.best_uncured_mtf, is.best_uncured_mtf);
+  mtf("current_mtf_centre", "current_mtf_corner", was.current_mtf, is.current_mtf);
+  mtf("current_uncured_mtf_centre", "current_uncured_mtf_corner", was.current_uncured_mtf, is.current_uncured_mtf);
   for (const Criterion criterion : kCriteria)
     comparison.numbers(criterion_name(criterion), was.criteria[criterion], is.criteria[criterion]);
   comparison.numbers("criterion_optimum_pose", was.criterion_optimum_pose, is.criterion_optimum_pose);
