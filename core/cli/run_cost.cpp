@@ -38,7 +38,7 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
   std::vector<double> optimum = nominal;
   if (facts.truth)
     if (const auto own = lens.own_optimum(instance.seed, facts.axes.size())) optimum = own->true_pose;
-  const trials::FieldValues design = criteria.needs_fields()
+  const trials::FieldValues design = criteria.needs(CriterionNeeds::fields)
                                          ? trials::measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
                                          : trials::FieldValues();
   cost.instance = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "plugin_host/objects.h"
-#include "trials/criteria.h"
+#include "trials/judge.h"
 #include "trials/scene_facts.h"
 
 namespace relign::cli {

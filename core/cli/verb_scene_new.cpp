@@ -19,7 +19,7 @@
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
 #include "optics/glass.h"
-#include "trials/criteria.h"
+#include "trials/judge.h"
 
 namespace relign::cli {
 namespace {
@@ -116,6 +116,7 @@ void complete_camera(Context& context, const fs::path& draft, lens_files::Layout
                 "slanted_edges with squares of at least 40 pixels on the sensor: use more pixels or such a target");
   trials::Criteria criteria;
   criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
+  criteria.judged[Criterion::field_mtf] = true;
   for (std::size_t field = 0; field < loaded.facts.fields.size(); ++field)
     criteria.field_mtf.push_back({static_cast<std::uint32_t>(field), 1, 1});
   plugin_host::MountedAssembly design_lens = loaded.scene->mount("{}");

@@ -39,9 +39,9 @@ struct TryArguments {
 constexpr int kDecimals = 5;  // of an RMSE
 
 // Noise-free errors are accurate to 1e-4.
-std::string noise_free_text(const trials::Truth& truth) {
-  if (std::isnan(truth.mse)) return "unknown";
-  const double rmse = displayed_rmse(truth.mse);
+std::string noise_free_text(double mse) {
+  if (std::isnan(mse)) return "unknown";
+  const double rmse = displayed_rmse(mse);
   return rmse < 1e-4 ? "<0.0001" : fixed(rmse, kDecimals);
 }
 
@@ -60,26 +60,26 @@ std::string row(const trials::Step& step) {
     pose += buffer;
   }
   char buffer[64 + 64 * 16];
-  std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.number, pose.c_str(),
+  std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.step, pose.c_str(),
                 fixed(step.merit, kDecimals).c_str(),
-                (step.regions.empty() ? fixed(step.measured_rmse, kDecimals) : "regions").c_str(),
-                noise_free_text(step.commanded_truth).c_str(), noise_free_text(step.recommended_truth).c_str());
+                (step.regions.empty() ? fixed(step.measured, kDecimals) : "regions").c_str(),
+                noise_free_text(step.commanded_mse).c_str(), noise_free_text(step.recommended_mse).c_str());
   return buffer;
 }
 
 Json to_json(const trials::Step& step) {
-  Json json = {{"step", step.number},
+  Json json = {{"step", step.step},
                {"commanded_pose", step.commanded_pose},
                {"true_pose", step.true_pose},
                {"merit", step.merit},
-               {"measured", step.measured_rmse},
+               {"measured", step.measured},
                {"machine_seconds", step.machine_seconds},
                {"recommended_pose", step.recommended_pose},
-               {"recommendation", trials::recommendation_source_name(step.recommendation_source)},
-               {"commanded_mse", step.commanded_truth.mse},
-               {"commanded_mse_error", step.commanded_truth.standard_error},
-               {"recommended_mse", step.recommended_truth.mse},
-               {"recommended_mse_error", step.recommended_truth.standard_error}};
+               {"recommendation", step.recommendation},
+               {"commanded_mse", step.commanded_mse},
+               {"commanded_mse_error", step.commanded_mse_error},
+               {"recommended_mse", step.recommended_mse},
+               {"recommended_mse_error", step.recommended_mse_error}};
   if (!step.regions.empty()) json["regions"] = valid_json(to_json_text(step.regions));
   return json;
 }
@@ -184,8 +184,8 @@ int run_try(Context& context, TryArguments arguments) {
   if (const auto prepared = pretraining_of(scene, level, algorithm, setup.terms.protocol, setup.terms.merit, services))
     setup.prepared = *prepared;
   setup.callbacks.on_step = [&](const trials::Step& step, const float* pixels) {
-    if (!context.json) print_result((step.number == 0 ? header(scene.facts.axes.size()) : "") + row(step));
-    if (!arguments.frames.empty()) save_frame(arguments.frames, step.number, scene.facts, pixels);
+    if (!context.json) print_result((step.step == 0 ? header(scene.facts.axes.size()) : "") + row(step));
+    if (!arguments.frames.empty()) save_frame(arguments.frames, step.step, scene.facts, pixels);
   };
   return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts.truth);
 }

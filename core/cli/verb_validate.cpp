@@ -7,10 +7,9 @@
 #include "cli/workbench.h"
 #include "records/specification.h"
 #include "report/spec_words.h"
-#include "runner/criteria.h"
 #include "runner/levels.h"
 #include "runner/merits.h"
-#include "runner/mtf_check.h"
+#include "runner/spec_check.h"
 #include "runner/stations.h"
 #include "suites/suite.h"
 
@@ -83,7 +82,7 @@ int validate(Context& context, const std::string& file) {
     const bool owns_stage = facts[i].owns_stage;
     station = station || owns_stage;
     const trials::Criteria criteria =
-        runner::criteria_of(records::specification_of(suite.spec, facts[i].spec), facts[i]);
+        trials::criteria_of(records::specification_of(suite.spec, facts[i].spec), facts[i]);
     // Does not move hardware.
     const RunCost cost = owns_stage ? RunCost{}
                                     : measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice, criteria,

@@ -124,8 +124,7 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
 // Saves the verdict for report and leaderboard. A read-only results folder is not an error.
 void save_verdict(const VerifyArguments& arguments, const runner::VerifySummary& summary) {
   Json details = to_json(summary);
-  for (const char* long_list : {"damaged", "differences", "changes", "failed_checks"})
-    details.erase(long_list);
+  for (const char* long_list : {"damaged", "differences", "changes", "failed_checks"}) details.erase(long_list);
   records::Replays replays;
   replays.all = {summary.recorded, summary.replayed, summary.equal};
   replays.methods = summary.methods;
@@ -172,7 +171,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   std::size_t frames = 0;
   if (!arguments.frames.empty())
     options.on_step = [&](const trials::SceneFacts& facts, const trials::Step& step, const float* pixels) {
-      save_frame(arguments.frames, step.number, facts, pixels);
+      save_frame(arguments.frames, step.step, facts, pixels);
       ++frames;
     };
   runner::VerifySummary summary;

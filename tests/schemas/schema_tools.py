@@ -3,11 +3,13 @@
 import copy
 import json
 import pathlib
+import re
 
 from jsonschema import Draft7Validator
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "docs/schemas"
 UNKNOWN = "zqx_unknown"
+HEAD = ("$schema", "title", "description")
 
 
 def names():
@@ -15,7 +17,13 @@ def names():
 
 
 def load(name):
-    return json.loads((FOLDER / f"{name}.schema.json").read_text())
+    """The schema with the parts of other files that it refers to among its definitions."""
+    text = (FOLDER / f"{name}.schema.json").read_text()
+    schema = json.loads(re.sub(r'"(\w+)\.schema\.json(?:#/definitions/(\w+))?"', lambda ref: f'"#/definitions/{ref[2] or ref[1]}"', text))
+    for other in set(re.findall(r'"\$ref": "(\w+)\.schema\.json', text)):
+        whole = load(other)
+        schema["definitions"].update({**whole.pop("definitions", {}), other: {k: v for k, v in whole.items() if k not in HEAD}})
+    return schema
 
 
 def validator(name):

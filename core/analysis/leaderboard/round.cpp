@@ -87,7 +87,8 @@ struct Trials {
       return;
     }
     images.push_back(row.steps);
-    machine_seconds.push_back(std::isnan(row.recommended_seconds) ? row.machine_seconds : row.recommended_seconds);
+    machine_seconds.push_back(std::isnan(row.recommended_seconds()) ? row.machine_seconds()
+                                                                    : row.recommended_seconds());
     compute_seconds.push_back(row.algorithm_ms_per_step * row.last_step / 1000);
   }
 };

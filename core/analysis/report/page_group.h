@@ -46,7 +46,7 @@ struct TimeToSpec {
 
 // One criterion of the specification, or all of them.
 struct CriterionScore {
-  std::string name;  // "rmse", "field_mtf_deficit", "centre_px", ..., "all"
+  std::string name;  // "rmse", the column of a criterion, or "all"
   Share share;       // at the end
   TimeToSpec time;
   statistics::Interval seconds;  // of time.seconds

@@ -186,7 +186,7 @@ static void write(Json& json, const Group::Friedman& friedman) {
 }
 
 static void put_spec(Json& json, const Group& group) {
-  const auto put_limit = [](Json& of, const char* name, double limit) {
+  const auto put_limit = [](Json& of, std::string_view name, double limit) {
     if (std::isfinite(limit)) of[name] = limit;
   };
   const records::Specification& spec = group.spec;
@@ -198,8 +198,8 @@ static void put_spec(Json& json, const Group& group) {
     put_limit(mtf, "corner", spec.mtf_corner);
     if (spec.diffraction) mtf["diffraction"] = true;
   }
-  for (const records::Criterion one : records::kCriteria)
-    if (!std::isnan(spec.limits[one])) put_limit(json["spec_criteria"], records::criterion_name(one), spec.limits[one]);
+  for (const Criterion one : kCriteria)
+    if (!std::isnan(spec.limits[one])) put_limit(json["spec_criteria"], entry_of(one).column, spec.limits[one]);
   if (spec.limits_anything()) put(json, "cannot_meet_spec", group.cannot_meet_spec, "infeasible", group.infeasible);
 }
 

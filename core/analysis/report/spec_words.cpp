@@ -1,6 +1,5 @@
 #include "report/spec_words.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
@@ -11,28 +10,18 @@ std::string criterion_words(const std::string& name, const records::Specificatio
   constexpr int kDigits = 3;
   if (name == "rmse") return "RMSE " + significant(spec.rmse, kDigits);
   if (name == "all") return "all";
-  const auto limit = [&](records::Criterion one) { return " " + significant(spec.limits[one], kDigits); };
-  switch (*std::find_if(records::kCriteria.begin(), records::kCriteria.end(),
-                        [&](records::Criterion one) { return name == records::criterion_name(one); })) {
-    case records::Criterion::field_mtf:
-      return "MTF by field at " + significant(spec.field_mtf.lp_per_mm, kDigits) + " lp/mm";
-    case records::Criterion::centre:
-      return "optical centre" + limit(records::Criterion::centre) + " px";
-    case records::Criterion::rotation:
-      return "rotation" + limit(records::Criterion::rotation) + " px";
-    case records::Criterion::pose:
-      return "position" + limit(records::Criterion::pose) + " \u00b5m";
-    case records::Criterion::tilt:
-      return "tilt" + limit(records::Criterion::tilt) + "\u2032";
-  }
-  return name;
+  const Criterion one = criterion_named(name);
+  const CriterionEntry& entry = entry_of(one);
+  if (one == Criterion::field_mtf)
+    return std::string(entry.words) + " at " + significant(spec.field_mtf.lp_per_mm, kDigits) + " lp/mm";
+  return std::string(entry.words) + " " + significant(spec.limits[one], kDigits) + std::string(entry.unit);
 }
 
 static std::string criteria_words(const records::Specification& spec) {
   std::string words;
-  for (const records::Criterion one : records::kCriteria)
+  for (const Criterion one : kCriteria)
     if (!std::isnan(spec.limits[one]))
-      words += (words.empty() ? "" : ", ") + criterion_words(records::criterion_name(one), spec);
+      words += (words.empty() ? "" : ", ") + criterion_words(std::string(entry_of(one).column), spec);
   return words;
 }
 
@@ -59,7 +48,7 @@ std::string spec_sentence(const std::vector<Group>& groups) {
   }
   if (common.empty()) return "";
   const records::Specification& spec = groups.front().spec;
-  const bool by_field = !std::isnan(spec.limits[records::Criterion::field_mtf]);
+  const bool by_field = !std::isnan(spec.limits[Criterion::field_mtf]);
   if (!spec.limits_mtf())
     return common + " at the final pose" + (by_field ? std::string("; ") + mtf_kind_words(spec) : "");
   return common + " at the final pose; MTF of the lens, " + mtf_kind(spec) + ", evaluated once at the end";

@@ -20,7 +20,7 @@ struct CurvePoint {
   std::array<Interval, kTracks.size()> bands;  // of the medians; NaN where not computed
   double machine_seconds = kMissing;           // simulated, median
   // Of the specification: medians over the trials, and the share of those that meet everything; NaN without.
-  records::ByCriterion<double> criteria = records::Specification::none();
+  ByCriterion<double> criteria = records::Specification::none();
   double in_spec = kMissing;
   double cycle_seconds = kMissing;  // of a whole cycle (cycle.h) that ends alignment here, from medians
 };

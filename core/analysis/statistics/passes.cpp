@@ -20,7 +20,7 @@ std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::si
     bool& passed = passes[found->second][row.instance];
     if (!row.counts()) continue;
     const double rmse = row.last_of(track_of(rule));
-    const records::MtfRecord& mtf = table.mtf_of(row).glued[rule];
+    const records::MtfRecord& mtf = table.mtf_of(row).by[rule][Curing::after];
     Known& what = known[found->second];
     what.truth = what.truth || !std::isnan(rmse);
     what.mtf = what.mtf || !std::isnan(mtf.centre);

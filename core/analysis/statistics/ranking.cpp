@@ -36,7 +36,7 @@ std::vector<RankingRow> ranking(const TrialTable& table, Rule rule) {
     row.best_measured = quantiles(last_values(table, series, Track::best));
     row.measured_only = row.recommended.n == 0 && row.best_measured.n > 0;
     row.machine_seconds_median = median_of(table, series, [](const TrialRow& trial) {
-      return std::isnan(trial.recommended_seconds) ? trial.machine_seconds : trial.recommended_seconds;
+      return std::isnan(trial.recommended_seconds()) ? trial.machine_seconds() : trial.recommended_seconds();
     });
     row.algorithm_ms_per_step_median =
         median_of(table, series, [](const TrialRow& trial) { return trial.algorithm_ms_per_step; });

@@ -11,7 +11,7 @@ namespace relign::statistics {
 
 namespace {
 
-double criterion_at(const ReadTrial& trial, records::Criterion criterion, std::size_t step) {
+double criterion_at(const ReadTrial& trial, Criterion criterion, std::size_t step) {
   const std::vector<double>& values = trial.stored.closing().criteria[criterion];
   return step < values.size() ? values[step] : kMissing;
 }
@@ -19,12 +19,12 @@ double criterion_at(const ReadTrial& trial, records::Criterion criterion, std::s
 }  // namespace
 
 std::vector<bool> met_by_step(const TrialTable& table, const records::Specification& spec, const ReadTrial& trial) {
-  const records::MtfRecord& mtf = table.mtf_of(trial.row).glued[Rule::own];
+  const records::MtfRecord& mtf = table.mtf_of(trial.row).by[Rule::own][Curing::after];
   std::vector<bool> met(trial.steps.size(), spec.mtf_met_by(mtf.centre, mtf.corner));
   const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own));
   for (std::size_t step = 0; step < met.size(); ++step) {
     met[step] = met[step] && (std::isnan(spec.rmse) || rmse[step] <= spec.rmse);
-    for (const records::Criterion one : records::kCriteria)
+    for (const Criterion one : kCriteria)
       if (!std::isnan(spec.limits[one])) met[step] = met[step] && spec.meets(one, criterion_at(trial, one, step));
   }
   return met;
@@ -35,8 +35,8 @@ SpecArrivals::SpecArrivals(const TrialTable& table, const Series& series, const 
     : table_(table), spec_(spec), cycle_(cycle), failed_(series.failed) {
   if (!spec.limits_criteria()) return;
   if (!std::isnan(spec.rmse)) arrivals_.emplace_back("rmse");
-  for (const records::Criterion one : records::kCriteria)
-    if (!std::isnan(spec.limits[one])) arrivals_.emplace_back(records::criterion_name(one));
+  for (const Criterion one : kCriteria)
+    if (!std::isnan(spec.limits[one])) arrivals_.emplace_back(std::string(entry_of(one).column));
   arrivals_.emplace_back("all");
   curve_.resize(series.largest_budget + std::size_t{1});
 }
@@ -70,7 +70,7 @@ void SpecArrivals::add(const ReadTrial& trial) {
     const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own));
     judge([&](std::size_t step) { return rmse[step] <= spec_.rmse; });
   }
-  for (const records::Criterion one : records::kCriteria) {
+  for (const Criterion one : kCriteria) {
     if (std::isnan(spec_.limits[one])) continue;
     judge([&](std::size_t step) { return spec_.meets(one, criterion_at(trial, one, step)); });
     for (std::size_t step = 0; step < curve_.size(); ++step)
@@ -98,7 +98,7 @@ void SpecArrivals::finish(SeriesStudy& study) const {
     study.cycle_to_spec = median_steps(kaplan_meier(cycles));
   for (std::size_t step = 0; step < curve_.size() && step < study.curve.points.size(); ++step) {
     CurvePoint& point = study.curve.points[step];
-    for (const records::Criterion one : records::kCriteria)
+    for (const Criterion one : kCriteria)
       if (!curve_[step].values[one].empty()) point.criteria[one] = quantiles(curve_[step].values[one]).median;
     point.in_spec = static_cast<double>(curve_[step].met) / static_cast<double>(trials);
   }

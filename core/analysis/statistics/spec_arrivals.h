@@ -33,7 +33,7 @@ class SpecArrivals {
     std::vector<TargetTime> steps, seconds, cycles;
   };
   struct AtStep {
-    records::ByCriterion<std::vector<double>> values;
+    ByCriterion<std::vector<double>> values;
     std::size_t met = 0;
   };
   void arrive(Arrival& arrival, const std::vector<bool>& met, const ReadTrial& trial) const;

@@ -85,7 +85,7 @@ class Arrivals {
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
       if (std::isnan(spec_.rmse) || spec_.limits_criteria()) continue;
       TargetTime time = times_to_targets(rmse, {spec_.rmse}, censored_at).front();
-      const records::MtfRecord& mtf = table_.mtf_of(trial.row).glued[rule];
+      const records::MtfRecord& mtf = table_.mtf_of(trial.row).by[rule][Curing::after];
       if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {censored_at, false};
       steps_[rule].push_back(time);
       // In seconds, trials that do not reach the specification are censored at infinity: budgets are in steps, and
@@ -196,7 +196,7 @@ void count_uncured(const TrialTable& table, const Series& series, const records:
   std::size_t known = 0;
   for (const std::uint32_t trial : series.trials) {
     const TrialRow& row = table.rows[trial];
-    const records::MtfRecord& mtf = table.mtf_of(row).uncured[rule];
+    const records::MtfRecord& mtf = table.mtf_of(row).by[rule][Curing::before];
     if (std::isnan(row.uncured[rule])) continue;
     ++known;
     study.in_spec_uncured += spec.met_by(row.uncured[rule], mtf.centre, mtf.corner) ? 1 : 0;
@@ -272,8 +272,8 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     const bool has_ground_truth = std::any_of(rmse.begin(), rmse.end(), [](double one) { return !std::isnan(one); });
     std::vector<double> centre, corner;
     for (const std::uint32_t trial : series.trials) {
-      centre.push_back(table.mtf_of(table.rows[trial]).glued[rule].centre);
-      corner.push_back(table.mtf_of(table.rows[trial]).glued[rule].corner);
+      centre.push_back(table.mtf_of(table.rows[trial]).by[rule][Curing::after].centre);
+      corner.push_back(table.mtf_of(table.rows[trial]).by[rule][Curing::after].corner);
     }
     const Quantiles mtf_centre = quantiles(centre), mtf_corner = quantiles(corner);
     const bool has_mtf = !spec.limits_mtf() || mtf_centre.n > 0;

@@ -71,7 +71,7 @@ struct RuleScore {
 
 // One criterion of a specification that is judged after every step, RMSE, or all of them together.
 struct ArrivalStudy {
-  std::string name;         // criterion_name, "rmse" or "all"
+  std::string name;         // column of a criterion, "rmse" or "all"
   std::size_t in_spec = 0;  // at the last recommendation
   Band share;               // of all trials; failed ones miss
   ExpectedSteps expected;   // steps to the first recommendation that meets it

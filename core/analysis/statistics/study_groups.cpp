@@ -65,7 +65,7 @@ void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
       const bool has_mtf = !std::isnan(mtf.own_optimum.centre);
       if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
           (has_mtf && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)) ||
-          table.criteria_of(row).optimum_deficit > spec.limits[records::Criterion::field_mtf])
+          table.criteria_of(row).optimum_deficit > spec.limits[Criterion::field_mtf])
         found.insert(row.instance);
       // The pose of lowest RMSE need not have the highest MTF: an instance that some method brought in is feasible.
       if ((spec.limits_mtf() || spec.limits_criteria()) && table.meets(row, spec, rule)) met.insert(row.instance);

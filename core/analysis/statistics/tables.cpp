@@ -43,8 +43,7 @@ std::string curves_csv(const std::vector<Curve>& curves) {
     return !curve.points.empty() && !std::isnan(curve.points.front().in_spec);
   });
   if (judged) {
-    for (const records::Criterion one : records::kCriteria)
-      csv += std::string(",") + records::criterion_name(one) + "_median";
+    for (const Criterion one : kCriteria) csv += "," + std::string(entry_of(one).column) + "_median";
     csv += ",in_spec";
   }
   // Only with a cycle, so that other tables keep their bytes.
@@ -120,11 +119,17 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   // Only with a specification of MTF, so that other tables keep their bytes.
   const char* mtf_columns =
       table.has_mtf() ? ",mtf_centre,mtf_corner,own_optimum_mtf_centre,own_optimum_mtf_corner" : "";
-  csv += std::string(",machine_seconds,recommended_seconds,recommendation,message") + mtf_columns;
+  records::StepRecord none;
+  records::step_columns(
+      [&csv](const records::Column& column, const auto&) {
+        if (column.is(records::kTabled)) (csv += ',') += column.key;
+      },
+      none);
+  csv += std::string(",recommendation,message") + mtf_columns;
   for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
     csv += std::string(",") + track_name(kTracks[track]);
   if (table.has_criteria()) {
-    for (const records::Criterion one : records::kCriteria) csv += std::string(",") + records::criterion_name(one);
+    for (const Criterion one : kCriteria) csv += "," + std::string(entry_of(one).column);
     csv += ",own_optimum_field_mtf_deficit";
   }
   write(csv + "\n");
@@ -136,11 +141,11 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
           field(series.algorithm) + ',' + std::to_string(row.instance) + ',' + field(table.text(row.end)) + ',' +
           (row.steps == 0 ? "" : std::to_string(row.last_step)) + ',' + std::to_string(row.budget);
     for (std::size_t track = 0; track < kTracksBeforeTheClock; ++track) csv += score(row.last[track]);
-    csv += ',' + field(row.machine_seconds) + ',' + field(row.recommended_seconds) + ',' +
-           field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
+    for (const double value : row.tabled) csv += ',' + field(value);
+    csv += ',' + field(table.text(row.recommendation)) + ',' + field(one_line(table.text(row.message)));
     if (table.has_mtf()) {
       const TrialMtf& mtf = table.mtf_of(row);
-      const records::MtfRecord& glued = mtf.glued[Rule::own];
+      const records::MtfRecord& glued = mtf.by[Rule::own][Curing::after];
       csv += score(glued.centre) + score(glued.corner) + ',' + field(mtf.own_optimum.centre) + ',' +
              field(mtf.own_optimum.corner);
     }

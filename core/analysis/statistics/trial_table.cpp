@@ -58,16 +58,15 @@ class TableBuilder {
     row.budget = closing.budget;
     row.steps = static_cast<unsigned>(steps.size());
     row.ended_well = records::ended_well(closing.end);
-    if (closing.has_own_optimum) row.own_optimum_mse = closing.own_optimum_mse;
-    const TrialMtf mtf{{{closing.mtf, closing.best_mtf, closing.current_mtf}},
-                       {{closing.uncured_mtf, closing.best_uncured_mtf, closing.current_uncured_mtf}},
-                       closing.own_optimum_mtf};
-    if (std::isfinite(closing.mtf.centre) || std::isfinite(mtf.own_optimum.centre)) {
+    row.own_optimum_mse = closing.own_optimum.mse;
+    const records::Scores& scores = closing.scores;
+    const TrialMtf mtf{scores.mtf, closing.own_optimum.mtf};
+    if (std::isfinite(mtf.by[Rule::own][Curing::after].centre) || std::isfinite(mtf.own_optimum.centre)) {
       row.mtf = static_cast<std::uint32_t>(table_.mtf.size());
       table_.mtf.push_back(mtf);
     }
     TrialCriteria criteria;
-    for (const records::Criterion one : records::kCriteria)
+    for (const Criterion one : kCriteria)
       if (!closing.criteria[one].empty()) {
         criteria.last[one] = closing.criteria[one].back();
         row.criteria = static_cast<std::uint32_t>(table_.criteria.size());
@@ -75,16 +74,16 @@ class TableBuilder {
     criteria.optimum_deficit = closing.criterion_optimum_deficit;
     if (row.criteria > 0) table_.criteria.push_back(criteria);
     row.last.fill(kMissing);
+    row.tabled.fill(kMissing);
     if (!steps.empty()) {
       const records::StepNumbers& last = steps.back();
       row.last_step = last.step;
-      row.machine_seconds = last.machine_seconds;
-      row.recommended_seconds = last.recommended_seconds;
+      row.tabled = records::tabled_values(last);
       row.recommendation = text(last.recommendation);
-      if (std::isfinite(closing.uncured_mse))
-        row.uncured = {{displayed_rmse(closing.uncured_mse),
-                        displayed_rmse(closing.best_mse.empty() ? steps[best_step(steps)].commanded_mse
-                                                                : closing.best_uncured_mse),
+      if (std::isfinite(scores.uncured_mse[Rule::own]))
+        row.uncured = {{displayed_rmse(scores.uncured_mse[Rule::own]),
+                        displayed_rmse(scores.by_step[Rule::best].mse.empty() ? steps[best_step(steps)].commanded_mse
+                                                                              : scores.uncured_mse[Rule::best]),
                         displayed_rmse(last.commanded_mse)}};
       for (const records::StepNumbers& step : steps)
         row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);

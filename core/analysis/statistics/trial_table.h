@@ -38,26 +38,27 @@ struct TrialRow {
   // RMSE at step 0; NaN if missing.
   double start_measured = kMissing;
   double start_commanded = kMissing;
-  std::array<double, kTracks.size()> last = {};  // of each track, at the last step
-  // Simulated seconds until the last step, and including the move to the recommended pose (NaN if unknown).
-  double machine_seconds = kMissing;
-  double recommended_seconds = kMissing;
-  double algorithm_ms_per_step = kMissing;  // host time; NaN: unknown
+  std::array<double, kTracks.size()> last = {};             // of each track, at the last step
+  std::array<double, records::kTabledColumns> tabled = {};  // of the last step
+  double algorithm_ms_per_step = kMissing;                  // host time; NaN: unknown
 
   bool counts() const { return ended_well && steps > 0; }  // part of curves and medians; else a failure
+  // Simulated seconds until the last step, and including the move to the recommended pose (NaN if unknown).
+  double machine_seconds() const { return tabled[records::tabled_place("machine_seconds")]; }
+  double recommended_seconds() const { return tabled[records::tabled_place("recommended_seconds")]; }
   double last_of(Track track) const { return last[static_cast<std::size_t>(track)]; }
 };
 
 // MTF of a trial; NaN if the specification does not measure it.
 struct TrialMtf {
-  ByRule<records::MtfRecord> glued, uncured;  // at the last recommendation by each rule
+  ByRule<ByCuring<records::MtfRecord>> by;  // at the last recommendation by each rule
   records::MtfRecord own_optimum;
 };
 
 // Criteria of a specification that are judged after every step; NaN without them.
 struct TrialCriteria {
-  records::ByCriterion<double> last = records::Specification::none();  // at the last recommendation, by the own rule
-  double optimum_deficit = kMissing;                                   // of MTF by field, at the instance's own optimum
+  ByCriterion<double> last = records::Specification::none();  // at the last recommendation, by the own rule
+  double optimum_deficit = kMissing;                          // of MTF by field, at the instance's own optimum
 };
 
 // The trials of one algorithm on one scene, noise level and protocol.
@@ -100,7 +101,7 @@ class TrialTable {
   bool has_criteria() const { return criteria.size() > 1; }
   // Whether the last recommendation by the rule meets all limits; those judged after every step by the own rule only.
   bool meets(const TrialRow& row, const records::Specification& spec, Rule rule) const {
-    const records::MtfRecord& of_lens = mtf_of(row).glued[rule];
+    const records::MtfRecord& of_lens = mtf_of(row).by[rule][Curing::after];
     return spec.met_by(row.last_of(track_of(rule)), of_lens.centre, of_lens.corner) &&
            (rule == Rule::own ? spec.criteria_met_by(criteria_of(row).last) : !spec.limits_criteria());
   }

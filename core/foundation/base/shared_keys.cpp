@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "base/criteria.h"
+
 namespace relign {
 namespace {
 
@@ -100,7 +102,8 @@ void check_specification(const JsonSource& source, const std::string& pointer, s
     mtf.reject_unknown();
   }
   if (reader.get("field_mtf")) check_field_mtf(source, reader.pointer_to("field_mtf"), problems);
-  for (const char* key : {"centre_px", "rotation_px", "pose_um", "tilt_arcmin"}) reader.number(key, 0, 0, kInfinity);
+  for (const Criterion one : kCriteria)
+    if (one != Criterion::field_mtf) reader.number(std::string(entry_of(one).key), 0, 0, kInfinity);
   reader.reject_unknown();
 }
 

@@ -75,13 +75,12 @@ void write_bounds(const PreparedPlan& prepared, const std::vector<std::size_t>& 
           for (const auto& [instance, trial] : first) {
             if (options.stop && options.stop->load()) return;
             const TrialRunner::Placed placed = runner.place(make_job(prepared, *trial));
-            const auto optimum = placed.own_optimum();
-            if (!optimum) break;
+            const records::OwnOptimum optimum = placed.own_optimum();
+            if (optimum.pose.empty()) break;
             const std::optional<double> excess =
-                trials::next_image_excess(*placed.assembly, facts, optimum->true_pose, placed.instance.seed);
+                trials::next_image_excess(*placed.assembly, facts, optimum.pose, placed.instance.seed);
             if (!excess) break;
-            lenses.push_back(
-                {{"instance", instance}, {"own_optimum_mse", optimum->truth.mse}, {"excess_mse", *excess}});
+            lenses.push_back({{"instance", instance}, {"own_optimum_mse", optimum.mse}, {"excess_mse", *excess}});
           }
       } catch (const Error& error) {
         if (error.kind() != ErrorKind::plugin_failed) throw;

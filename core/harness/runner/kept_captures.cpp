@@ -17,10 +17,10 @@ std::string frame_name(unsigned step) {
 }
 
 void KeptCaptures::keep(const trials::Step& step, const float* pixels) {
-  images::Image& image = step.number == 0 ? first_ : last_;
+  images::Image& image = step.step == 0 ? first_ : last_;
   image = images::Image(scene_.image_width, scene_.image_height);
   std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  last_step_ = step.number;
+  last_step_ = step.step;
 }
 
 void KeptCaptures::write(const fs::path& results, const std::string& trial) const {

@@ -6,11 +6,10 @@
 #include "base/hash.h"
 #include "base/machine.h"
 #include "plugin_host/objects.h"
-#include "runner/criteria.h"
 #include "runner/levels.h"
 #include "runner/merits.h"
-#include "runner/mtf_check.h"
 #include "runner/run.h"
+#include "runner/spec_check.h"
 #include "runner/stations.h"
 #include "trials/stage.h"
 

@@ -1,4 +1,4 @@
-#include "runner/criteria.h"
+#include "runner/spec_check.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,33 +10,6 @@
 
 namespace relign::runner {
 
-using records::Criterion;
-
-trials::Criteria criteria_of(const records::Specification& spec, const trials::SceneFacts& scene) {
-  const auto limited = [&](Criterion criterion) { return !std::isnan(spec.limits[criterion]); };
-  trials::Criteria criteria;
-  criteria.centre = limited(Criterion::centre);
-  criteria.rotation = limited(Criterion::rotation);
-  criteria.pose = limited(Criterion::pose);
-  criteria.tilt = limited(Criterion::tilt);
-  if (!limited(Criterion::field_mtf)) return criteria;
-  criteria.lp_per_mm = spec.field_mtf.lp_per_mm;
-  std::vector<std::string> names;
-  for (const images::EdgeField& field : scene.fields) names.push_back(field.name);
-  if (spec.field_mtf.fields.empty())
-    for (std::uint32_t i = 0; i < names.size(); ++i)
-      criteria.field_mtf.push_back({i, spec.field_mtf.every.tangential, spec.field_mtf.every.sagittal});
-  for (const records::FieldLimits& limits : spec.field_mtf.fields) {
-    const auto found = std::find(names.begin(), names.end(), limits.name);
-    if (found == names.end())
-      throw Error(ErrorKind::bad_input, "the specification's 'field_mtf' has the unknown field '" + limits.name +
-                                            "'; fields of the scene '" + scene.name + "': " + join(names, ", "));
-    criteria.field_mtf.push_back(
-        {static_cast<std::uint32_t>(found - names.begin()), limits.tangential, limits.sagittal});
-  }
-  return criteria;
-}
-
 std::string key_of(const trials::Criteria& criteria) {
   std::string key = shortest(criteria.lp_per_mm);
   for (const auto& limit : criteria.field_mtf)
@@ -44,13 +17,14 @@ std::string key_of(const trials::Criteria& criteria) {
   return key;
 }
 
-void add(const trials::Judgement& judged, const trials::Criteria& criteria,
-         records::ByCriterion<std::vector<double>>& values) {
-  if (!criteria.field_mtf.empty()) values[Criterion::field_mtf].push_back(judged.field_mtf_deficit);
-  if (criteria.centre) values[Criterion::centre].push_back(judged.centre_px);
-  if (criteria.rotation) values[Criterion::rotation].push_back(judged.rotation_px);
-  if (criteria.pose) values[Criterion::pose].push_back(judged.pose_um);
-  if (criteria.tilt) values[Criterion::tilt].push_back(judged.tilt_arcmin);
+// "'field_mtf', 'centre_px' and 'rotation_px'": all criteria, or those that need this.
+static std::string keys_of(std::optional<CriterionNeeds> needs) {
+  std::vector<std::string> keys;
+  for (const CriterionEntry& entry : kCriterionEntries)
+    if (!needs || entry.needs == *needs) keys.push_back(in_quotes(std::string(entry.key)));
+  const std::string last = keys.back();
+  keys.pop_back();
+  return keys.empty() ? last : join(keys, ", ") + " and " + last;
 }
 
 // Criteria of every step, and with them yields and costs, are known at the method's own recommendations only.
@@ -77,15 +51,17 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
   const auto refuse = [&](const std::string& reason) {
     throw Error(ErrorKind::bad_input, "the 'spec' cannot be judged on the scene '" + name + "': " + reason);
   };
-  if (facts.owns_stage || !facts.truth)
-    refuse("'field_mtf', 'centre_px', 'rotation_px', 'pose_um' and 'tilt_arcmin' need its ground truth");
-  const bool places = !std::isnan(spec.limits[Criterion::centre]) || !std::isnan(spec.limits[Criterion::rotation]);
-  const bool fields = places || !std::isnan(spec.limits[Criterion::field_mtf]);
+  const auto needs = [&](CriterionNeeds what) {
+    return std::any_of(kCriteria.begin(), kCriteria.end(),
+                       [&](Criterion one) { return !std::isnan(spec.limits[one]) && entry_of(one).needs == what; });
+  };
+  if (facts.owns_stage || !facts.truth) refuse(keys_of({}) + " need its ground truth");
+  const bool fields = needs(CriterionNeeds::fields);
   if (fields && facts.fields.empty())
-    refuse(
-        "'field_mtf', 'centre_px' and 'rotation_px' need its 'fields'; use a scene with the target camera_chart or "
-        "slanted_edges, such as camera_2mp, or list 'fields' in the scene file");
-  const trials::Criteria criteria = criteria_of(spec, facts);
+    refuse(keys_of(CriterionNeeds::fields) +
+           " need its 'fields'; use a scene with the target camera_chart or slanted_edges, such as camera_2mp, or list "
+           "'fields' in the scene file");
+  const trials::Criteria criteria = trials::criteria_of(spec, facts);
   plugin_host::MountedAssembly perfect = scene.mount("{}");
   if (fields) try {
       trials::measure_fields(perfect, facts, criteria.lp_per_mm, facts.nominal_pose);
@@ -93,8 +69,54 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
       if (error.kind() != ErrorKind::bad_input && error.kind() != ErrorKind::plugin_failed) throw;
       refuse(error.what());
     }
-  if (criteria.needs_optimum() && criteria.field_mtf.empty() && !perfect.own_optimum(1, facts.axes.size()))
-    refuse("'pose_um' and 'tilt_arcmin' need its own optimum, which it does not offer");
+  if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !perfect.own_optimum(1, facts.axes.size()))
+    refuse(keys_of(CriterionNeeds::own_optimum) + " need its own optimum, which it does not offer");
+}
+
+std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,
+                                                                plugin_host::Scene& scene,
+                                                                const trials::SceneFacts& facts) {
+  const records::Specification spec = records::specification_of(suite.spec, facts.spec);
+  if (!spec.measures_mtf()) return std::nullopt;
+  const bool suites_own = suite.spec.is_object() && !suite.spec.empty();
+  const auto refuse = [&](const std::string& reason) {
+    throw Error(ErrorKind::bad_input, std::string(suites_own ? "the suite's 'spec'" : "the scene's own 'spec'") +
+                                          " requires the MTF at " + shortest(spec.lp_per_mm) +
+                                          " lp/mm, which is unavailable for the scene '" + name + "': " + reason +
+                                          "; remove 'mtf' from the suite's 'spec', or use a scene that offers " +
+                                          RELIGN_SCENE_MTF + ", such as those of lens_system");
+  };
+  if (facts.owns_stage) refuse("the pose of a station's lens is unknown");
+  if (suites_own) {
+    const Json& mtf = suite.spec["mtf"];
+    const bool scene_has_it = records::specification_of(facts.spec, Json()).diffraction;
+    if (mtf.contains("diffraction") && mtf["diffraction"].get<bool>() != scene_has_it)
+      throw Error(ErrorKind::bad_input,
+                  std::string("the suite's 'spec' requires an MTF ") + (scene_has_it ? "without" : "with") +
+                      " diffraction, but that of the scene '" + name + "' is " + (scene_has_it ? "with" : "without") +
+                      " it; set 'diffraction' in the 'mtf' of the scene file's 'spec', or remove it from the suite's");
+  }
+  try {
+    const auto found = scene.mount("{}").mtf(facts.nominal_pose, spec.lp_per_mm);
+    if (!found) refuse("it does not offer it");
+    return found;
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    refuse(error.what());
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> mtf_warnings(const records::Specification& spec, const trials::SceneFacts& facts) {
+  std::vector<std::string> warnings;
+  if (!(facts.pitch_um > 0)) return warnings;
+  const double nyquist = 500 / facts.pitch_um;  // lp/mm
+  for (const auto& [key, lp_per_mm] : {std::pair{"mtf", spec.lp_per_mm}, {"field_mtf", spec.field_mtf.lp_per_mm}})
+    if (lp_per_mm > nyquist)
+      warnings.push_back(std::string("the specification's '") + key + "' is at " + shortest(lp_per_mm) +
+                         " lp/mm, above the Nyquist frequency of the sensor, " + significant(nyquist, 4) +
+                         " lp/mm with pixels of " + shortest(facts.pitch_um) + " um: no image shows it");
+  return warnings;
 }
 
 }  // namespace relign::runner

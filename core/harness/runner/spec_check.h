@@ -1,29 +1,32 @@
-// Criteria of a specification that are judged after every step: from the files' form into that of trials, and whether
-// the scenes allow them.
+// Checks that the scenes of a suite offer what its specification requires.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "plugin_host/objects.h"
 #include "records/specification.h"
 #include "suites/suite.h"
-#include "trials/criteria.h"
+#include "trials/judge.h"
 #include "trials/scene_facts.h"
 
 namespace relign::runner {
 
-// Throws Error(bad_input) for a field that the scene does not have.
-trials::Criteria criteria_of(const records::Specification& spec, const trials::SceneFacts& scene);
-
 // Equal keys: the same limits of MTF.
 std::string key_of(const trials::Criteria& criteria);
 
-// Appends the values of one step for those criteria that are limited.
-void add(const trials::Judgement& judged, const trials::Criteria& criteria,
-         records::ByCriterion<std::vector<double>>& values);
-
-// Throws Error(bad_input) if the scene `name` does not offer what the criteria need.
+// Throws Error(bad_input) if the scene `name` does not offer what the criteria of every step need.
 void check_criteria(const suites::Suite& suite, const std::string& name, plugin_host::Scene& scene,
                     const trials::SceneFacts& facts);
+
+// The MTF of the perfect lens at the nominal pose; nothing when none is required. Throws Error(bad_input) when the
+// scene does not offer it, or when only one of the suite's spec and the scene's MTF includes diffraction.
+std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,
+                                                                plugin_host::Scene& scene,
+                                                                const trials::SceneFacts& facts);
+
+// One for each MTF of the specification at a frequency that the scene's pixels cannot resolve.
+std::vector<std::string> mtf_warnings(const records::Specification& spec, const trials::SceneFacts& facts);
 
 }  // namespace relign::runner

@@ -7,15 +7,15 @@
 
 #include "base/seeds.h"
 #include "records/specification.h"
-#include "runner/criteria.h"
 #include "runner/merits.h"
+#include "runner/spec_check.h"
 
 namespace relign::runner {
 namespace {
 
 void add_steps(const std::vector<trials::Step>& steps, TrialOutcome& outcome) {
   for (const trials::Step& step : steps) {
-    outcome.record.steps.push_back(to_record(step));
+    outcome.record.steps.push_back(step);
     outcome.times.algorithm_seconds.push_back(step.algorithm_seconds);
     outcome.times.simulation_seconds.push_back(step.simulation_seconds);
     outcome.times.truth_seconds.push_back(step.truth_seconds);
@@ -27,10 +27,6 @@ double plugin_seconds(const records::TrialTimes& times) {
   for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
     seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
   return seconds;
-}
-
-records::MtfRecord mtf_record(const std::optional<plugin_host::MountedAssembly::FieldMtf>& mtf) {
-  return mtf ? records::MtfRecord{mtf->centre, mtf->corner} : records::MtfRecord();
 }
 
 // Equal keys: the same library with the same parameters and data.
@@ -56,28 +52,6 @@ trials::Purpose purpose_of(const TrialJob& job) {
 }
 
 }  // namespace
-
-records::StepRecord to_record(const trials::Step& step) {
-  records::StepRecord record;
-  record.step = step.number;
-  record.commanded_pose = step.commanded_pose;
-  record.true_pose = step.true_pose;
-  record.limits_low = step.limits_low;
-  record.limits_high = step.limits_high;
-  record.merit = step.merit;
-  record.measured = step.measured_rmse;
-  record.regions = step.regions;
-  record.machine_seconds = step.machine_seconds;
-  record.recommended_pose = step.recommended_pose;
-  record.recommendation = trials::recommendation_source_name(step.recommendation_source);
-  record.recommended_seconds = step.recommended_seconds;
-  record.recommended_true_pose = step.recommended_true_pose;
-  record.commanded_mse = step.commanded_truth.mse;
-  record.commanded_mse_error = step.commanded_truth.standard_error;
-  record.recommended_mse = step.recommended_truth.mse;
-  record.recommended_mse_error = step.recommended_truth.standard_error;
-  return record;
-}
 
 records::TrialRecord begin_record(const TrialJob& job) {
   records::TrialRecord record;
@@ -122,7 +96,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
   job.mtf_limits = limits_of(spec);
-  job.criteria = criteria_of(spec, job.facts);
+  job.criteria = trials::criteria_of(spec, job.facts);
   job.seeds = suite.draw_seeds();
   job.sealed = !suite.commitment.empty();
   job.instance = trial.instance;
@@ -138,29 +112,33 @@ struct TrialRunner::Bench {
   std::string mounted_key;  // suite seed and instance
   trials::Instance instance;
   std::unique_ptr<plugin_host::MountedAssembly> assembly;
-  using Optimum = plugin_host::MountedAssembly::Optimum;
-  std::optional<std::optional<Optimum>> own_optimum;      // of the assembly, once requested
-  std::pair<double, records::MtfRecord> own_optimum_mtf;  // with its frequency; of the assembly, once requested
+  std::optional<records::OwnOptimum> own_optimum;  // of the assembly, once requested
+  double own_optimum_lp_per_mm = 0;                // of its MTF
 
   std::string design_key;  // of the scene and the frequency
   trials::FieldValues design;
   std::optional<std::pair<std::string, trials::Judge::Optimum>> criterion_optimum;  // of the assembly; by limits
 
-  const std::optional<Optimum>& optimum(std::size_t axes) {
-    if (!own_optimum) own_optimum = assembly->own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), axes);
+  const records::OwnOptimum& optimum(std::size_t axes, double lp_per_mm) {
+    if (!own_optimum) {
+      own_optimum.emplace();
+      const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
+      if (auto found = assembly->own_optimum(seed, axes)) {
+        own_optimum->mse = found->truth.mse;
+        own_optimum->pose = std::move(found->true_pose);
+      }
+    }
+    if (own_optimum_lp_per_mm != lp_per_mm && !own_optimum->pose.empty()) {
+      own_optimum->mtf = lp_per_mm > 0 ? trials::mtf_at(*assembly, own_optimum->pose, lp_per_mm) : records::MtfRecord();
+      own_optimum_lp_per_mm = lp_per_mm;
+    }
     return *own_optimum;
-  }
-
-  const records::MtfRecord& optimum_mtf(const Optimum& at, double lp_per_mm) {
-    if (own_optimum_mtf.first != lp_per_mm)
-      own_optimum_mtf = {lp_per_mm, mtf_record(assembly->mtf(at.true_pose, lp_per_mm))};
-    return own_optimum_mtf.second;
   }
 
   void unmount() {
     assembly.reset();
     own_optimum.reset();
-    own_optimum_mtf = {};
+    own_optimum_lp_per_mm = 0;
     criterion_optimum.reset();
     mounted_key.clear();
   }
@@ -223,8 +201,8 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
   }
   const bool known = bench_->assembly && job.facts.truth && !job.pretraining;
   return {bench_->instance, bench_->assembly.get(), on.reference(),
-          [bench = bench_.get(), known, axes = job.facts.axes.size()] {
-            return known ? bench->optimum(axes) : std::nullopt;
+          [bench = bench_.get(), known, axes = job.facts.axes.size(), lp_per_mm = job.mtf_lp_per_mm] {
+            return known ? bench->optimum(axes, lp_per_mm) : records::OwnOptimum();
           }};
 }
 
@@ -237,7 +215,7 @@ trials::StageSetup TrialRunner::stage(const TrialJob& job, const Placed& placed)
 void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_optimum, records::TrialRecord& record) {
   if (bench_->design_key != bench_->scene_key) {
     bench_->design.clear();
-    if (job.criteria.needs_fields()) {
+    if (job.criteria.needs(CriterionNeeds::fields)) {
       plugin_host::MountedAssembly perfect = bench_->scene->mount("{}");
       bench_->design = trials::measure_fields(perfect, job.facts, job.criteria.lp_per_mm, job.facts.nominal_pose);
     }
@@ -255,7 +233,9 @@ void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_opti
     record.criterion_optimum_deficit = found.deficit;
   }
   for (const records::StepRecord& step : record.steps)
-    add(judge.at(step.recommended_true_pose, optimum), job.criteria, record.criteria);
+    for (const ByCriterion<double> values = judge.at(step.recommended_true_pose, optimum);
+         const Criterion one : kCriteria)
+      if (job.criteria.judged[one]) record.criteria[one].push_back(values[one]);
 }
 
 TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop, const OnStep& on_step) {
@@ -266,12 +246,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
   std::vector<trials::Step> made;  // survive a failure of the scene
   try {
     const Placed placed = place(job);
-    if (const auto optimum = placed.own_optimum()) {
-      record.has_own_optimum = true;
-      record.own_optimum_mse = optimum->truth.mse;
-      record.own_optimum_pose = optimum->true_pose;
-      if (job.mtf_lp_per_mm > 0) record.own_optimum_mtf = bench_->optimum_mtf(*optimum, job.mtf_lp_per_mm);
-    }
+    record.own_optimum = placed.own_optimum();
     if (options_.on_begin) options_.on_begin(record);
     trials::TrialSetup setup{.stage = stage(job, placed),
                              .reference = placed.reference,
@@ -295,26 +270,11 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     outcome.stopped = result.end == trials::End::stopped;
     record.end = result.outcome.empty() || outcome.stopped ? trials::end_name(result.end) : result.outcome;
     record.message = result.message;
-    record.uncured_mse = result.uncured_mse;
-    for (const trials::Truth& truth : result.glued_truths) {
-      record.glued_mse.push_back(truth.mse);
-      record.glued_mse_error.push_back(truth.standard_error);
-    }
-    for (const trials::Truth& truth : result.best_truths) {
-      record.best_mse.push_back(truth.mse);
-      record.best_mse_error.push_back(truth.standard_error);
-    }
-    record.best_uncured_mse = result.best_uncured_mse;
-    record.mtf = mtf_record(result.mtf.glued);
-    record.uncured_mtf = mtf_record(result.mtf.uncured);
-    record.best_mtf = mtf_record(result.best_mtf.glued);
-    record.best_uncured_mtf = mtf_record(result.best_mtf.uncured);
-    record.current_mtf = mtf_record(result.current_mtf.glued);
-    record.current_uncured_mtf = mtf_record(result.current_mtf.uncured);
+    record.scores = result.scores;
     for (const std::string& change : result.environment_changes)
       record.warnings.push_back(job.algorithm.id + ": " + change);
     add_steps(result.steps, outcome);
-    if (job.criteria.any() && !job.pretraining && !outcome.stopped) judge(job, record.own_optimum_pose, record);
+    if (job.criteria.any() && !job.pretraining && !outcome.stopped) judge(job, record.own_optimum.pose, record);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     outcome.times.harness_seconds =
         outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);

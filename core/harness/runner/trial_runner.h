@@ -14,8 +14,8 @@
 #include "records/record.h"
 #include "runner/run.h"
 #include "runner/trial_log.h"
-#include "trials/criteria.h"
 #include "trials/instance.h"
+#include "trials/judge.h"
 #include "trials/pretraining.h"
 #include "trials/trial.h"
 
@@ -46,7 +46,6 @@ struct TrialJob {
 
 // The record of a trial before its first step: names, numbers, budget.
 records::TrialRecord begin_record(const TrialJob& job);
-records::StepRecord to_record(const trials::Step& step);
 
 TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& trial);
 
@@ -86,8 +85,8 @@ class TrialRunner {
     const trials::Instance& instance;
     plugin_host::MountedAssembly* assembly;  // null on a station, which has its own lens
     relign_image reference;
-    // The lens's best pose; nothing where the scene does not search it. Computed at the first call.
-    std::function<std::optional<plugin_host::MountedAssembly::Optimum>()> own_optimum;
+    // The lens's best pose, with its MTF if the job's specification has one. Computed at the first call.
+    std::function<records::OwnOptimum()> own_optimum;
   };
   Placed place(const TrialJob& job);
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "plugin_host/catalog.h"
-#include "records/compare.h"
 #include "records/damage.h"
+#include "records/difference.h"
 #include "records/folder_checks.h"
 #include "records/replays.h"
 #include "trials/scene_facts.h"

@@ -180,8 +180,7 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
         }
       },
       {}, &summary.damaged);
-  if (options.trial.empty() && planned.size() > summary.recorded)
-    summary.missing = planned.size() - summary.recorded;
+  if (options.trial.empty() && planned.size() > summary.recorded) summary.missing = planned.size() - summary.recorded;
   for (const records::Damage& damage : summary.damaged)
     if (!options.trial.empty() && damage.trial == options.trial) records::throw_if_damaged({damage});
   if (!options.trial.empty() && summary.recorded == 0)

@@ -187,11 +187,7 @@ class Worker {
       while (true) ::pause();
     };
     options.on_begin = [this](const records::TrialRecord& record) {
-      const records::MtfRecord& mtf = record.own_optimum_mtf;
-      channel_.send({{"begun",
-                      {{"own_optimum_mse", record.has_own_optimum ? Json(record.own_optimum_mse) : Json(nullptr)},
-                       {"own_optimum_pose", record.own_optimum_pose},
-                       {"own_optimum_mtf", std::isfinite(mtf.centre) ? Json{mtf.centre, mtf.corner} : Json()}}}});
+      channel_.send({{"begun", records::closing_line(record, 0)}});
     };
     Pretrainer::Options pretrainer_options;
     pretrainer_options.threads = options.threads;
@@ -233,7 +229,7 @@ class Worker {
     KeptCaptures captures(job.facts);
     const auto on_step = [&](const trials::Step& step, const float* pixels) {
       if (job.facts.owns_stage) captures.keep(step, pixels);
-      journal_.add_step(trial.id, to_record(step), step.algorithm_seconds, step.simulation_seconds, step.truth_seconds);
+      journal_.add_step(trial.id, step, step.algorithm_seconds, step.simulation_seconds, step.truth_seconds);
     };
     TrialOutcome outcome = runner_->run(job, &channel_.stop(), on_step);
     // Writes out what the plugin has buffered in these streams.

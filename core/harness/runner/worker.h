@@ -7,7 +7,7 @@
 //        {"trial": {...}}
 //        {"stop": true}                         start no further step
 //   out: {"ready": true}
-//        {"begun": {"own_optimum_mse": 0.1, "own_optimum_pose": [...]}}  the lens is mounted, the trial's clock starts
+//        {"begun": "..."}                       closing line, of a lens that is mounted: the trial's clock starts
 //        {"message": "..."}                     for the user
 //        {"source": true}                       pretraining: one more source is done
 //        {"entries": {...}}                     size and digest of the pretrained data, which are in the journal

@@ -279,12 +279,8 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
       return false;
     }
     if (message.contains("begun")) {
-      const Json& mse = message["begun"].at("own_optimum_mse");
-      attempt.worked.record.has_own_optimum = !mse.is_null();
-      if (!mse.is_null()) attempt.worked.record.own_optimum_mse = mse.get<double>();
-      attempt.worked.record.own_optimum_pose = message["begun"].at("own_optimum_pose").get<std::vector<double>>();
-      if (const Json& mtf = message["begun"].at("own_optimum_mtf"); !mtf.is_null())
-        attempt.worked.record.own_optimum_mtf = {mtf.at(0).get<double>(), mtf.at(1).get<double>()};
+      attempt.worked.record.own_optimum =
+          records::read_trial_line(message["begun"].get<std::string>(), "").trial.own_optimum;
       attempt.begun = true;
       attempt.clock = Clock::now();
       return false;

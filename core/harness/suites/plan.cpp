@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "base/criteria.h"
 #include "base/hash.h"
 #include "base/seeds.h"
 
@@ -31,9 +32,9 @@ Json measured_mtf(const Suite& suite) {
 Json judged_criteria(const Suite& suite) {
   if (!suite.spec.is_object()) return nullptr;
   Json criteria = Json::object();
-  if (suite.spec.contains("field_mtf")) criteria["field_mtf"] = suite.spec["field_mtf"];
-  for (const char* key : {"centre_px", "rotation_px", "pose_um", "tilt_arcmin"})
-    if (suite.spec.contains(key)) criteria[key] = true;
+  for (const Criterion one : kCriteria)
+    if (const std::string key(entry_of(one).key); suite.spec.contains(key))
+      criteria[key] = one == Criterion::field_mtf ? suite.spec[key] : Json(true);
   return criteria.empty() ? Json() : criteria;
 }
 

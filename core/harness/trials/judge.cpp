@@ -1,20 +1,129 @@
-#include "trials/criteria.h"
+#include "trials/judge.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <nlopt.hpp>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 #include "base/error.h"
+#include "base/text.h"
 
 namespace relign::trials {
 namespace {
 
 constexpr double kPerSquaredPixel = 1e-4;
 constexpr double kPerTravel = 1e5;  // poses are rounded to this part of it
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Shift {
+  double x_px = kNaN, y_px = kNaN, rotation = kNaN;  // radians
+};
+
+// Over the fields that both images show.
+Shift shift_of(const FieldValues& fields, const FieldValues& design) {
+  double n = 0, x = 0, y = 0, from_x = 0, from_y = 0;
+  const auto each = [&](const auto& body) {
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      if (!std::isnan(fields[i].x_px) && !std::isnan(design[i].x_px))
+        body(design[i].x_px, design[i].y_px, fields[i].x_px - design[i].x_px, fields[i].y_px - design[i].y_px);
+  };
+  each([&](double at_x, double at_y, double dx, double dy) {
+    n += 1;
+    x += dx;
+    y += dy;
+    from_x += at_x;
+    from_y += at_y;
+  });
+  double moment = 0, inertia = 0;
+  each([&](double at_x, double at_y, double dx, double dy) {
+    const double u = at_x - from_x / n, v = at_y - from_y / n;
+    moment += u * (dy - y / n) - v * (dx - x / n);
+    inertia += u * u + v * v;
+  });
+  return {x / n, y / n, moment / inertia};  // NaN without a field, or with one for the rotation
+}
+
+// What a criterion is judged by.
+struct PoseFacts {
+  const SceneFacts& scene;
+  const std::vector<double>& true_pose;
+  const std::vector<double>& own_optimum;  // true pose; empty if unknown
+  const FieldValues& design;               // of the perfect lens at the nominal pose
+  const FieldValues* fields = nullptr;  // at this pose; null, and what follows unknown, where no criterion needs them
+  std::vector<double> deficits = {};    // limit - MTF, of all fields and directions with a limit
+  Shift shift = {};                     // of the fields' image against the design's
+};
+
+// Distance from the own optimum over the observable axes of this unit, Euclidean.
+double distance(const PoseFacts& at, std::string_view unit) {
+  if (at.own_optimum.empty()) return kNaN;
+  double squares = 0;
+  for (std::size_t i = 0; i < at.scene.axes.size(); ++i) {
+    const Axis& axis = at.scene.axes[i];
+    if (!axis.observable || (axis.unit == "mm") != (unit == "mm")) continue;
+    const double away = (at.true_pose[i] - at.own_optimum[i]) * axis.travel();
+    squares += away * away;
+  }
+  return std::sqrt(squares);
+}
+
+struct JudgedCriterion {
+  std::string_view column;  // as in kCriterionEntries
+  double (*value)(const PoseFacts&);
+};
+constexpr std::array kJudged = {
+    JudgedCriterion{"field_mtf_deficit",
+                    [](const PoseFacts& at) {
+                      return at.deficits.empty() ? kNaN : *std::max_element(at.deficits.begin(), at.deficits.end());
+                    }},
+    JudgedCriterion{
+        "centre_px",
+        [](const PoseFacts& at) { return std::sqrt(at.shift.x_px * at.shift.x_px + at.shift.y_px * at.shift.y_px); }},
+    JudgedCriterion{"rotation_px",
+                    [](const PoseFacts& at) {
+                      const double width = at.scene.image_width, height = at.scene.image_height;
+                      return std::fabs(at.shift.rotation) * std::sqrt(width * width + height * height) / 2;
+                    }},
+    JudgedCriterion{"pose_um", [](const PoseFacts& at) { return 1000 * distance(at, "mm"); }},
+    JudgedCriterion{"tilt_arcmin", [](const PoseFacts& at) { return 60 * distance(at, "deg"); }},
+};
+static_assert(std::equal(kJudged.begin(), kJudged.end(), kCriterionEntries.begin(), kCriterionEntries.end(),
+                         [](const JudgedCriterion& judged, const CriterionEntry& entry) {
+                           return judged.column == entry.column;
+                         }),
+              "every entry of kCriterionEntries needs its function here, in the same order");
 
 }  // namespace
+
+bool Criteria::needs(CriterionNeeds what) const {
+  return std::any_of(kCriteria.begin(), kCriteria.end(),
+                     [&](Criterion one) { return judged[one] && entry_of(one).needs == what; });
+}
+
+Criteria criteria_of(const records::Specification& spec, const SceneFacts& scene) {
+  Criteria criteria;
+  for (const Criterion one : kCriteria) criteria.judged[one] = !std::isnan(spec.limits[one]);
+  if (!criteria.judged[Criterion::field_mtf]) return criteria;
+  criteria.lp_per_mm = spec.field_mtf.lp_per_mm;
+  std::vector<std::string> names;
+  for (const images::EdgeField& field : scene.fields) names.push_back(field.name);
+  if (spec.field_mtf.fields.empty())
+    for (std::uint32_t i = 0; i < names.size(); ++i)
+      criteria.field_mtf.push_back({i, spec.field_mtf.every.tangential, spec.field_mtf.every.sagittal});
+  for (const records::FieldLimits& limits : spec.field_mtf.fields) {
+    const auto found = std::find(names.begin(), names.end(), limits.name);
+    if (found == names.end())
+      throw Error(ErrorKind::bad_input, "the specification's 'field_mtf' has the unknown field '" + limits.name +
+                                            "'; fields of the scene '" + scene.name + "': " + join(names, ", "));
+    criteria.field_mtf.push_back(
+        {static_cast<std::uint32_t>(found - names.begin()), limits.tangential, limits.sagittal});
+  }
+  return criteria;
+}
 
 FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, double lp_per_mm,
                            const std::vector<double>& true_pose) {
@@ -43,54 +152,17 @@ std::vector<double> Judge::deficits(const FieldValues& fields) const {
   return all;
 }
 
-// Over the fields that both images show.
-Judge::Shift Judge::shift_of(const FieldValues& fields) const {
-  double n = 0, x = 0, y = 0, from_x = 0, from_y = 0;
-  const auto each = [&](const auto& body) {
-    for (std::size_t i = 0; i < fields.size(); ++i)
-      if (!std::isnan(fields[i].x_px) && !std::isnan(design_[i].x_px))
-        body(design_[i].x_px, design_[i].y_px, fields[i].x_px - design_[i].x_px, fields[i].y_px - design_[i].y_px);
-  };
-  each([&](double at_x, double at_y, double dx, double dy) {
-    n += 1;
-    x += dx;
-    y += dy;
-    from_x += at_x;
-    from_y += at_y;
-  });
-  double moment = 0, inertia = 0;
-  each([&](double at_x, double at_y, double dx, double dy) {
-    const double u = at_x - from_x / n, v = at_y - from_y / n;
-    moment += u * (dy - y / n) - v * (dx - x / n);
-    inertia += u * u + v * v;
-  });
-  return {x / n, y / n, moment / inertia};  // NaN without a field, or with one for the rotation
-}
-
-Judgement Judge::at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum) {
-  Judgement judged;
-  if (criteria_.needs_fields()) {
-    const FieldValues& fields = fields_at(true_pose);
-    const std::vector<double> all = deficits(fields);
-    if (!all.empty()) judged.field_mtf_deficit = *std::max_element(all.begin(), all.end());
-    const Shift shift = shift_of(fields);
-    if (criteria_.centre) judged.centre_px = std::sqrt(shift.x_px * shift.x_px + shift.y_px * shift.y_px);
-    const double width = scene_.image_width, height = scene_.image_height;
-    if (criteria_.rotation)
-      judged.rotation_px = std::fabs(shift.rotation) * std::sqrt(width * width + height * height) / 2;
+ByCriterion<double> Judge::at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum) {
+  PoseFacts facts{scene_, true_pose, own_optimum, design_};
+  if (criteria_.needs(CriterionNeeds::fields)) {
+    facts.fields = &fields_at(true_pose);
+    facts.deficits = deficits(*facts.fields);
+    facts.shift = shift_of(*facts.fields, design_);
   }
-  if (own_optimum.empty()) return judged;
-  constexpr double kMicrometres = 1000, kArcMinutes = 60;
-  double shifts = 0, rotations = 0;
-  for (std::size_t i = 0; i < scene_.axes.size(); ++i) {
-    const Axis& axis = scene_.axes[i];
-    if (!axis.observable) continue;
-    const double away = (true_pose[i] - own_optimum[i]) * axis.travel();
-    (axis.unit == "mm" ? shifts : rotations) += away * away;
-  }
-  if (criteria_.pose) judged.pose_um = kMicrometres * std::sqrt(shifts);
-  if (criteria_.tilt) judged.tilt_arcmin = kArcMinutes * std::sqrt(rotations);
-  return judged;
+  ByCriterion<double> values = records::Specification::none();
+  for (const Criterion one : kCriteria)
+    if (criteria_.judged[one]) values[one] = kJudged[static_cast<std::size_t>(one)].value(facts);
+  return values;
 }
 
 std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
@@ -111,7 +183,7 @@ std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
   } search{*this, axes, start};
   const auto objective = [](const std::vector<double>& x, std::vector<double>&, void* data) {
     Search& of = *static_cast<Search*>(data);
-    const Shift shift = of.judge.shift_of(of.at(x));
+    const Shift shift = shift_of(of.at(x), of.judge.design_);
     const double squared = shift.x_px * shift.x_px + shift.y_px * shift.y_px;
     return x.back() + (std::isnan(squared) ? 1 : kPerSquaredPixel * squared);
   };

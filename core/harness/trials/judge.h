@@ -1,6 +1,5 @@
-// The criteria of a specification that are judged after every step, as camera lines state them: MTF by field, optical
-// centre, rotation, and the pose against the instance's own optimum. Noise-free: from the rays of the lens as built
-// (relign/scene/fields.h), so that a step costs milliseconds and no image is rendered.
+// Judges the criteria of a specification (base/criteria.h) after every step. Noise-free: from the rays of the lens as
+// built (relign/scene/fields.h), so that a step costs milliseconds and no image is rendered.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +8,14 @@
 #include <optional>
 #include <vector>
 
+#include "base/criteria.h"
 #include "plugin_host/objects.h"
+#include "records/specification.h"
 #include "trials/scene_facts.h"
 
 namespace relign::trials {
 
-// Values that are not wanted, or that no light determines, are NaN.
-struct Judgement {
-  double field_mtf_deficit = std::numeric_limits<double>::quiet_NaN();  // the largest of limit - MTF
-  double centre_px = field_mtf_deficit;    // mean shift of the fields against the design's at the nominal pose
-  double rotation_px = field_mtf_deficit;  // their least-squares rotation, times half of the sensor's diagonal
-  double pose_um = field_mtf_deficit;      // Euclidean, over observable shifts, from the own optimum
-  double tilt_arcmin = field_mtf_deficit;  // the same over observable rotations
-};
-
+// What is to be judged on one scene.
 struct Criteria {
   struct FieldLimit {
     std::uint32_t field = 0;                                                              // of SceneFacts::fields
@@ -30,12 +23,13 @@ struct Criteria {
   };
   double lp_per_mm = 1;  // any, for places alone
   std::vector<FieldLimit> field_mtf;
-  bool centre = false, rotation = false, pose = false, tilt = false;
+  ByCriterion<bool> judged = {};
 
-  bool any() const { return needs_fields() || needs_optimum(); }
-  bool needs_fields() const { return !field_mtf.empty() || centre || rotation; }
-  bool needs_optimum() const { return pose || tilt; }
+  bool any() const { return needs(CriterionNeeds::fields) || needs(CriterionNeeds::own_optimum); }
+  bool needs(CriterionNeeds what) const;
 };
+// Those that the specification limits. Throws Error(bad_input) for a field that the scene does not have.
+Criteria criteria_of(const records::Specification& spec, const SceneFacts& scene);
 
 using FieldValues = std::vector<plugin_host::MountedAssembly::FieldValues>;
 
@@ -65,17 +59,13 @@ class Judge {
   // Measurements of all fields that optimum() makes: 493 to 823 for ten camera modules. For estimates of run time.
   static constexpr int kTypicalMeasurements = 650;
 
-  // own_optimum: empty if unknown. Each pose is measured once.
-  Judgement at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
+  // own_optimum: empty if unknown. Each pose is measured once. Values that are not wanted, or that no light determines,
+  // are NaN.
+  ByCriterion<double> at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
 
  private:
   const FieldValues& fields_at(const std::vector<double>& true_pose);
   std::vector<double> deficits(const FieldValues& fields) const;
-  struct Shift {
-    double x_px = 0, y_px = 0, rotation = 0;  // radians
-  };
-  Shift shift_of(const FieldValues& fields) const;
-
   plugin_host::MountedAssembly& lens_;
   const SceneFacts& scene_;
   const Criteria& criteria_;

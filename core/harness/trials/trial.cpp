@@ -10,18 +10,6 @@
 
 namespace relign::trials {
 
-const char* recommendation_source_name(RecommendationSource source) {
-  switch (source) {
-    case RecommendationSource::own:
-      return "own";
-    case RecommendationSource::best_measured:
-      return "best_measured";
-    case RecommendationSource::current:
-      return "current";
-  }
-  return "";
-}
-
 const char* end_name(End end) {
   switch (end) {
     case End::budget_spent:
@@ -74,37 +62,25 @@ TrialResult run_algorithm(const TrialSetup& setup, TrialHost& host) {
   return result;
 }
 
-// Measures the MTF for each recommendation rule, and at each pose once.
-void measure_mtf(plugin_host::MountedAssembly& assembly, double lp_per_mm, const TrialHost& host, TrialResult& result) {
-  std::map<std::vector<double>, std::optional<plugin_host::MountedAssembly::FieldMtf>> known;
-  const auto at = [&](const std::vector<double>& pose) {
-    auto found = known.find(pose);
-    if (found == known.end()) found = known.emplace(pose, assembly.mtf(pose, lp_per_mm)).first;
-    return found->second;
-  };
-  const std::vector<double>& uncured = host.uncured_true_pose();
-  const bool shifts = !uncured.empty();
-  result.mtf.glued = at(result.steps.back().recommended_true_pose);
-  if (shifts) result.mtf.uncured = at(uncured);
-  const Step* best = &result.steps.front();
-  for (const Step& step : result.steps)
-    if (step.measured_rmse < best->measured_rmse) best = &step;
-  const auto of_step = [&](const Step& step) {
-    TrialResult::GluedMtf mtf;
-    mtf.glued = at(host.glued_true_pose(step));
-    if (shifts) mtf.uncured = at(step.true_pose);
-    return mtf;
-  };
-  if (host.best_moves().empty()) {
-    result.best_mtf = of_step(*best);
-  } else {
-    result.best_mtf.glued = at(host.best_moves().back().true_pose);
-    if (shifts) result.best_mtf.uncured = at(host.best_moves().back().uncured_true_pose);
-  }
-  result.current_mtf = of_step(result.steps.back());
+// Measures the MTF by each recommendation rule, and at each pose once.
+void measure_mtf(plugin_host::MountedAssembly& lens, double lp_per_mm, const TrialHost& host, records::Scores& scores) {
+  std::map<std::vector<double>, records::MtfRecord> known;
+  for (const records::Rule rule : records::kRules)
+    for (const records::Curing curing : records::kCuring) {
+      const std::vector<double> pose = host.last_pose(rule)[curing];
+      if (pose.empty()) continue;
+      auto found = known.find(pose);
+      if (found == known.end()) found = known.emplace(pose, mtf_at(lens, pose, lp_per_mm)).first;
+      scores.mtf[rule][curing] = found->second;
+    }
 }
 
 }  // namespace
+
+records::MtfRecord mtf_at(plugin_host::MountedAssembly& lens, const std::vector<double>& true_pose, double lp_per_mm) {
+  const auto found = lens.mtf(true_pose, lp_per_mm);
+  return found ? records::MtfRecord{found->centre, found->corner} : records::MtfRecord();
+}
 
 TrialResult run_trial(const TrialSetup& setup) {
   check(setup);
@@ -133,17 +109,14 @@ TrialResult run_trial(const TrialSetup& setup) {
     result.end = host.budget_is_spent() ? End::budget_spent : End::finished;
   result.seconds_after_last_step = host.seconds_after_last_step();
   const auto begin = std::chrono::steady_clock::now();
-  result.uncured_mse = host.uncured_truth().mse;
-  if (result.end != End::stopped) {
-    result.glued_truths = host.glued_truths();
-    result.best_truths = host.best_truths();
-    result.best_uncured_mse = host.best_uncured_truth().mse;
-  }
-  result.steps = host.take_steps();
   const auto* lens = std::get_if<SimulatedLens>(&setup.stage);
   const Scoring* scoring = setup.scoring();
-  if (lens && scoring && scoring->mtf_lp_per_mm > 0 && !result.steps.empty() && result.end != End::stopped)
-    measure_mtf(lens->assembly, scoring->mtf_lp_per_mm, host, result);
+  if (result.end != End::stopped) {
+    result.scores = host.scores();
+    if (lens && scoring && scoring->mtf_lp_per_mm > 0)
+      measure_mtf(lens->assembly, scoring->mtf_lp_per_mm, host, result.scores);
+  }
+  result.steps = host.take_steps();
   result.judging_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return result;
 }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "plugin_host/objects.h"
+#include "records/record.h"
 #include "trials/instance.h"
 #include "trials/model_scene.h"
 #include "trials/pretraining.h"
@@ -25,28 +26,9 @@ struct Truth {
   double standard_error = 0;
 };
 
-enum class RecommendationSource { own, best_measured, current };
-const char* recommendation_source_name(RecommendationSource source);
-
 // The complete record of one step; NaN where unknown, such as all ground truth on a station. Host seconds differ from
 // run to run and are kept apart.
-struct Step {
-  unsigned number = 0;
-  std::vector<double> commanded_pose;  // as requested, in the trial's coordinates
-  std::vector<double> true_pose;
-  std::uint64_t limits_low = 0;
-  std::uint64_t limits_high = 0;
-  double measured_rmse = 0;              // of the capture against O*; NaN for one of regions
-  double merit = 0;                      // as shown to the algorithm, if it observes the merit
-  PixelRegions regions;                  // that the capture reads out; empty: all pixels
-  double machine_seconds = 0;            // simulated clock after this capture
-  std::vector<double> recommended_pose;  // commanded coordinates
-  RecommendationSource recommendation_source = RecommendationSource::best_measured;
-  double recommended_seconds = 0;  // machine time including a move to the recommendation
-  std::vector<double> recommended_true_pose;
-  Truth commanded_truth;
-  Truth recommended_truth;
-  // host time of this step, seconds
+struct Step : records::StepRecord {
   double algorithm_seconds = 0;   // between the previous answer and this request
   double simulation_seconds = 0;  // capture
   double truth_seconds = 0;
@@ -134,24 +116,12 @@ struct TrialResult {
   std::string outcome;                           // how a plugin's process ended (PluginEnded); usually empty
   std::vector<std::string> environment_changes;  // side effects that the plugin left in the process, a message each
   double seconds_after_last_step = 0;            // algorithm time, host
-  // Noise-free, at the last recommendation before curing; NaN where curing shifts nothing.
-  double uncured_mse = std::numeric_limits<double>::quiet_NaN();
-  // Noise-free, for each step in order: after curing at its commanded pose. The scores of the recommendation rules
-  // "best" (but see below) and "current" (statistics/rules.h). Empty where curing shifts nothing: then commanded_truth
-  // holds them.
-  std::vector<Truth> glued_truths;
-  // Noise-free, for each step in order: after a move back to the pose of the lowest measured RMSE so far, and curing.
-  // The scores of the rule "best" where the pose depends on the moves before (Perturbations::stage); else empty.
-  std::vector<Truth> best_truths;
-  double best_uncured_mse = std::numeric_limits<double>::quiet_NaN();  // the last of them before curing
-  // At one pose, after and before curing.
-  struct GluedMtf {
-    std::optional<plugin_host::MountedAssembly::FieldMtf> glued, uncured;
-  };
-  // At the last recommendation, at the step of the lowest measured RMSE, and at the last step.
-  GluedMtf mtf, best_mtf, current_mtf;
-  double judging_seconds = 0;  // host time for the scores above
+  records::Scores scores;                        // of a trial that was not stopped
+  double judging_seconds = 0;                    // host time for the scores above
 };
+
+// The lens's MTF at a true pose; NaN if its scene does not offer it.
+records::MtfRecord mtf_at(plugin_host::MountedAssembly& lens, const std::vector<double>& true_pose, double lp_per_mm);
 
 // Runs the trial in this thread. Throws Error only for failures of the scene or the host, and
 // plugin_rejected when the algorithm's library cannot be used; an algorithm's failure is part of the result.

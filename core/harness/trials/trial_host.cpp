@@ -113,7 +113,7 @@ void TrialHost::describe_task() {
 relign_status TrialHost::answer_first(void* context, relign_observation* observation) {
   TrialHost& host = self(context);
   const Answer answer(host);
-  if (!observation || observation->struct_size < kMinObservationSize || host.pending_.number != 0)
+  if (!observation || observation->struct_size < kMinObservationSize || host.pending_.step != 0)
     return host.refuse(RELIGN_BAD_ARGUMENT);
   host.write_observation(observation);
   return RELIGN_OK;
@@ -180,7 +180,7 @@ bool TrialHost::is_pose(const double* values, std::uint32_t axes) const {
 void TrialHost::write_observation(relign_observation* observation) const {
   relign_observation all{};
   all.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(observation->struct_size, sizeof all));
-  all.step = pending_.number;
+  all.step = pending_.step;
   all.pose = pending_.commanded_pose.data();
   all.merit = rules_.observes & RELIGN_OBSERVES_MERIT ? pending_.merit : std::numeric_limits<double>::quiet_NaN();
   all.limits_low = pending_.limits_low;
@@ -204,7 +204,7 @@ std::vector<double> TrialHost::within_largest_move(std::vector<double> commanded
 void TrialHost::move_and_capture(const std::vector<double>& commanded) {
   Stage::Arrival arrival = stage_->step_to(commanded);
   Step step;
-  step.number = pending_.number + 1;
+  step.step = pending_.step + 1;
   step.commanded_pose = std::move(arrival.commanded_pose);
   step.true_pose = std::move(arrival.true_pose);
   step.limits_low = arrival.limits_low;
@@ -220,13 +220,13 @@ void TrialHost::capture() {
   const auto start = Clock::now();
   pending_.regions = std::exchange(next_regions_, {});
   const bool whole = pending_.regions.empty();
-  pending_.machine_seconds += stage_->capture(pending_.number, pending_.regions, pixels_.data());
+  pending_.machine_seconds += stage_->capture(pending_.step, pending_.regions, pixels_.data());
   pending_.simulation_seconds = seconds_since(start);
   const double rmse = whole ? images::rmse(pixels_.data(), reference_.data(), pixels_.size()) : score_regions();
   if (!std::isfinite(rmse))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
-                                              std::to_string(pending_.number) + " has non-finite pixels");
-  pending_.measured_rmse = whole ? rmse : std::numeric_limits<double>::quiet_NaN();
+                                              std::to_string(pending_.step) + " has non-finite pixels");
+  pending_.measured = whole ? rmse : std::numeric_limits<double>::quiet_NaN();
   pending_.merit = rmse;
   if (rules_.merit == Merit::combined)
     pending_.merit = combined_merit(rmse, pending_.true_pose, setup_->scene.nominal_pose);
@@ -237,8 +237,8 @@ void TrialHost::capture() {
     best_merit_ = pending_.merit;
     best_measured_pose_ = pending_.commanded_pose;
   }
-  if (pending_.measured_rmse < lowest_measured_) {
-    lowest_measured_ = pending_.measured_rmse;
+  if (pending_.measured < lowest_measured_) {
+    lowest_measured_ = pending_.measured;
     lowest_measured_pose_ = pending_.commanded_pose;
   }
 }
@@ -271,8 +271,12 @@ void TrialHost::close_step() {
   const Stage::VirtualMove move = stage_->would_reach(pending_.recommended_pose);
   pending_.recommended_true_pose = move.true_pose;
   pending_.recommended_seconds = pending_.machine_seconds + move.machine_seconds;
-  pending_.commanded_truth = truth_at(pending_.true_pose, pending_.number, FrameStream::truth_commanded);
-  pending_.recommended_truth = truth_at(move.true_pose, pending_.number, FrameStream::truth_recommended);
+  const Truth commanded = truth_at(pending_.true_pose, pending_.step, FrameStream::truth_commanded);
+  const Truth recommended = truth_at(move.true_pose, pending_.step, FrameStream::truth_recommended);
+  pending_.commanded_mse = commanded.mse;
+  pending_.commanded_mse_error = commanded.standard_error;
+  pending_.recommended_mse = recommended.mse;
+  pending_.recommended_mse_error = recommended.standard_error;
   uncured_true_pose_ = move.uncured_true_pose;
   if (setup_->instance.perturbations.stage) best_moves_.push_back(stage_->would_reach(lowest_measured_pose_));
   pending_.truth_seconds = seconds_since(start);
@@ -282,13 +286,13 @@ void TrialHost::close_step() {
 
 void TrialHost::choose_recommendation() {
   if (own_recommendation_) {
-    pending_.recommendation_source = RecommendationSource::own;
+    pending_.recommendation = "own";
     pending_.recommended_pose = *own_recommendation_;
   } else if (rules_.recommend_current) {
-    pending_.recommendation_source = RecommendationSource::current;
+    pending_.recommendation = "current";
     pending_.recommended_pose = pending_.commanded_pose;
   } else {
-    pending_.recommendation_source = RecommendationSource::best_measured;
+    pending_.recommendation = "best_measured";
     pending_.recommended_pose = best_measured_pose_;
   }
 }
@@ -302,31 +306,40 @@ Truth TrialHost::truth_at(const std::vector<double>& true_pose, unsigned step, F
   return truths_[true_pose] = stage_->truth_at(true_pose, seed);
 }
 
-Truth TrialHost::uncured_truth() {
-  if (uncured_true_pose_.empty()) return {std::numeric_limits<double>::quiet_NaN(), 0};
-  return truth_at(uncured_true_pose_, pending_.number, FrameStream::truth_recommended);
+records::Scores TrialHost::scores() {
+  using records::Rule;
+  records::Scores scores;
+  const bool known = setup_->scoring() && stage_->has_ground_truth();
+  const auto truth = [this](const std::vector<double>& pose, unsigned step) {
+    return truth_at(pose, step, FrameStream::truth_recommended);
+  };
+  const auto add = [](const Truth& one, records::StepErrors& errors) {
+    errors.mse.push_back(one.mse);
+    errors.error.push_back(one.standard_error);
+  };
+  if (!uncured_true_pose_.empty()) {
+    scores.uncured_mse[Rule::own] = truth(uncured_true_pose_, pending_.step).mse;
+    for (const Step& step : steps_)
+      if (known) add(truth(stage_->cured(step.true_pose), step.step), scores.by_step[Rule::current]);
+  }
+  for (std::size_t i = 0; known && i < best_moves_.size(); ++i)
+    add(truth(best_moves_[i].true_pose, steps_[i].step), scores.by_step[Rule::best]);
+  if (!best_moves_.empty() && !best_moves_.back().uncured_true_pose.empty())
+    scores.uncured_mse[Rule::best] = truth(best_moves_.back().uncured_true_pose, pending_.step).mse;
+  return scores;
 }
 
-std::vector<Truth> TrialHost::glued_truths() {
-  std::vector<Truth> truths;
-  if (uncured_true_pose_.empty() || !setup_->scoring() || !stage_->has_ground_truth()) return truths;
-  for (const Step& step : steps_)
-    truths.push_back(truth_at(glued_true_pose(step), step.number, FrameStream::truth_recommended));
-  return truths;
-}
-
-std::vector<Truth> TrialHost::best_truths() {
-  std::vector<Truth> truths;
-  if (!setup_->scoring() || !stage_->has_ground_truth()) return truths;
-  for (std::size_t i = 0; i < best_moves_.size(); ++i)
-    truths.push_back(truth_at(best_moves_[i].true_pose, steps_[i].number, FrameStream::truth_recommended));
-  return truths;
-}
-
-Truth TrialHost::best_uncured_truth() {
-  if (best_moves_.empty() || best_moves_.back().uncured_true_pose.empty())
-    return {std::numeric_limits<double>::quiet_NaN(), 0};
-  return truth_at(best_moves_.back().uncured_true_pose, pending_.number, FrameStream::truth_recommended);
+records::ByCuring<std::vector<double>> TrialHost::last_pose(records::Rule rule) const {
+  if (rule == records::Rule::own) return {{steps_.back().recommended_true_pose, uncured_true_pose_}};
+  if (rule == records::Rule::best && !best_moves_.empty())
+    return {{best_moves_.back().true_pose, best_moves_.back().uncured_true_pose}};
+  const Step* at = &steps_.back();
+  if (rule == records::Rule::best) {
+    at = &steps_.front();
+    for (const Step& step : steps_)
+      if (step.measured < at->measured) at = &step;
+  }
+  return {{stage_->cured(at->true_pose), uncured_true_pose_.empty() ? std::vector<double>() : at->true_pose}};
 }
 
 void TrialHost::algorithm_ended() { algorithm_seconds_ += seconds_since(left_host_); }

@@ -47,18 +47,12 @@ class TrialHost final : public TrialView {
   void close();
 
   std::vector<Step> take_steps() { return std::move(steps_); }
-  // At the last recommendation before the glue cures; NaN where curing shifts nothing.
-  Truth uncured_truth();
-  // True pose after curing, if the lens were fixed at the commanded pose of `step`.
-  std::vector<double> glued_true_pose(const Step& step) const { return stage_->cured(step.true_pose); }
-  // TrialResult::glued_truths. Call it last: a pose is scored once, and a recommended pose must keep the estimate of
-  // its own step.
-  std::vector<Truth> glued_truths();
-  std::vector<Truth> best_truths();  // TrialResult::best_truths
-  Truth best_uncured_truth();        // NaN where that does not apply
-  // Moves back to the pose of the lowest measured RMSE, after each step; empty where each commanded pose has one true
-  // pose.
-  const std::vector<Stage::VirtualMove>& best_moves() const { return best_moves_; }
+  // TrialResult::scores without MTF. Call it before take_steps: a pose is scored once, and a recommended pose keeps the
+  // estimate of its own step.
+  records::Scores scores();
+  // True pose of the lens, if it were fixed after the last step by the rule; `before` is empty where curing shifts
+  // nothing.
+  records::ByCuring<std::vector<double>> last_pose(records::Rule rule) const;
   double seconds_after_last_step() const { return algorithm_seconds_; }
   bool host_failed() const { return host_failure_ != nullptr; }
   bool was_stopped() const { return stopped_; }  // by the stop flag of TrialSetup::services
@@ -67,15 +61,13 @@ class TrialHost final : public TrialView {
     stopped_ = stopped_ || (setup_->services.stop && setup_->services.stop->load());
     return stopped_;
   }
-  bool budget_is_spent() const { return pending_.number >= setup_->terms.budget; }
-  // True pose at the last recommendation before curing; empty where curing shifts nothing.
-  const std::vector<double>& uncured_true_pose() const { return uncured_true_pose_; }
+  bool budget_is_spent() const { return pending_.step >= setup_->terms.budget; }
   const std::string& refusal() const { return refusal_; }  // why the host gave up answering; usually empty
 
   // For the services and for algorithms that the trial's algorithm runs.
   const TrialSetup& setup() const { return *setup_; }
   const plugin_host::Choice& algorithm() const override { return setup_->algorithm; }
-  unsigned steps_left() const override { return setup_->terms.budget - pending_.number; }
+  unsigned steps_left() const override { return setup_->terms.budget - pending_.step; }
   void write_observation(relign_observation* observation) const override;
   const relign_image& reference_image() const { return reference_image_; }
   const relign_image& last_capture() const { return image_; }
@@ -138,6 +130,8 @@ class TrialHost final : public TrialView {
   double best_merit_ = 0;
   std::vector<double> lowest_measured_pose_;  // by RMSE, while best_measured_pose_ is by merit
   double lowest_measured_ = 0;
+  // Moves back to the pose of the lowest measured RMSE, after each step; empty where each commanded pose has one true
+  // pose.
   std::vector<Stage::VirtualMove> best_moves_;
   std::vector<double> uncured_true_pose_;        // at the last recommendation, see Stage::VirtualMove
   std::map<std::vector<double>, Truth> truths_;  // by true pose

@@ -7,7 +7,7 @@
 #include "base/json_members.h"
 #include "base/seeds.h"
 #include "base/text.h"
-#include "records/compare.h"
+#include "records/difference.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
 #include "records/stored_trials.h"
@@ -172,9 +172,6 @@ void FolderChecks::check_steps(const TrialRecord& closing, const std::vector<Ste
   for (std::size_t i = 0; i < count; ++i)
     if (steps[i].step != i)
       return complain("has step " + std::to_string(steps[i].step) + " where " + std::to_string(i) + " is due");
-  for (const auto& [values, what] : {std::pair(&closing.glued_mse, "glued_mse"), {&closing.best_mse, "best_mse"}})
-    if (!values->empty() && values->size() != count)
-      complain("has " + counted(values->size(), "value") + " of " + in_quotes(what) + " for " + counted(count, "step"));
 }
 
 void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps) {
@@ -194,9 +191,9 @@ void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<St
         return complain("has " + in_quotes(what) + " " + shortest(value) + " at " + at() +
                         "; a mean squared error is from 0 to " + shortest(kHighestMse));
     }
-    if (stated && std::isnan(step.measured) != step.of_regions)
-      return complain(step.of_regions ? "has 'measured' of an image of regions at " + at()
-                                      : "lacks 'measured' at " + at());
+    if (stated && std::isnan(step.measured) == step.regions.empty())
+      return complain(!step.regions.empty() ? "has 'measured' of an image of regions at " + at()
+                                            : "lacks 'measured' at " + at());
     if (step.measured < 0 || step.measured * step.measured > kHighestMse)
       return complain("has 'measured' " + shortest(step.measured) + " at " + at());
     if (!(step.machine_seconds >= clock * (1 - kSlack)))
@@ -209,19 +206,21 @@ void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<St
     if (step.recommendation != "own" && step.recommendation != "best_measured" && step.recommendation != "current")
       return complain("has the recommendation " + in_quotes(step.recommendation) + " at " + at());
   }
-  for (const auto& [values, what] : {std::pair(&closing.glued_mse, "glued_mse"), {&closing.best_mse, "best_mse"}})
-    if (!std::all_of(values->begin(), values->end(), is_mse))
+  const Scores& scores = closing.scores;
+  for (const auto& [rule, what] : {std::pair(Rule::current, "glued_mse"), {Rule::best, "best_mse"}})
+    if (const std::vector<double>& values = scores.by_step[rule].mse;
+        !std::all_of(values.begin(), values.end(), is_mse))
       return complain("has a value of " + in_quotes(what) + " that is not a mean squared error");
-  if (!std::isnan(closing.uncured_mse) && closing.glued_mse.empty() && !steps.empty())
+  if (!std::isnan(scores.uncured_mse[Rule::own]) && scores.by_step[Rule::current].mse.empty() && !steps.empty())
     return complain("has 'uncured_mse', but lacks 'glued_mse'");
-  if (stated && !due && closing.has_own_optimum)
-    return complain("has 'own_optimum_mse', but its scene has no ground truth");
-  if (closing.has_own_optimum && !is_mse(closing.own_optimum_mse))
-    return complain("has 'own_optimum_mse' " + shortest(closing.own_optimum_mse));
+  const double optimum = closing.own_optimum.mse;
+  const bool has_optimum = !std::isnan(optimum);
+  if (stated && !due && has_optimum) return complain("has 'own_optimum_mse', but its scene has no ground truth");
+  if (has_optimum && !is_mse(optimum)) return complain("has 'own_optimum_mse' " + shortest(optimum));
   if (!ended_well(closing.end)) return;
   Optima& optima = optima_[closing.scene];
-  ++(closing.has_own_optimum ? optima.with : optima.without);
-  if (!closing.has_own_optimum && optima.one_without.empty()) optima.one_without = trial_text(closing);
+  ++(has_optimum ? optima.with : optima.without);
+  if (!has_optimum && optima.one_without.empty()) optima.one_without = trial_text(closing);
 }
 
 void FolderChecks::add(const TrialTimes& times) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "records/compare.h"
+#include "records/difference.h"
 #include "records/folder_checks.h"
 
 namespace relign::records {

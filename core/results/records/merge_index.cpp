@@ -25,23 +25,9 @@ bool is_prefix(TrialRecord whole, TrialRecord early, double tolerance) {
   whole.message = early.message;
   whole.warnings = early.warnings;
   // Known only at the end of a trial.
-  if (!early.has_own_optimum) {
-    whole.has_own_optimum = false;
-    whole.own_optimum_pose = early.own_optimum_pose;
-  }
-  if (std::isnan(early.own_optimum_mtf.centre)) whole.own_optimum_mtf = {};
-  whole.uncured_mse = early.uncured_mse;
-  whole.mtf = early.mtf;
-  whole.uncured_mtf = early.uncured_mtf;
-  whole.glued_mse = early.glued_mse;
-  whole.glued_mse_error = early.glued_mse_error;
-  whole.best_mse = early.best_mse;
-  whole.best_mse_error = early.best_mse_error;
-  whole.best_uncured_mse = early.best_uncured_mse;
-  whole.best_mtf = early.best_mtf;
-  whole.best_uncured_mtf = early.best_uncured_mtf;
-  whole.current_mtf = early.current_mtf;
-  whole.current_uncured_mtf = early.current_uncured_mtf;
+  if (std::isnan(early.own_optimum.mse)) whole.own_optimum = early.own_optimum;
+  if (std::isnan(early.own_optimum.mtf.centre)) whole.own_optimum.mtf = {};
+  whole.scores = early.scores;
   whole.criteria = early.criteria;
   whole.criterion_optimum_pose = early.criterion_optimum_pose;
   whole.criterion_optimum_deficit = early.criterion_optimum_deficit;

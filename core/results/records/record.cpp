@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 #include "base/fault.h"
 #include "base/limits.h"
@@ -17,12 +18,12 @@ namespace {
 // with the trial's id.
 class LineWriter {
  public:
-  LineWriter& add(const char* key, double value) { return raw(key, number(value)); }
-  LineWriter& add(const char* key, std::uint64_t value) { return raw(key, std::to_string(value)); }
-  LineWriter& add(const char* key, unsigned value) { return raw(key, std::to_string(value)); }
-  LineWriter& add(const char* key, int value) { return raw(key, std::to_string(value)); }
-  LineWriter& add(const char* key, const std::string& value) { return raw(key, text(value)); }
-  LineWriter& add(const char* key, const std::vector<double>& values) {
+  LineWriter& add(std::string_view key, double value) { return raw(key, number(value)); }
+  LineWriter& add(std::string_view key, std::uint64_t value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(std::string_view key, unsigned value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(std::string_view key, int value) { return raw(key, std::to_string(value)); }
+  LineWriter& add(std::string_view key, const std::string& value) { return raw(key, text(value)); }
+  LineWriter& add(std::string_view key, const std::vector<double>& values) {
     std::string list;
     for (const double value : values) {
       if (!list.empty()) list += ',';
@@ -30,7 +31,8 @@ class LineWriter {
     }
     return raw(key, "[" + list + "]");
   }
-  LineWriter& add(const char* key, const std::vector<std::string>& values) {
+  LineWriter& add(std::string_view key, const PixelRegions& regions) { return raw(key, to_json_text(regions)); }
+  LineWriter& add(std::string_view key, const std::vector<std::string>& values) {
     std::string list;
     for (const std::string& value : values) {
       if (!list.empty()) list += ',';
@@ -38,7 +40,7 @@ class LineWriter {
     }
     return raw(key, "[" + list + "]");
   }
-  LineWriter& raw(const char* key, const std::string& json) {
+  LineWriter& raw(std::string_view key, const std::string& json) {
     line_ += line_.empty() ? "{\"" : ",\"";
     line_ += key;
     line_ += "\":";
@@ -61,9 +63,27 @@ class LineWriter {
   std::string line_;
 };
 
-double read_number(const Json& value) {
-  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+template <class Value>
+bool is_known(const Value& value) {
+  if constexpr (std::is_same_v<Value, double>)
+    return std::isfinite(value);
+  else if constexpr (requires { value.empty(); })
+    return !value.empty();
+  return true;
 }
+
+struct ColumnWriter {
+  LineWriter& line;
+  template <class Value>
+  void operator()(const Column& column, const Value& value) {
+    if (column.is(kOptional) && !is_known(value)) return;
+    if constexpr (std::is_same_v<Value, std::uint64_t>)
+      if (column.is(kAsText)) return void(line.add(column.key, std::to_string(value)));
+    line.add(column.key, value);
+  }
+};
+
+double read_number(const Json& value) { return value.is_null() ? kUnknown : value.get<double>(); }
 
 std::vector<double> read_numbers(const Json& list) {
   std::vector<double> values;
@@ -110,97 +130,32 @@ unsigned read_steps(const Json& value) {
   return steps;
 }
 
-StepRecord read_step(const Json& line) {
-  StepRecord step;
-  step.step = read_steps(line.at("step"));
-  step.commanded_pose = read_numbers(line.at("commanded_pose"));
-  step.true_pose = read_numbers(line.at("true_pose"));
-  step.limits_low = read_whole<std::uint64_t>(line.at("limits_low"));
-  step.limits_high = read_whole<std::uint64_t>(line.at("limits_high"));
-  step.merit = read_number(line.at("merit"));
-  step.measured = read_number(line.at("measured"));
-  if (const auto regions = line.find("regions"); regions != line.end()) step.regions = read_regions(*regions);
-  step.machine_seconds = read_number(line.at("machine_seconds"));
-  step.recommended_pose = read_numbers(line.at("recommended_pose"));
-  step.recommendation = line.at("recommendation").get<std::string>();
-  step.recommended_seconds = read_number(line.at("recommended_seconds"));
-  step.recommended_true_pose = read_numbers(line.at("recommended_true_pose"));
-  step.commanded_mse = read_number(line.at("commanded_mse"));
-  step.commanded_mse_error = read_number(line.at("commanded_mse_error"));
-  step.recommended_mse = read_number(line.at("recommended_mse"));
-  step.recommended_mse_error = read_number(line.at("recommended_mse_error"));
-  return step;
+void read(const Json& json, double& value) { value = read_number(json); }
+void read(const Json& json, std::vector<double>& values) { values = read_numbers(json); }
+void read(const Json& json, unsigned& steps) { steps = read_steps(json); }
+void read(const Json& json, std::uint64_t& value) { value = read_whole<std::uint64_t>(json); }
+void read(const Json& json, PixelRegions& regions) { regions = read_regions(json); }
+template <class Text>  // or a list of them
+void read(const Json& json, Text& text) {
+  text = json.get<Text>();
 }
 
-// Values per step with their standard errors; leaves both empty where the line lacks them.
-void read_per_step(const Json& line, const std::string& key, std::vector<double>& values, std::vector<double>& errors) {
-  const auto found = line.find(key);
-  if (found == line.end()) return;
-  values = read_numbers(*found);
-  errors = read_numbers(line.at(key + "_error"));
-  if (values.size() != line.at("steps").get<std::size_t>())
-    throw Error(ErrorKind::bad_input, "" + key + " has " + std::to_string(values.size()) + " values for " +
-                                          line.at("steps").dump() + " steps");
-}
-
-MtfRecord read_mtf(const Json& line, const std::string& prefix) {
-  MtfRecord mtf;
-  if (const auto centre = line.find(prefix + "centre"); centre != line.end()) mtf.centre = read_number(*centre);
-  if (const auto corner = line.find(prefix + "corner"); corner != line.end()) mtf.corner = read_number(*corner);
-  return mtf;
-}
-
-void add_mtf(LineWriter& line, const std::string& prefix, const MtfRecord& mtf) {
-  if (std::isfinite(mtf.centre)) line.add((prefix + "centre").c_str(), mtf.centre);
-  if (std::isfinite(mtf.corner)) line.add((prefix + "corner").c_str(), mtf.corner);
-}
-
-TrialRecord read_closing(const Json& line) {
-  TrialRecord record;
-  record.trial = read_id(line.at("trial"));
-  record.end = line.at("end").get<std::string>();
-  record.budget = read_steps(line.at("budget"));
-  record.scene = line.at("scene").get<std::string>();
-  record.noise_level = line.at("noise_level").get<std::string>();
-  record.protocol = line.at("protocol").get<std::string>();
-  record.algorithm = line.at("algorithm").get<std::string>();
-  record.algorithm_id = line.at("algorithm_id").get<std::string>();
-  if (const auto method = line.find("method"); method != line.end()) record.method = method->get<std::string>();
-  if (const auto training = line.find("training"); training != line.end())
-    record.training = training->get<std::string>();
-  record.instance = read_whole<std::uint64_t>(line.at("instance"));
-  record.instance_seed = read_seed(line.at("instance_seed").get<std::string>());
-  const Json& own_optimum = line.at("own_optimum_mse");
-  record.has_own_optimum = !own_optimum.is_null();
-  if (record.has_own_optimum) record.own_optimum_mse = own_optimum.get<double>();
-  record.own_optimum_pose = read_numbers(line.at("own_optimum_pose"));
-  if (const auto uncured = line.find("uncured_mse"); uncured != line.end()) record.uncured_mse = read_number(*uncured);
-  record.mtf = read_mtf(line, "mtf_");
-  record.uncured_mtf = read_mtf(line, "uncured_mtf_");
-  record.own_optimum_mtf = read_mtf(line, "own_optimum_mtf_");
-  read_per_step(line, "glued_mse", record.glued_mse, record.glued_mse_error);
-  read_per_step(line, "best_mse", record.best_mse, record.best_mse_error);
-  if (const auto mse = line.find("best_uncured_mse"); mse != line.end()) record.best_uncured_mse = read_number(*mse);
-  record.best_mtf = read_mtf(line, "best_mtf_");
-  record.best_uncured_mtf = read_mtf(line, "best_uncured_mtf_");
-  record.current_mtf = read_mtf(line, "current_mtf_");
-  record.current_uncured_mtf = read_mtf(line, "current_uncured_mtf_");
-  for (const Criterion criterion : kCriteria)
-    if (const auto values = line.find(criterion_name(criterion)); values != line.end()) {
-      record.criteria[criterion] = read_numbers(*values);
-      if (record.criteria[criterion].size() != line.at("steps").get<std::size_t>())
-        throw Error(ErrorKind::bad_input, std::string("") + criterion_name(criterion) + " has " +
-                                              std::to_string(record.criteria[criterion].size()) + " values for " +
-                                              line.at("steps").dump() + " steps");
-    }
-  if (const auto pose = line.find("criterion_optimum_pose"); pose != line.end()) {
-    record.criterion_optimum_pose = read_numbers(*pose);
-    record.criterion_optimum_deficit = read_number(line.at("criterion_optimum_deficit"));
+struct ColumnReader {
+  const Json& line;
+  template <class Value>
+  void operator()(const Column& column, Value& value) {
+    const std::string key(column.key);
+    if (column.is(kOptional) && !line.contains(key)) return;
+    const Json& json = line.at(key);
+    if constexpr (std::is_same_v<Value, std::uint64_t>)
+      if (column.is(kAsText)) return void(value = read_seed(json.get<std::string>()));
+    read(json, value);
+    if constexpr (std::is_same_v<Value, std::vector<double>>)
+      if (column.is(kPerStep) && value.size() != line.at("steps").get<std::size_t>())
+        throw Error(ErrorKind::bad_input,
+                    key + " has " + std::to_string(value.size()) + " values for " + line.at("steps").dump() + " steps");
   }
-  record.message = line.at("message").get<std::string>();
-  record.warnings = line.at("warnings").get<std::vector<std::string>>();
-  return record;
-}
+};
 
 template <class Body>
 auto reading(const std::string& place, Body&& body) -> decltype(body()) {
@@ -221,63 +176,29 @@ auto reading(const std::string& place, Body&& body) -> decltype(body()) {
 
 bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
 
+std::array<double, kTabledColumns> tabled_values(const StepRecord& step) {
+  std::array<double, kTabledColumns> values = {};
+  step_columns(
+      [&, place = std::size_t{0}](const Column& column, const auto& value) mutable {
+        if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+          if (column.is(kTabled)) values[place++] = static_cast<double>(value);
+      },
+      step);
+  return values;
+}
+
 std::string step_line(const std::string& trial, const StepRecord& step) {
   LineWriter line;
-  line.add("trial", trial)
-      .add("step", step.step)
-      .add("commanded_pose", step.commanded_pose)
-      .add("true_pose", step.true_pose)
-      .add("limits_low", step.limits_low)
-      .add("limits_high", step.limits_high)
-      .add("merit", step.merit)
-      .add("measured", step.measured);
-  if (!step.regions.empty()) line.raw("regions", to_json_text(step.regions));
-  line.add("machine_seconds", step.machine_seconds)
-      .add("recommended_pose", step.recommended_pose)
-      .add("recommendation", step.recommendation)
-      .add("recommended_seconds", step.recommended_seconds)
-      .add("recommended_true_pose", step.recommended_true_pose)
-      .add("commanded_mse", step.commanded_mse)
-      .add("commanded_mse_error", step.commanded_mse_error)
-      .add("recommended_mse", step.recommended_mse)
-      .add("recommended_mse_error", step.recommended_mse_error);
+  line.add("trial", trial);
+  step_columns(ColumnWriter{line}, step);
   return line.close();
 }
 
 std::string closing_line(const TrialRecord& record, std::size_t steps) {
   LineWriter line;
-  line.add("format", kFormat)
-      .add("trial", record.trial)
-      .add("end", record.end)
-      .add("steps", std::uint64_t{steps})
-      .add("budget", record.budget)
-      .add("scene", record.scene)
-      .add("noise_level", record.noise_level)
-      .add("protocol", record.protocol)
-      .add("algorithm", record.algorithm)
-      .add("algorithm_id", record.algorithm_id);
-  if (!record.training.empty()) line.add("method", record.method).add("training", record.training);
-  line.add("instance", record.instance)
-      .add("instance_seed", std::to_string(record.instance_seed))
-      .raw("own_optimum_mse", record.has_own_optimum ? LineWriter::number(record.own_optimum_mse) : "null")
-      .add("own_optimum_pose", record.own_optimum_pose);
-  add_mtf(line, "own_optimum_mtf_", record.own_optimum_mtf);
-  if (std::isfinite(record.uncured_mse)) line.add("uncured_mse", record.uncured_mse);
-  add_mtf(line, "mtf_", record.mtf);
-  add_mtf(line, "uncured_mtf_", record.uncured_mtf);
-  if (!record.glued_mse.empty()) line.add("glued_mse", record.glued_mse).add("glued_mse_error", record.glued_mse_error);
-  if (!record.best_mse.empty()) line.add("best_mse", record.best_mse).add("best_mse_error", record.best_mse_error);
-  if (std::isfinite(record.best_uncured_mse)) line.add("best_uncured_mse", record.best_uncured_mse);
-  add_mtf(line, "best_mtf_", record.best_mtf);
-  add_mtf(line, "best_uncured_mtf_", record.best_uncured_mtf);
-  add_mtf(line, "current_mtf_", record.current_mtf);
-  add_mtf(line, "current_uncured_mtf_", record.current_uncured_mtf);
-  for (const Criterion criterion : kCriteria)
-    if (!record.criteria[criterion].empty()) line.add(criterion_name(criterion), record.criteria[criterion]);
-  if (!record.criterion_optimum_pose.empty())
-    line.add("criterion_optimum_pose", record.criterion_optimum_pose)
-        .add("criterion_optimum_deficit", record.criterion_optimum_deficit);
-  return line.add("message", record.message).add("warnings", record.warnings).close();
+  line.add("format", kFormat).add("trial", record.trial).add("end", record.end).add("steps", std::uint64_t{steps});
+  trial_columns(ColumnWriter{line}, record);
+  return line.close();
 }
 
 std::string to_lines(const TrialRecord& record) {
@@ -323,13 +244,14 @@ ReadLine read_trial_line(std::string_view line, const std::string& place) {
     const Json json = valid_json(line);
     ReadLine read;
     read.closing = json.contains("end");
+    if (read.closing) check_format(json, "the closing line");
+    read.trial.trial = read_id(json.at("trial"));
     if (read.closing) {
-      check_format(json, "the closing line");
-      read.trial = read_closing(json);
+      read.trial.end = json.at("end").get<std::string>();
       read.steps = read_whole<std::size_t>(json.at("steps"));
+      trial_columns(ColumnReader{json}, read.trial);
     } else {
-      read.trial.trial = read_id(json.at("trial"));
-      read.step = read_step(json);
+      step_columns(ColumnReader{json}, read.step);
     }
     return read;
   });

@@ -1,10 +1,13 @@
-// The record of a trial: its structs, and how they are written to and read from lines of JSON. results/README.md
-// describes the format. Readers refuse a newer format with an error.
+// The record of a trial: its structs, their columns, and how they are written to and read from lines of JSON.
+// results/README.md describes the format. Readers refuse a newer format with an error.
+//
+// A new column is a member of its struct and a line of step_columns or trial_columns. Lines, fast reader, comparison,
+// JSON Schema and the tables of results/README.md follow from that (CONTRIBUTING.md).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,72 +15,206 @@
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/pixel_region.h"
+#include "records/rules.h"
 #include "records/specification.h"
 
 namespace relign::records {
 
 inline constexpr int kFormat = 1;  // "format" in every file
+inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 struct StepRecord {
   unsigned step = 0;
-  std::vector<double> commanded_pose;
+  std::vector<double> commanded_pose;  // as requested, in the trial's coordinates
   std::vector<double> true_pose;
-  std::uint64_t limits_low = 0;
-  std::uint64_t limits_high = 0;
+  std::uint64_t limits_low = 0, limits_high = 0;
   double merit = 0;
-  double measured = 0;   // RMSE of the capture against O*; NaN for one of regions
-  PixelRegions regions;  // that the capture reads out; empty, and not written: all pixels
+  double measured = 0;
+  PixelRegions regions;
   double machine_seconds = 0;
   std::vector<double> recommended_pose;
-  std::string recommendation;  // "own", "best_measured", "current"
+  std::string recommendation;
   double recommended_seconds = 0;
   std::vector<double> recommended_true_pose;
-  double commanded_mse = 0, commanded_mse_error = 0;  // noise-free, signed, with standard error
+  double commanded_mse = 0, commanded_mse_error = 0;
   double recommended_mse = 0, recommended_mse_error = 0;
 };
 
-// The lens's MTF at two field points, at the frequency of the specification. NaN, and not written, where the
-// specification does not ask for MTF.
+// The lens's MTF at two field points, at the frequency of the specification. NaN where it does not ask for MTF.
 struct MtfRecord {
-  double centre = std::numeric_limits<double>::quiet_NaN(), corner = centre;
+  double centre = kUnknown, corner = kUnknown;
+};
+
+// The lens's own best pose, where its scene searches for it.
+struct OwnOptimum {
+  double mse = kUnknown;
+  std::vector<double> pose;  // true pose, per axis as a fraction of the travel; empty: unknown
+  MtfRecord mtf;
+};
+
+struct StepErrors {  // one value per step
+  std::vector<double> mse, error;
+};
+
+// Noise-free scores that are known when a trial has ended.
+struct Scores {
+  // At the last recommendation by a rule, before the glue cures. NaN where curing shifts nothing, for `best` where
+  // the commanded pose alone decides where the lens is, and for `current`: both are the commanded_mse of a step.
+  ByRule<double> uncured_mse = {{kUnknown, kUnknown, kUnknown}};
+  // After curing, if the lens were fixed after each step. current: at the step's commanded pose; empty where curing
+  // shifts nothing, because it equals the step's commanded_mse. best: after a move back to the pose of the lowest
+  // measured RMSE so far; empty where the stage has no errors beyond the distortion, so that no pose depends on the
+  // moves before. own: empty, it is the step's recommended_mse.
+  ByRule<StepErrors> by_step;
+  ByRule<ByCuring<MtfRecord>> mtf;  // at the last recommendation by the rule
 };
 
 struct TrialRecord {
   std::string trial;                                    // id
+  std::string end;                                      // how it ended, see ended_well
+  unsigned budget = 0;                                  // steps after step 0
   std::string scene, noise_level, protocol, algorithm;  // display names
   std::string algorithm_id;                             // plugin or preset
-  std::string method, training;  // set, and written, only for an entry of a suite's list of trainings
+  std::string method, training;                         // set only for an entry of a suite's list of trainings
   std::uint64_t instance = 0;
   std::uint64_t instance_seed = 0;
-  std::string end;      // how it ended, see ended_well
-  std::string message;  // the reason of a failure
-  unsigned budget = 0;
-  double own_optimum_mse = 0;
-  bool has_own_optimum = false;
-  std::vector<double> own_optimum_pose;  // true pose, per axis as a fraction of the travel; empty: unknown
-  // Noise-free, at the last recommendation before the glue cures. NaN, and not written, where curing shifts nothing.
-  double uncured_mse = std::numeric_limits<double>::quiet_NaN();
-  // Noise-free, one value per step: after curing, if the lens were fixed at that step's commanded pose. Not written
-  // where curing shifts nothing, because it equals the step's commanded_mse.
-  std::vector<double> glued_mse, glued_mse_error;
-  // Noise-free, one value per step: after a move back to the pose of the lowest measured RMSE so far, and curing.
-  // Written only where the stage has errors beyond the distortion, so that a pose depends on the moves before.
-  std::vector<double> best_mse, best_mse_error;
-  double best_uncured_mse = std::numeric_limits<double>::quiet_NaN();  // the last before curing; not written if NaN
-  // At the last recommendation after curing, at the same before curing, and at the lens's own best pose.
-  MtfRecord mtf, uncured_mtf, own_optimum_mtf;
-  // The first two at the step of the lowest measured RMSE, and at the last step.
-  MtfRecord best_mtf, best_uncured_mtf, current_mtf, current_uncured_mtf;
+  OwnOptimum own_optimum;
+  Scores scores;
   // Of the criteria that the specification limits: one value per step, at its recommendation (NaN: not measurable).
-  // Empty, and not written, for the others.
+  // Empty for the others.
   ByCriterion<std::vector<double>> criteria;
   // Where the specification limits MTF by field: the pose at which the worst field is farthest above its limit, and its
-  // deficit there (negative). `criteria` of the pose refer to it instead of own_optimum_pose.
+  // deficit there (negative). `criteria` of the pose refer to it instead of own_optimum.pose.
   std::vector<double> criterion_optimum_pose;
-  double criterion_optimum_deficit = std::numeric_limits<double>::quiet_NaN();
+  double criterion_optimum_deficit = kUnknown;
+  std::string message;                // the reason of a failure
   std::vector<std::string> warnings;  // side effects the plugin left behind in its process
   std::vector<StepRecord> steps;
 };
+
+// How a column is written and what it means.
+struct Column {
+  std::string_view key, unit, meaning;
+  unsigned flags = 0;
+  std::string_view one_of = {};  // the texts that it may have, separated by spaces; empty: any
+  constexpr bool is(unsigned flag) const { return (flags & flag) != 0; }
+};
+enum ColumnFlag : unsigned {
+  kOptional = 1,  // not written where empty or NaN; others are written as null if NaN
+  kKnown = 2,     // never null
+  kPerStep = 4,   // of a closing line: one value per step
+  kAsText = 8,    // an integer as text, because many JSON readers lose precision of 64-bit integers
+  kShare = 16,    // from 0 to 1
+  kBulk = 32,     // not needed for curves, so that the fast reader skips it
+  kTabled = 64    // its value at the last step is a column of instances.csv
+};
+
+// Call visit(column, member...) for every column in the order of the line, with the members of `steps`. Before them a
+// line has its "trial".
+template <class Visit, class... Step>
+constexpr void step_columns(Visit&& visit, Step&... s) {
+  visit(Column{"step", "", "0 is the capture at the start"}, s.step...);
+  visit(Column{"commanded_pose", "travel", "as requested, for each axis", kKnown | kBulk}, s.commanded_pose...);
+  visit(Column{"true_pose", "travel", "for each axis; null where unknown", kBulk}, s.true_pose...);
+  visit(Column{"limits_low", "", "bit i: axis i is at its lower limit", kBulk}, s.limits_low...);
+  visit(Column{"limits_high", "", "bit i: axis i is at its upper limit", kBulk}, s.limits_high...);
+  visit(Column{"merit", "", "as shown to the algorithm, if it observes the merit"}, s.merit...);
+  visit(Column{"measured", "RMSE", "of the capture against the reference; null for a capture of regions"},
+        s.measured...);
+  visit(Column{"regions", "px", "column, row, columns and rows of what the capture reads out; absent for whole frames",
+               kOptional},
+        s.regions...);
+  visit(Column{"machine_seconds", "s", "simulated, until the step was done", kTabled}, s.machine_seconds...);
+  visit(Column{"recommended_pose", "travel", "commanded, for each axis; null where unknown", kBulk},
+        s.recommended_pose...);
+  visit(Column{"recommendation", "", "whose it is: the algorithm's, or a default of the harness", 0,
+               "own best_measured current"},
+        s.recommendation...);
+  visit(Column{"recommended_seconds", "s", "simulated, with the move to the recommended pose", kTabled},
+        s.recommended_seconds...);
+  visit(Column{"recommended_true_pose", "travel", "of the lens glued at the recommendation, for each axis"},
+        s.recommended_true_pose...);
+  visit(Column{"commanded_mse", "MSE", "noise-free, unbiased, signed"}, s.commanded_mse...);
+  visit(Column{"commanded_mse_error", "MSE", "standard error", kBulk}, s.commanded_mse_error...);
+  visit(Column{"recommended_mse", "MSE", "noise-free, unbiased, signed, after curing"}, s.recommended_mse...);
+  visit(Column{"recommended_mse_error", "MSE", "standard error", kBulk}, s.recommended_mse_error...);
+}
+
+// Columns with kTabled, all of them numbers: how many, the place of one among them, and their values.
+inline constexpr std::size_t kTabledColumns = [] {
+  std::size_t count = 0;
+  step_columns([&count](const Column& column) { count += column.is(kTabled) ? 1 : 0; });
+  return count;
+}();
+consteval std::size_t tabled_place(std::string_view key) {
+  std::size_t place = kTabledColumns, count = 0;
+  step_columns([&](const Column& column) {
+    if (column.is(kTabled) && column.key == key) place = count;
+    count += column.is(kTabled) ? 1 : 0;
+  });
+  return place < kTabledColumns ? place : throw "not a column with kTabled";
+}
+std::array<double, kTabledColumns> tabled_values(const StepRecord& step);
+
+// Before them a closing line has "format", "trial", "end" and "steps", the number of its step lines.
+template <class Visit, class... Trial>
+void trial_columns(Visit&& visit, Trial&... t) {
+  const auto mtf = [&](const std::string& key, const std::string& where, auto&... at) {
+    constexpr unsigned kFlags = kOptional | kKnown | kShare;
+    visit(Column{key + "centre", "", "MTF in the middle of the field, " + where, kFlags}, at.centre...);
+    visit(Column{key + "corner", "", "MTF in the worst corner of the field, " + where, kFlags}, at.corner...);
+  };
+  const auto mtf_by = [&](Rule rule) {
+    const std::string by = rule == Rule::own ? "" : std::string(rule_name(rule)) + "_";
+    const std::string where = std::string("at the last recommendation by the rule ") + rule_name(rule);
+    mtf(by + "mtf_", where + ", after curing", t.scores.mtf[rule][Curing::after]...);
+    mtf(by + "uncured_mtf_", where + ", before the glue cures", t.scores.mtf[rule][Curing::before]...);
+  };
+  constexpr unsigned kSteps = kOptional | kPerStep;
+  visit(Column{"budget", "", "steps that were allowed after step 0"}, t.budget...);
+  visit(Column{"scene", "", "name in the suite"}, t.scene...);
+  visit(Column{"noise_level", "", "name in the suite"}, t.noise_level...);
+  visit(Column{"protocol", "", "what methods may observe", 0, "paper blind"}, t.protocol...);
+  visit(Column{"algorithm", "", "name in the suite"}, t.algorithm...);
+  visit(Column{"algorithm_id", "", "plugin or preset"}, t.algorithm_id...);
+  visit(Column{"method", "", "name of the suite's list of trainings; absent elsewhere", kOptional}, t.method...);
+  visit(Column{"training", "", "which of the list's trainings", kOptional}, t.training...);
+  visit(Column{"instance", "", "number of the lens"}, t.instance...);
+  visit(Column{"instance_seed", "", "64 bits; 0 in a sealed suite", kAsText}, t.instance_seed...);
+  visit(Column{"own_optimum_mse", "MSE", "noise-free, at the lens's own best pose; null where the scene finds none"},
+        t.own_optimum.mse...);
+  visit(Column{"own_optimum_pose", "travel", "true pose, for each axis; empty where unknown"}, t.own_optimum.pose...);
+  mtf("own_optimum_mtf_", "at the lens's own best pose", t.own_optimum.mtf...);
+  visit(Column{"uncured_mse", "MSE",
+               "noise-free, at the last recommendation before the glue cures; absent where curing shifts nothing",
+               kOptional | kKnown},
+        t.scores.uncured_mse[Rule::own]...);
+  mtf_by(Rule::own);
+  visit(Column{"glued_mse", "MSE",
+               "noise-free, of the lens cured at the step's commanded pose; absent where curing shifts nothing: there "
+               "it equals commanded_mse",
+               kSteps},
+        t.scores.by_step[Rule::current].mse...);
+  visit(Column{"glued_mse_error", "MSE", "standard errors", kSteps}, t.scores.by_step[Rule::current].error...);
+  visit(Column{"best_mse", "MSE",
+               "noise-free, of the lens after a move back to the pose of the lowest measured error so far, cured; "
+               "absent where the stage has no errors beyond the distortion",
+               kSteps},
+        t.scores.by_step[Rule::best].mse...);
+  visit(Column{"best_mse_error", "MSE", "standard errors", kSteps}, t.scores.by_step[Rule::best].error...);
+  visit(Column{"best_uncured_mse", "MSE", "the last of best_mse before the glue cures", kOptional | kKnown},
+        t.scores.uncured_mse[Rule::best]...);
+  mtf_by(Rule::best);
+  mtf_by(Rule::current);
+  for (const Criterion criterion : kCriteria)
+    visit(Column{entry_of(criterion).column, "", entry_of(criterion).meaning, kSteps}, t.criteria[criterion]...);
+  visit(
+      Column{"criterion_optimum_pose", "travel", "true pose of the highest MTF of the worst field", kOptional | kKnown},
+      t.criterion_optimum_pose...);
+  visit(Column{"criterion_optimum_deficit", "", "field_mtf_deficit there", kOptional}, t.criterion_optimum_deficit...);
+  visit(Column{"message", "", "why it failed"}, t.message...);
+  visit(Column{"warnings", "", "side effects that a plugin left behind in its process"}, t.warnings...);
+}
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
 // "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "crashed(sandbox)" (beyond its limits),
@@ -102,7 +239,7 @@ struct TrialTimes {
   // Of the whole trial: everything but algorithm and scene, that is stage, scoring, records and communication between
   // processes; and the writing of the previous trial, since a line cannot hold the time of its own writing. NaN:
   // unknown.
-  double harness_seconds = std::numeric_limits<double>::quiet_NaN();
+  double harness_seconds = kUnknown;
 };
 
 // One line per step, then the closing line, without a trailing newline. Numbers have the fewest digits

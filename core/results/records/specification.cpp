@@ -29,22 +29,6 @@ bool at_least(double value, double limit) { return std::isnan(limit) || value >=
 
 }  // namespace
 
-const char* criterion_name(Criterion criterion) {
-  switch (criterion) {
-    case Criterion::field_mtf:
-      return "field_mtf_deficit";
-    case Criterion::centre:
-      return "centre_px";
-    case Criterion::rotation:
-      return "rotation_px";
-    case Criterion::pose:
-      return "pose_um";
-    case Criterion::tilt:
-      return "tilt_arcmin";
-  }
-  return "";
-}
-
 bool Specification::limits_mtf() const { return measures_mtf() && !(std::isnan(mtf_centre) && std::isnan(mtf_corner)); }
 
 bool Specification::limits_anything() const { return limits_mtf() || limits_criteria() || !std::isnan(rmse); }
@@ -75,7 +59,8 @@ Specification specification_of(const Json& of_suite, const Json& of_scene) {
   if (!spec.is_object()) return found;
   found.rmse = number(spec, "rmse");
   for (const Criterion criterion : kCriteria)
-    if (criterion != Criterion::field_mtf) found.limits[criterion] = number(spec, criterion_name(criterion));
+    if (criterion != Criterion::field_mtf)
+      found.limits[criterion] = number(spec, std::string(entry_of(criterion).key).c_str());
   const bool diffraction = includes_diffraction(of_scene) || includes_diffraction(of_suite);
   if (const Json& fields = member(spec, "field_mtf"); fields.is_object()) {
     found.diffraction = diffraction;

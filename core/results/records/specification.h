@@ -1,34 +1,14 @@
 // The specification that a lens must meet: the "spec" of a suite, or of a scene, as kept in the manifest.
 #pragma once
 
-#include <array>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "base/criteria.h"
 #include "base/json_source.h"
 
 namespace relign::records {
-
-// Criteria that are judged after every step, noise-free, where the recommendation leaves the lens after curing. Each
-// has a value per step, and a limit that the value must not exceed.
-enum class Criterion {
-  field_mtf,  // by how much the worst field and direction is below its limit; negative: above
-  centre,     // px: shift of the image of the fields, their mean, from that of the design at the nominal pose
-  rotation,   // px: rotation of the image of the fields, times half of the sensor's diagonal
-  pose,       // um: distance from the instance's own optimum, over the observable shifts
-  tilt        // arcmin: the same over the observable rotations
-};
-inline constexpr std::array<Criterion, 5> kCriteria = {Criterion::field_mtf, Criterion::centre, Criterion::rotation,
-                                                       Criterion::pose, Criterion::tilt};
-const char* criterion_name(Criterion criterion);  // in files: "field_mtf_deficit", "centre_px", ...
-
-template <class Value>
-struct ByCriterion {
-  std::array<Value, kCriteria.size()> values;
-  Value& operator[](Criterion criterion) { return values[static_cast<std::size_t>(criterion)]; }
-  const Value& operator[](Criterion criterion) const { return values[static_cast<std::size_t>(criterion)]; }
-};
 
 // Of one field; NaN: no limit.
 struct FieldLimits {
@@ -68,7 +48,7 @@ struct Specification {
 };
 
 // The suite's specification if it has one, else the scene's; no limits if neither has. The scene decides whether the
-// MTF includes diffraction, wherever the limits come from (runner/mtf_check.h).
+// MTF includes diffraction, wherever the limits come from (runner/spec_check.h).
 Specification specification_of(const Json& of_suite, const Json& of_scene);
 
 }  // namespace relign::records

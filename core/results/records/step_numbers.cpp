@@ -54,93 +54,59 @@ bool take(fast::value value, std::vector<double>& numbers) {
   return true;
 }
 
+bool take(fast::value value, std::uint64_t& number) { return !value.get_uint64().get(number); }
+
 bool take(fast::value value, unsigned& step) {
   std::uint64_t number = 0;
-  if (value.get_uint64().get(number) || number > kMaxSteps) return false;
+  if (!take(value, number) || number > kMaxSteps) return false;
   step = static_cast<unsigned>(number);
   return true;
 }
 
-// The members that step_line writes, in its order.
-enum Member {
-  kTrial,
-  kStep,
-  kCommandedPose,
-  kTruePose,
-  kLimitsLow,
-  kLimitsHigh,
-  kMerit,
-  kMeasured,
-  kRegions,
-  kMachineSeconds,
-  kRecommendedPose,
-  kRecommendation,
-  kRecommendedSeconds,
-  kRecommendedTruePose,
-  kCommandedMse,
-  kCommandedMseError,
-  kRecommendedMse,
-  kRecommendedMseError,
-  kMembers
-};
-constexpr std::string_view kNames[kMembers] = {"trial",
-                                               "step",
-                                               "commanded_pose",
-                                               "true_pose",
-                                               "limits_low",
-                                               "limits_high",
-                                               "merit",
-                                               "measured",
-                                               "regions",
-                                               "machine_seconds",
-                                               "recommended_pose",
-                                               "recommendation",
-                                               "recommended_seconds",
-                                               "recommended_true_pose",
-                                               "commanded_mse",
-                                               "commanded_mse_error",
-                                               "recommended_mse",
-                                               "recommended_mse_error"};
-
-bool take(fast::value value, Member member, StepNumbers& step) {
-  switch (member) {
-    case kStep:
-      return take(value, step.step);
-    case kMerit:
-      return take(value, step.merit);
-    case kMeasured:
-      return take(value, step.measured);
-    case kRegions:
-      return step.of_regions = true;
-    case kMachineSeconds:
-      return take(value, step.machine_seconds);
-    case kRecommendation:
-      return take(value, step.recommendation);
-    case kRecommendedSeconds:
-      return take(value, step.recommended_seconds);
-    case kRecommendedTruePose:
-      return take(value, step.recommended_true_pose);
-    case kCommandedMse:
-      return take(value, step.commanded_mse);
-    case kRecommendedMse:
-      return take(value, step.recommended_mse);
-    default:
-      return true;
+bool take(fast::value value, PixelRegions& regions) {
+  fast::array list;
+  std::string_view json;
+  if (value.get_array().get(list) || list.raw_json().get(json)) return false;
+  try {
+    regions = read_regions(valid_json(json));
+    return true;
+  } catch (const Error&) {
+    return false;
   }
 }
 
-// False unless the line has every member once and in order, so that no key is there twice: this reader would take the
-// first, and another one the last.
-bool take_all(fast::object object, StepNumbers& step) {
-  int next = kTrial;
-  for (auto found : object) {
-    fast::field field;
-    if (std::move(found).get(field)) return false;
-    if (next == kRegions && field.key() != kNames[kRegions]) ++next;
-    if (next == kMembers || field.key() != kNames[next]) return false;
-    if (!take(field.value(), static_cast<Member>(next++), step)) return false;
+// Takes the columns of a line. Fails unless the line has every member once and in order, so that no key is there twice:
+// this reader would take the first, and another one the last.
+class Taker {
+ public:
+  explicit Taker(fast::object& object) : intact_(!object.begin().get(at_) && !object.end().get(end_)) { look(); }
+
+  template <class Value>
+  void operator()(const Column& column, Value& value) {
+    if (!intact_) return;
+    if (!more_ || field_.key() != column.key) return void(intact_ = column.is(kOptional));
+    intact_ = column.is(kBulk) || take(field_.value(), value);
+    ++at_;
+    look();
   }
-  return next == kMembers;
+  bool took_all() const { return intact_ && !more_; }
+
+ private:
+  void look() {
+    more_ = intact_ && at_ != end_;
+    if (more_) intact_ = !(*at_).get(field_);
+  }
+  fast::object_iterator at_, end_;
+  fast::field field_;
+  bool intact_, more_ = false;
+};
+
+bool take_all(fast::object object, StepNumbers& step) {
+  Taker taker(object);
+  std::string trial;
+  taker(Column{"trial", "", "", kBulk}, trial);
+  step_columns(taker, static_cast<StepRecord&>(step));
+  return taker.took_all();
 }
 
 bool is_read(fast::document& document) {
@@ -169,30 +135,20 @@ StepNumbers StepNumbersReader::read(std::string_view line, std::string_view plac
   if (!parser_->parser.iterate(parser_->line.data(), line.size(), parser_->line.capacity()).get(document) &&
       !document.get_object().get(object) && take_all(object, step) && is_read(document))
     return step;
-  step = StepNumbers();
   // Another order of members, or a damaged line: the reader of whole records accepts it or reports what is wrong.
-  const StepRecord record = read_trial_line(line, std::string(place)).step;
-  step.step = record.step;
-  step.measured = record.measured;
-  step.machine_seconds = record.machine_seconds;
-  step.recommended_seconds = record.recommended_seconds;
-  step.commanded_mse = record.commanded_mse;
-  step.recommended_mse = record.recommended_mse;
-  step.recommendation = record.recommendation;
-  step.recommended_true_pose = record.recommended_true_pose;
-  step.merit = record.merit;
-  step.of_regions = !record.regions.empty();
-  return step;
+  return {read_trial_line(line, std::string(place)).step};
 }
 
-void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps) {
-  const bool shifts = std::isfinite(closing.uncured_mse);
+void set_scores(const TrialRecord& closing, std::vector<StepNumbers>& steps) {
+  const Scores& scores = closing.scores;
+  const bool shifts = std::isfinite(scores.uncured_mse[Rule::own]);
+  const std::vector<double>&glued = scores.by_step[Rule::current].mse, &best = scores.by_step[Rule::best].mse;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (!shifts)
       steps[i].glued_mse = steps[i].commanded_mse;
-    else if (closing.glued_mse.size() == steps.size())
-      steps[i].glued_mse = closing.glued_mse[i];
-    if (closing.best_mse.size() == steps.size()) steps[i].best_mse = closing.best_mse[i];
+    else if (glued.size() == steps.size())
+      steps[i].glued_mse = glued[i];
+    if (best.size() == steps.size()) steps[i].best_mse = best[i];
   }
 }
 

@@ -2,32 +2,25 @@
 // whole records would take ten times as long.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "records/record.h"
+
 namespace relign::records {
 
-struct StepNumbers {  // as in StepRecord
-  unsigned step = 0;
-  double measured = 0;
-  double machine_seconds = 0, recommended_seconds = 0;
-  double commanded_mse = 0, recommended_mse = 0;
-  std::string recommendation;
-  std::vector<double> recommended_true_pose;
-  double merit = 0;
-  bool of_regions = false;  // the capture reads out regions, so that `measured` is NaN
-  // After curing at the commanded pose: TrialRecord::glued_mse, or commanded_mse where curing shifts nothing. NaN where
-  // the record lacks it. set_glued sets it, and best_mse, from the trial's closing line.
-  double glued_mse = std::numeric_limits<double>::quiet_NaN();
-  // TrialRecord::best_mse; NaN where the record has none: then the glued_mse at the step of the lowest measured RMSE.
-  double best_mse = std::numeric_limits<double>::quiet_NaN();
+// Without the columns that are kBulk.
+struct StepNumbers : StepRecord {
+  // After curing at the commanded pose: by_step[current] of the closing line, or commanded_mse where curing shifts
+  // nothing. NaN where the record lacks it. set_scores sets it, and best_mse.
+  double glued_mse = kUnknown;
+  // by_step[best]; NaN where the record has none: then the glued_mse at the step of the lowest measured RMSE.
+  double best_mse = kUnknown;
 };
 
-struct TrialRecord;
-void set_glued(const TrialRecord& closing, std::vector<StepNumbers>& steps);
+void set_scores(const TrialRecord& closing, std::vector<StepNumbers>& steps);
 
 // Keeps its parser's memory from line to line. Not thread-safe.
 class StepNumbersReader {

@@ -42,7 +42,7 @@ void for_each_with_steps(
             found.back().trial = closing.trial;
           } else {
             if (block.steps == 0) steps.clear();  // those of a damaged block before it
-            set_glued(closing, steps);
+            set_scores(closing, steps);
             visit(closing, {number, block.offset, block.size, block.line}, steps);
           }
           steps.clear();
@@ -82,7 +82,7 @@ const std::vector<StepNumbers>& StoredSteps::read(const StoredTrial& where) {
     at = newline + 1;
   }
   closing_ = read_trial_line(lines.substr(closing == std::string_view::npos ? 0 : closing + 1), file.string()).trial;
-  set_glued(closing_, steps_);
+  set_scores(closing_, steps_);
   return steps_;
 }
 

@@ -40,7 +40,7 @@ class StoredSteps {
   const TrialRecord& closing() const { return closing_; }
   // Of the trial read last, under its specification; empty where it is unknown.
   const std::vector<double>& own_optimum_pose() const {
-    return closing_.criterion_optimum_pose.empty() ? closing_.own_optimum_pose : closing_.criterion_optimum_pose;
+    return closing_.criterion_optimum_pose.empty() ? closing_.own_optimum.pose : closing_.criterion_optimum_pose;
   }
 
  private:

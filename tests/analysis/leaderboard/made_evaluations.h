@@ -95,8 +95,7 @@ class MadeEvaluations : public report::MadeResults {
         record.algorithm = method.name;
         record.algorithm_id = method.plugin.empty() ? method.name : method.plugin;
         record.protocol = method.protocol;
-        record.has_own_optimum = true;
-        record.own_optimum_mse = 1e-6;
+        record.own_optimum.mse = 1e-6;
         if (std::count(method.fails.begin(), method.fails.end(), instance) > 0) {
           record.end = "failed";
           record.message = "it broke: " + method.name;

@@ -23,8 +23,7 @@ using testing::StartsWith;
 class AggregateReport : public MadeResults {
  protected:
   static records::TrialRecord known(records::TrialRecord record) {
-    record.has_own_optimum = true;
-    record.own_optimum_mse = 0;
+    record.own_optimum.mse = 0;
     return record;
   }
   static records::TrialRecord trained(const std::string& training, std::uint64_t instance, double error,

@@ -145,8 +145,7 @@ TEST_F(Browser, TheMatrixSwitchesTablesAndColours) {
   for (const char* level : {"rho0", "rho0.5"})
     for (const char* method : {"fine", kHostile.c_str()}) {
       trials.push_back(trial(method, 0, {0.1, 0.05, 0.05, 0.05, 0.05, 0.05, 0.05, 0.003}, level));
-      trials.back().has_own_optimum = true;
-      trials.back().own_optimum_mse = 0;
+      trials.back().own_optimum.mse = 0;
     }
   write(trials);
   const Seen seen = open(acting(Report(folder_).html(), R"(

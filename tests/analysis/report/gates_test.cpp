@@ -51,12 +51,11 @@ TEST_F(Gates, RanNeedsAllTrials) {
 TEST_F(Gates, OptimumFailsForErrorsBelowTheOwnOptimum) {
   std::vector<records::TrialRecord> trials = methods(1);
   for (records::TrialRecord& one : trials) {
-    one.has_own_optimum = true;
-    one.own_optimum_mse = 0.0099 * 0.0099;
+    one.own_optimum.mse = 0.0099 * 0.0099;
   }
   write(trials);
   EXPECT_TRUE(gate("optimum").is_null());
-  trials[3].own_optimum_mse = 0.02 * 0.02;
+  trials[3].own_optimum.mse = 0.02 * 0.02;
   std::filesystem::remove_all(folder_);
   write(trials);
   EXPECT_EQ(gate("optimum")["ok"], false);
@@ -67,8 +66,7 @@ TEST_F(Gates, OptimumFailsForErrorsBelowTheOwnOptimum) {
 TEST_F(Gates, OptimumToleratesEstimationNoise) {
   std::vector<records::TrialRecord> trials = methods(1);
   for (records::TrialRecord& one : trials) {
-    one.has_own_optimum = true;
-    one.own_optimum_mse = 2e-7;
+    one.own_optimum.mse = 2e-7;
     one.steps.back().recommended_mse = -2e-7;
   }
   write(trials);
@@ -78,12 +76,11 @@ TEST_F(Gates, OptimumToleratesEstimationNoise) {
 TEST_F(Gates, OptimumFailsIfItDiffersBetweenMethods) {
   std::vector<records::TrialRecord> trials = methods(1);
   for (records::TrialRecord& one : trials) {
-    one.has_own_optimum = true;
-    one.own_optimum_mse = 1e-6;
+    one.own_optimum.mse = 1e-6;
   }
   write(trials);
   EXPECT_TRUE(gate("optimum").is_null());
-  trials[5].own_optimum_mse = 0.97e-6;
+  trials[5].own_optimum.mse = 0.97e-6;
   std::filesystem::remove_all(folder_);
   write(trials);
   EXPECT_THAT(gate("optimum")["text"].get<std::string>(),

@@ -33,8 +33,7 @@ class MatrixReport : public MadeResults {
     records::TrialRecord record = trial(algorithm, instance, errors, level);
     record.scene = scene;
     record.trial = short_id(scene + level + algorithm + std::to_string(instance));
-    record.has_own_optimum = true;
-    record.own_optimum_mse = 0;
+    record.own_optimum.mse = 0;
     return record;
   }
   // Falls to 0.003 by image 6 and to `last` by the last, image 8. The measured error is lowest at image 7, where the

@@ -125,8 +125,7 @@ TEST_F(Verdict, StatesYieldAndInfeasibleInstances) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, i < 3 ? 0.01 : 0.05}));
-    trials.back().has_own_optimum = true;
-    trials.back().own_optimum_mse = i < 3 ? 0 : 0.03 * 0.03;
+    trials.back().own_optimum.mse = i < 3 ? 0 : 0.03 * 0.03;
   }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});
@@ -176,9 +175,8 @@ TEST_F(Verdict, StatesTheSpecificationOfMtf) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, 0.01}));
-    trials.back().has_own_optimum = true;
-    trials.back().mtf = {0.8, i < 2 ? 0.5 : 0.1};
-    trials.back().own_optimum_mtf = {0.8, i < 3 ? 0.5 : 0.2};
+    trials.back().scores.mtf[records::Rule::own][records::Curing::after] = {0.8, i < 2 ? 0.5 : 0.1};
+    trials.back().own_optimum.mtf = {0.8, i < 3 ? 0.5 : 0.2};
   }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}, {"mtf", {{"lp_per_mm", 80}, {"centre", 0.5}, {"corner", 0.35}}}}}});
@@ -209,8 +207,8 @@ TEST_F(Verdict, StatesTheYieldBeforeCuring) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 4; ++i) {
     trials.push_back(trial("a", i, {0.1, i < 2 ? 0.01 : 0.03}));
-    trials.back().uncured_mse = i < 3 ? 0.01 * 0.01 : 0.03 * 0.03;
-    trials.back().glued_mse = trials.back().glued_mse_error = {0, 0};
+    trials.back().scores.uncured_mse[records::Rule::own] = i < 3 ? 0.01 * 0.01 : 0.03 * 0.03;
+    trials.back().scores.by_step[records::Rule::current] = {{0, 0}, {0, 0}};
   }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});

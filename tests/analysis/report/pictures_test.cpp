@@ -150,7 +150,6 @@ TEST_F(Pictures, PageOfAQuickSuiteIsUnderAMegabyte) {
         for (int step = 0; step <= 30; ++step)
           errors.push_back(0.04 / (1 + step) + 1e-5 * std::sin(static_cast<double>(trials.size()) * step));
         trials.push_back(trial(method, i, errors, level));
-        trials.back().has_own_optimum = true;
       }
   write(trials);
   add_to_manifest({{"spec", {{"rmse", 0.02}}}});

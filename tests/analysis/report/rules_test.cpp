@@ -121,9 +121,9 @@ TEST_F(Rules, FollowYieldWhereItIsThePrimaryMeasure) {
 TEST_F(Rules, AreScoredAfterCuring) {
   std::vector<records::TrialRecord> trials = model_and_walker();
   for (records::TrialRecord& one : trials) {
-    one.uncured_mse = 1e-4;
-    one.glued_mse = {1e-2, 4e-4, 9e-4};
-    one.glued_mse_error = {0, 0, 0};
+    one.scores.uncured_mse[statistics::Rule::own] = 1e-4;
+    one.scores.by_step[statistics::Rule::current].mse = {1e-2, 4e-4, 9e-4};
+    one.scores.by_step[statistics::Rule::current].error = {0, 0, 0};
   }
   write(trials);
   const Json complete = data(statistics::Rule::best);

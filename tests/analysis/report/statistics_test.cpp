@@ -75,8 +75,7 @@ TEST_F(Statistics, BoundOfOneMoreImageIsAboveTheOwnOptimum) {
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 3; ++i) {
     trials.push_back(trial("quick", i, {0.1, 0.05}));
-    trials.back().has_own_optimum = true;
-    trials.back().own_optimum_mse = 9e-6;
+    trials.back().own_optimum.mse = 9e-6;
   }
   write(trials);
   add_to_manifest({{"scenes", {{{"name", "relign_od"}, {"folder", "scenes/abc"}}}}});

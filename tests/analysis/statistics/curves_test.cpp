@@ -74,9 +74,8 @@ std::vector<records::TrialRecord> sample() {
   trials[4].end = "failed";
   trials[4].message = "lost,\nfor good";
   for (std::size_t index = 0; index < 4; ++index) {
-    trials[index].has_own_optimum = true;
     // The last recommendation of trial 3 is below its own optimum: excess 0.
-    trials[index].own_optimum_mse = index == 3 ? 0.25 : 0.0;
+    trials[index].own_optimum.mse = index == 3 ? 0.25 : 0.0;
   }
   return trials;
 }

@@ -35,8 +35,7 @@ class Excess : public MadeTable {
     record.instance = instance;
     record.end = recommended.size() == budget + 1U ? "budget_spent" : "finished";
     record.budget = budget;
-    record.has_own_optimum = true;
-    record.own_optimum_mse = kToyOptimum * kToyOptimum;
+    record.own_optimum.mse = kToyOptimum * kToyOptimum;
     for (std::size_t number = 0; number < recommended.size(); ++number) {
       records::StepRecord& step = record.steps.emplace_back();
       step.step = static_cast<unsigned>(number);
@@ -124,7 +123,7 @@ TEST_F(Excess, CarriesEarlyEndsForwardAndSkipsFailures) {
 
 TEST_F(Excess, IsEmptyWithoutOwnOptima) {
   records::TrialRecord blind = constant(0, 0.1, 2, 2);
-  blind.has_own_optimum = false;
+  blind.own_optimum = {};
   EXPECT_TRUE(make_study(table({blind}), {}).series.at(0).excess.empty());
   records::TrialRecord failed = constant(0, 0.1, 2, 2);
   failed.end = "crashed";

@@ -33,8 +33,7 @@ class StudyAggregate : public MadeTable {
     record.instance = instance;
     record.end = "finished";
     record.budget = 4;
-    record.has_own_optimum = true;
-    record.own_optimum_mse = kOwn;
+    record.own_optimum.mse = kOwn;
     for (std::size_t number = 0; number < excess.size(); ++number) {
       records::StepRecord step;
       step.step = static_cast<unsigned>(number);
@@ -136,7 +135,7 @@ TEST_F(StudyAggregate, PoolsTrainingsAndListsEach) {
 
 TEST_F(StudyAggregate, NeedsGroundTruth) {
   records::TrialRecord station = trial("a", "calm", 0, {0.1, 0.01});
-  station.has_own_optimum = false;
+  station.own_optimum = {};
   EXPECT_THAT(make_study(table({station}), {}).aggregates, IsEmpty());
 }
 

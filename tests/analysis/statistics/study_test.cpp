@@ -29,9 +29,8 @@ class StudyTest : public MadeTable {
     record.instance = instance;
     record.end = rmse.size() == budget + 1U ? "budget_spent" : "finished";
     record.budget = budget;
-    record.has_own_optimum = true;
-    record.own_optimum_mse = own_optimum * own_optimum;
-    record.own_optimum_pose = {0.5, 0.25};
+    record.own_optimum.mse = own_optimum * own_optimum;
+    record.own_optimum.pose = {0.5, 0.25};
     for (std::size_t number = 0; number < rmse.size(); ++number) {
       records::StepRecord step;
       step.step = static_cast<unsigned>(number);
@@ -84,25 +83,24 @@ TEST_F(StudyTest, ComputesYieldAndStepsToSpecification) {
 
 // Limits: deficit 0, centre 2 px, RMSE 0.05.
 TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
-  using records::Criterion;
   StudyOptions options;
   options.spec.rmse = 0.05;
   options.spec.limits[Criterion::field_mtf] = 0;
-  options.spec.limits[Criterion::centre] = 2;
+  options.spec.limits[criterion_named("centre_px")] = 2;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.05, 0.02, 0.01}, 3),
                                               trial("a", 1, {0.1, 0.02, 0.02, 0.02}, 3), trial("a", 2, {0.1, 0.09}, 3)};
   trials[0].criteria[Criterion::field_mtf] = {0.3, -0.1, 0.1, -0.2};
-  trials[0].criteria[Criterion::centre] = {3, 3, 1, 2};
+  trials[0].criteria[criterion_named("centre_px")] = {3, 3, 1, 2};
   trials[1].criteria[Criterion::field_mtf] = {0.2, 0.0, -0.1, 0.01};
-  trials[1].criteria[Criterion::centre] = {1, 9, 1, 1};
+  trials[1].criteria[criterion_named("centre_px")] = {1, 9, 1, 1};
   trials[2].criteria[Criterion::field_mtf] = {0.2, std::nan("")};
-  trials[2].criteria[Criterion::centre] = {5, 5};
+  trials[2].criteria[criterion_named("centre_px")] = {5, 5};
   trials[0].criterion_optimum_deficit = trials[1].criterion_optimum_deficit = -0.3;
   trials[0].criterion_optimum_pose = trials[1].criterion_optimum_pose = trials[2].criterion_optimum_pose = {0.5, 0.5};
   trials[2].criterion_optimum_deficit = 0.05;  // no pose of this lens meets the limits
   records::TrialRecord failed = trial("a", 3, {0.1}, 3);
   failed.end = "timeout";
-  failed.criteria[Criterion::centre] = {1};
+  failed.criteria[criterion_named("centre_px")] = {1};
   trials.push_back(failed);
   const TrialTable made = table(trials);
   const Study study = make_study(made, options);
@@ -129,7 +127,7 @@ TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
   EXPECT_THAT(a.residual.at(1).median, DoubleNear(0.29, 1e-12)) << "from the optimum of the criterion";
   const CurvePoint& last = a.curve.points.at(3);
   EXPECT_DOUBLE_EQ(last.in_spec, 1 / 3.0);
-  EXPECT_EQ(last.criteria[Criterion::centre], 2);
+  EXPECT_EQ(last.criteria[criterion_named("centre_px")], 2);
   std::string csv;
   instances_csv(made, [&](std::string_view text) { csv += text; });
   EXPECT_THAT(csv, testing::HasSubstr(",field_mtf_deficit,centre_px,rotation_px,pose_um,tilt_arcmin,"));
@@ -148,16 +146,16 @@ TEST_F(StudyTest, YieldNeedsRmseAndMtf) {
   options.spec.mtf_corner = 0.3;
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 5; ++i) trials.push_back(trial("a", i, {0.1, 0.05, 0.01}, 4));
-  trials[0].mtf = {0.5, 0.3};   // exactly at the limits
-  trials[1].mtf = {0.49, 0.9};  // not in the centre
-  trials[2].mtf = {0.9, 0.29};  // not in the corners
-  trials[3].mtf = {0.9, 0.9};
+  trials[0].scores.mtf[Rule::own][Curing::after] = {0.5, 0.3};   // exactly at the limits
+  trials[1].scores.mtf[Rule::own][Curing::after] = {0.49, 0.9};  // not in the centre
+  trials[2].scores.mtf[Rule::own][Curing::after] = {0.9, 0.29};  // not in the corners
+  trials[3].scores.mtf[Rule::own][Curing::after] = {0.9, 0.9};
   trials[3].steps.back().recommended_mse = 0.03 * 0.03;  // the error is not in spec
   // The last one has no MTF: unmeasured is not in spec.
   for (std::size_t i = 0; i < 4; ++i) {
-    trials[i].uncured_mse = 1e-4;
-    trials[i].uncured_mtf = {0.6, 0.6};
-    trials[i].own_optimum_mtf = {0.6, i == 0 || i == 2 ? 0.2 : 0.6};
+    trials[i].scores.uncured_mse[Rule::own] = 1e-4;
+    trials[i].scores.mtf[Rule::own][Curing::before] = {0.6, 0.6};
+    trials[i].own_optimum.mtf = {0.6, i == 0 || i == 2 ? 0.2 : 0.6};
   }
   const Study study = make_study(table(trials), options);
   const SeriesStudy& a = study.series.at(0);

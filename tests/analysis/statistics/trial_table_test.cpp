@@ -46,8 +46,8 @@ TEST_F(Table, ReadsTheFieldsOfATrial) {
   EXPECT_EQ(row.start_commanded, 0.01);
   EXPECT_EQ(row.last_of(Track::best), 0.04 / 3);
   EXPECT_TRUE(std::isnan(row.last_of(Track::excess)));
-  EXPECT_EQ(row.machine_seconds, 0.2);
-  EXPECT_EQ(row.recommended_seconds, 0.5);
+  EXPECT_EQ(row.machine_seconds(), 0.2);
+  EXPECT_EQ(row.recommended_seconds(), 0.5);
   EXPECT_EQ(row.algorithm_ms_per_step, 375) << "three quarters of a second over two steps";
   EXPECT_EQ(made.harness_seconds, 0.125);
   EXPECT_EQ(made.scene_seconds, 4.5) << "1.5 s of captures, 3 s of truth";
@@ -103,7 +103,7 @@ TEST_F(Table, ReadsReorderedMembers) {
   const TrialTable after = read_trial_table(folder_).table;
   ASSERT_EQ(after.rows.size(), 1U);
   EXPECT_EQ(after.rows[0].last_of(Track::recommended), before.rows[0].last_of(Track::recommended));
-  EXPECT_EQ(after.rows[0].machine_seconds, before.rows[0].machine_seconds);
+  EXPECT_EQ(after.rows[0].machine_seconds(), before.rows[0].machine_seconds());
 }
 
 TEST_F(Table, NamesTheDamagedLine) {

@@ -54,7 +54,7 @@ TEST_F(PicturesTest, MatchTheFramesOfTheTrial) {
   TrialRunner runner({1, {}, {}});
   std::vector<float> first;
   const TrialOutcome outcome = runner.run(job, nullptr, [&first](const trials::Step& step, const float* pixels) {
-    if (step.number == 0) first.assign(pixels, pixels + 12 * 8);
+    if (step.step == 0) first.assign(pixels, pixels + 12 * 8);
   });
   const records::StepRecord& last = outcome.record.steps.back();
   std::vector<float> final_frame(12 * 8);

@@ -33,7 +33,7 @@ TEST_F(TrialRunnerTest, PassesEveryStepAndItsCapture) {
   std::vector<float> brightest;
   const TrialOutcome outcome =
       runner.run(make_job(plan, plan.plan.trials[0]), nullptr, [&](const trials::Step& step, const float* pixels) {
-        steps.push_back(step.number);
+        steps.push_back(step.step);
         brightest.push_back(*std::max_element(pixels, pixels + 12 * 8));
       });
   EXPECT_THAT(steps, testing::ElementsAre(0, 1, 2, 3, 4, 5));
@@ -47,7 +47,7 @@ TEST_F(TrialRunnerTest, StoppedTrialDoesNotCount) {
   std::atomic<bool> stop{false};
   const TrialOutcome outcome =
       runner.run(make_job(plan, plan.plan.trials[0]), &stop, [&stop](const trials::Step& step, const float*) {
-        if (step.number == 2) stop = true;
+        if (step.step == 2) stop = true;
       });
   EXPECT_TRUE(outcome.stopped);
   EXPECT_LT(outcome.record.steps.size(), 6U);
@@ -76,13 +76,15 @@ TEST_F(TrialRunnerTest, MeasuresTheMtfOfTheSpecification) {
   TrialRunner runner({1, {}, {}});
   for (const suites::PlannedTrial& trial : plan.plan.trials) {
     const records::TrialRecord record = runner.run(make_job(plan, trial)).record;
-    const double shift = 0.5 - record.own_optimum_pose.at(0);
+    const double shift = 0.5 - record.own_optimum.pose.at(0);
     const std::vector<double>& glued = record.steps.back().recommended_true_pose;
     const double centre = 1 / (1 + 4 * std::fabs(glued[0] + shift - 0.5));
-    EXPECT_NEAR(record.mtf.centre, centre, 1e-12);
-    EXPECT_NEAR(record.mtf.corner, centre / (1 + 4 * std::fabs(glued[1] - 0.5)), 1e-12);
-    EXPECT_NEAR(record.own_optimum_mtf.corner, 1, 1e-12);
-    EXPECT_TRUE(std::isnan(record.uncured_mtf.centre)) << "curing shifts nothing";
+    EXPECT_NEAR(record.scores.mtf[records::Rule::own][records::Curing::after].centre, centre, 1e-12);
+    EXPECT_NEAR(record.scores.mtf[records::Rule::own][records::Curing::after].corner,
+                centre / (1 + 4 * std::fabs(glued[1] - 0.5)), 1e-12);
+    EXPECT_NEAR(record.own_optimum.mtf.corner, 1, 1e-12);
+    EXPECT_TRUE(std::isnan(record.scores.mtf[records::Rule::own][records::Curing::before].centre))
+        << "curing shifts nothing";
   }
   for (std::size_t index = 0; index < plan.plan.trials.size(); ++index) {
     EXPECT_NE(plan.plan.trials[index].id, without.plan.trials[index].id);

@@ -215,7 +215,7 @@ TEST_F(VerifyTest, ReplaysOneTrialWithItsFrames) {
   std::vector<unsigned> steps;
   one.on_step = [&](const trials::SceneFacts&, const trials::Step& step, const float* pixels) {
     EXPECT_NE(pixels, nullptr);
-    steps.push_back(step.number);
+    steps.push_back(step.step);
   };
   plugin_host::Catalog catalog = toys();
   EXPECT_EQ(verify(one, catalog).equal, 1U);

@@ -112,7 +112,7 @@ TEST_P(SaboteurTest, FailsOnlyItsTrials) {
     if (!(kSanitized && trial.end == "out_of_memory")) {
       EXPECT_EQ(trial.steps.size(), deed.steps);
     }
-    EXPECT_TRUE(trial.has_own_optimum == records::read_trials(folder_ / deed.name).front().has_own_optimum);
+    EXPECT_EQ(trial.own_optimum.pose, records::read_trials(folder_ / deed.name).front().own_optimum.pose);
   }
   EXPECT_EQ(summary.failed, records::ended_well(deed.end) ? 0U : 12U);
   run(prepared(suite_text("\"toy-walker\"")), ToyTest::options("undisturbed"));

@@ -1,5 +1,5 @@
 // Criteria of every step on the fake scene, whose fields are formulas of the pose (fake_scene.cpp).
-#include "trials/criteria.h"
+#include "trials/judge.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ struct JudgedLens : TrialFixture {
     facts.image_height = 400;
     criteria.lp_per_mm = 20;
     criteria.field_mtf = {{1, 0.5, std::nan("")}, {2, 0.5, 0.4}};
-    criteria.centre = criteria.rotation = criteria.pose = criteria.tilt = true;
+    criteria.judged.values.fill(true);
     lens.emplace(scene->mount("{}"));
     design = measure_fields(*lens, facts, criteria.lp_per_mm, facts.nominal_pose);
     judge.emplace(*lens, facts, criteria, design);
@@ -36,27 +36,28 @@ struct JudgedLens : TrialFixture {
   std::optional<Judge> judge;
 };
 
-TEST(Criteria, AreTheFormulasOfThePose) {
+TEST(Judge, AreTheFormulasOfThePose) {
   JudgedLens fake;
   const double dx = 0.03, dy = -0.04, turn = 0.02;
-  const Judgement judged = fake.judge->at({0.5 + dx, 0.5 + dy, 0.5 + turn}, {0.5, 0.49, 0.51});
+  const ByCriterion<double> judged = fake.judge->at({0.5 + dx, 0.5 + dy, 0.5 + turn}, {0.5, 0.49, 0.51});
   // "left": 0.9 - 10 (dx - 0.1)^2 - turn^2; "right": 0.9 - 10 (dx + 0.02)^2 - turn^2, sagittal 0.2 less.
-  EXPECT_NEAR(judged.field_mtf_deficit, 0.4 - (0.7 - 10 * 0.05 * 0.05 - turn * turn), 1e-12);
-  EXPECT_NEAR(judged.centre_px, 100 * std::hypot(dx, dy), 1e-9);
-  EXPECT_NEAR(judged.rotation_px, std::tan(14 * turn * kDegree) * 250, 0.01) << "half of the diagonal: 250 px";
-  EXPECT_NEAR(judged.pose_um, 2000 * std::hypot(dx, dy + 0.01), 1e-9) << "2 mm of travel";
-  EXPECT_NEAR(judged.tilt_arcmin, 60 * 14 * 0.01, 1e-9);
+  EXPECT_NEAR(judged[criterion_named("field_mtf_deficit")], 0.4 - (0.7 - 10 * 0.05 * 0.05 - turn * turn), 1e-12);
+  EXPECT_NEAR(judged[criterion_named("centre_px")], 100 * std::hypot(dx, dy), 1e-9);
+  EXPECT_NEAR(judged[criterion_named("rotation_px")], std::tan(14 * turn * kDegree) * 250, 0.01)
+      << "half of the diagonal: 250 px";
+  EXPECT_NEAR(judged[criterion_named("pose_um")], 2000 * std::hypot(dx, dy + 0.01), 1e-9) << "2 mm of travel";
+  EXPECT_NEAR(judged[criterion_named("tilt_arcmin")], 60 * 14 * 0.01, 1e-9);
 }
 
-TEST(Criteria, CountObservableAxesOnly) {
+TEST(Judge, CountObservableAxesOnly) {
   JudgedLens fake;
   fake.facts.axes[1].observable = fake.facts.axes[2].observable = false;
-  const Judgement judged = fake.judge->at({0.52, 0.9, 0.9}, {0.5, 0.5, 0.5});
-  EXPECT_NEAR(judged.pose_um, 40, 1e-9);
-  EXPECT_EQ(judged.tilt_arcmin, 0);
+  const ByCriterion<double> judged = fake.judge->at({0.52, 0.9, 0.9}, {0.5, 0.5, 0.5});
+  EXPECT_NEAR(judged[criterion_named("pose_um")], 40, 1e-9);
+  EXPECT_EQ(judged[criterion_named("tilt_arcmin")], 0);
 }
 
-TEST(Criteria, OptimumBalancesTheWorstFields) {
+TEST(Judge, OptimumBalancesTheWorstFields) {
   JudgedLens fake;
   fake.criteria.field_mtf = {{1, 0.5, std::nan("")}, {2, 0.5, std::nan("")}};
   for (const std::vector<double>& start : {std::vector<double>{0.5, 0.5, 0.5}, {0.4, 0.6, 0.7}, {0.6, 0.52, 0.3}}) {
@@ -71,19 +72,19 @@ TEST(Criteria, OptimumBalancesTheWorstFields) {
   EXPECT_FALSE(fake.judge->optimum({0.5, 0.5, 0.5})) << "no limit of MTF";
 }
 
-TEST(Criteria, OptimumLeavesUnobservableAxes) {
+TEST(Judge, OptimumLeavesUnobservableAxes) {
   JudgedLens fake;
   fake.facts.axes[2].observable = false;
   EXPECT_EQ(fake.judge->optimum({0.45, 0.5, 0.7})->true_pose[2], 0.7);
 }
 
-TEST(Criteria, AreUnknownWithoutLightOrOptimum) {
+TEST(Judge, AreUnknownWithoutLightOrOptimum) {
   JudgedLens fake;
-  const Judgement dark = fake.judge->at({0.0, 0.5, 0.5}, {});
-  EXPECT_EQ(dark.field_mtf_deficit, 0.5) << "MTF 0";
-  EXPECT_TRUE(std::isnan(dark.centre_px));
-  EXPECT_TRUE(std::isnan(dark.rotation_px));
-  EXPECT_TRUE(std::isnan(dark.pose_um));
+  const ByCriterion<double> dark = fake.judge->at({0.0, 0.5, 0.5}, {});
+  EXPECT_EQ(dark[criterion_named("field_mtf_deficit")], 0.5) << "MTF 0";
+  EXPECT_TRUE(std::isnan(dark[criterion_named("centre_px")]));
+  EXPECT_TRUE(std::isnan(dark[criterion_named("rotation_px")]));
+  EXPECT_TRUE(std::isnan(dark[criterion_named("pose_um")]));
 }
 
 }  // namespace

@@ -90,7 +90,7 @@ TEST_P(PretrainingService, PretrainingLoadsSavedDataAndNeedsNoGroundTruth) {
   EXPECT_EQ(trial.answer("load", 1), Json({true, "one"}));
   ASSERT_TRUE(state.bytes);
   EXPECT_EQ(*state.bytes, "two");
-  EXPECT_TRUE(std::isnan(result.steps.back().commanded_truth.mse));
+  EXPECT_TRUE(std::isnan(result.steps.back().commanded_mse));
   EXPECT_TRUE(trial.seeds("truth").empty()) << "ground truth is costly and not needed here";
 }
 

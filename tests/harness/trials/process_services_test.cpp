@@ -37,7 +37,7 @@ void expect_equal(const TrialResult& one, const TrialResult& two) {
     EXPECT_EQ(one.steps[k].merit, two.steps[k].merit) << k;
     EXPECT_EQ(one.steps[k].regions, two.steps[k].regions) << k;
     EXPECT_EQ(one.steps[k].recommended_pose, two.steps[k].recommended_pose) << k;
-    EXPECT_EQ(one.steps[k].recommended_truth.mse, two.steps[k].recommended_truth.mse) << k;
+    EXPECT_EQ(one.steps[k].recommended_mse, two.steps[k].recommended_mse) << k;
   }
 }
 

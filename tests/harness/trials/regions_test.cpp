@@ -34,9 +34,9 @@ TEST(Regions, AreWhatTheNextCaptureReadsOut) {
   EXPECT_NEAR(trial.answer("measure", 1).get<double>(), 0.58, 1e-6) << "a whole frame again";
   EXPECT_EQ(result.steps[1].regions, (PixelRegions{{1, 0, 2, 1}, {0, 1, 1, 1}}));
   EXPECT_TRUE(result.steps[2].regions.empty());
-  EXPECT_TRUE(std::isnan(result.steps[1].measured_rmse));
+  EXPECT_TRUE(std::isnan(result.steps[1].measured));
   EXPECT_NEAR(result.steps[1].merit, 0.08, 1e-6) << "of the regions";
-  EXPECT_NEAR(result.steps[2].measured_rmse, 0.08, 1e-6);
+  EXPECT_NEAR(result.steps[2].measured, 0.08, 1e-6);
   // No move and no settling between steps 1 and 2 but their own: whole - half = half of the readout.
   const double settle = 0.04;
   EXPECT_NEAR(result.steps[2].machine_seconds - result.steps[1].machine_seconds, settle + kExposure + kReadout, 1e-12);
@@ -55,7 +55,7 @@ TEST(Regions, NeverCountAsTheBestMeasured) {
 TEST(Regions, OfTheCallerAreNotThoseOfAnInnerAlgorithm) {
   RegionTrial trial(R"([["select", [[0, 0, 1, 1]]], ["run", "then", 1, {"script": [["step", 0.5, 0.58, 0.5]]}],
                          ["step", [0.5, 0.5, 0.5]]])");
-  for (const Step& step : trial.run().steps) EXPECT_TRUE(step.regions.empty()) << step.number;
+  for (const Step& step : trial.run().steps) EXPECT_TRUE(step.regions.empty()) << step.step;
 }
 
 TEST(Regions, OfAnInnerAlgorithmAreNotTheBestOfItsRun) {
@@ -75,7 +75,7 @@ TEST(Regions, AreNotSelectedWhereTheSceneCapturesWholeFrames) {
   EXPECT_EQ(trial.answer("select"), Json(false));
   EXPECT_EQ(trial.answer("select", 1), Json(false));
   EXPECT_TRUE(result.steps[1].regions.empty());
-  EXPECT_NEAR(result.steps[1].measured_rmse, 0.08, 1e-6);
+  EXPECT_NEAR(result.steps[1].measured, 0.08, 1e-6);
 }
 
 TEST(Regions, MustBeInsideTheImage) {

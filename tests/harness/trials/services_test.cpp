@@ -193,7 +193,7 @@ TEST(Services, InnerRunUsesExactlyTheOuterBudget) {
   ASSERT_THAT(result.steps, SizeIs(7));
   const double x[] = {0.3, 0.4, 0.42, 0.44, 0.46, 0.47, 0.48};
   for (std::size_t k = 0; k < 7; ++k) {
-    EXPECT_EQ(result.steps[k].number, k);
+    EXPECT_EQ(result.steps[k].step, k);
     EXPECT_NEAR(result.steps[k].true_pose[0], x[k], 1e-12);
   }
   EXPECT_EQ(trial.answer("run")["steps"], 3);
@@ -248,10 +248,10 @@ TEST(Services, InnerRecommendationCountsOnlyWhenRepeated) {
   ServiceTrial trial("[" + run + R"(, ["step", [0.6, 0.5, 0.5]], ["recommend", [0.1, 0.2, 0.3]]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
-  EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::best_measured);
-  EXPECT_EQ(result.steps[1].recommendation_source, RecommendationSource::best_measured);
+  EXPECT_EQ(result.steps[0].recommendation, "best_measured");
+  EXPECT_EQ(result.steps[1].recommendation, "best_measured");
   EXPECT_THAT(result.steps[1].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
-  EXPECT_EQ(result.steps[2].recommendation_source, RecommendationSource::own);
+  EXPECT_EQ(result.steps[2].recommendation, "own");
   EXPECT_EQ(trial.answer("run")["recommendation"], Json({0.1, 0.2, 0.3}));
 }
 
@@ -406,7 +406,7 @@ TEST(Services, DocumentedExampleRuns) {
   const TrialResult result = trial.run();
   EXPECT_EQ(result.message, "");
   ASSERT_THAT(result.steps, SizeIs(2));
-  EXPECT_EQ(result.steps[1].recommendation_source, RecommendationSource::own);
+  EXPECT_EQ(result.steps[1].recommendation, "own");
   EXPECT_THAT(trial.algorithm_log, testing::Contains("it used 1 steps"));
   EXPECT_THAT(trial.algorithm_log, testing::Contains(HasSubstr("no edge; sharpness")));
 }

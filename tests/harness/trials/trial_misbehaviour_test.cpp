@@ -73,7 +73,7 @@ TEST(Misbehaviour, FailureKeepsTheStepsSoFar) {
   EXPECT_THAT(result.message, HasSubstr("fake_optimizer"));
   EXPECT_THAT(result.message, HasSubstr("out of ideas"));
   ASSERT_THAT(result.steps, SizeIs(2));
-  EXPECT_GT(result.steps[1].commanded_truth.standard_error, 0) << "the last step is complete";
+  EXPECT_GT(result.steps[1].commanded_mse_error, 0) << "the last step is complete";
 }
 
 TEST(Misbehaviour, FailureAfterTheLastStepIsAFailure) {
@@ -102,9 +102,9 @@ TEST(Misbehaviour, HostKeepsItsRoundingMode) {
   EXPECT_EQ(rounding.logged("rounding"), std::vector<Json>{"up"}) << "the algorithm keeps its mode while it runs";
   ASSERT_EQ(result.steps.size(), expected.steps.size());
   for (std::size_t k = 0; k < result.steps.size(); ++k) {
-    EXPECT_EQ(result.steps[k].measured_rmse, expected.steps[k].measured_rmse);
+    EXPECT_EQ(result.steps[k].measured, expected.steps[k].measured);
     EXPECT_EQ(result.steps[k].true_pose, expected.steps[k].true_pose);
-    EXPECT_EQ(result.steps[k].commanded_truth.mse, expected.steps[k].commanded_truth.mse);
+    EXPECT_EQ(result.steps[k].commanded_mse, expected.steps[k].commanded_mse);
   }
   EXPECT_THAT(result.environment_changes, Contains(HasSubstr("rounding")));
 }
@@ -122,7 +122,7 @@ TEST(Stopping, StoppedTrialDoesNotCount) {
   std::atomic<bool> stop{false};
   TrialFixture trial(R"([["step", 0.5, 0.5, 0.5], ["step", 0.5, 0.5, 0.6], ["step", 0.5, 0.5, 0.7], ["fail"]])");
   trial.algorithm_services.stop = &stop;
-  trial.callbacks.on_step = [&](const Step& step, const float*) { stop = step.number == 1; };
+  trial.callbacks.on_step = [&](const Step& step, const float*) { stop = step.step == 1; };
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::stopped) << "whatever the algorithm does then";
   EXPECT_THAT(result.steps, SizeIs(3)) << "step 2 was in progress when the record of step 1 was completed";

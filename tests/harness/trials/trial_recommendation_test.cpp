@@ -9,6 +9,8 @@
 namespace relign::trials {
 namespace {
 
+using records::Rule;
+
 using testing::DoubleEq;
 using testing::ElementsAre;
 using testing::SizeIs;
@@ -24,16 +26,16 @@ TEST(Recommendation, StaysUntilReplacedAndBelongsToTheStepBefore) {
           ["recommend", 0.5, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(5));
-  const auto source = [&](std::size_t k) { return result.steps[k].recommendation_source; };
+  const auto source = [&](std::size_t k) { return result.steps[k].recommendation; };
   const auto x = [&](std::size_t k) { return result.steps[k].recommended_pose[0]; };
-  EXPECT_EQ(source(0), RecommendationSource::best_measured);
-  EXPECT_EQ(source(1), RecommendationSource::best_measured);
+  EXPECT_EQ(source(0), "best_measured");
+  EXPECT_EQ(source(1), "best_measured");
   EXPECT_EQ(x(1), 0.4);
-  EXPECT_EQ(source(2), RecommendationSource::own);
+  EXPECT_EQ(source(2), "own");
   EXPECT_EQ(x(2), 0.43) << "the last recommendation before the next step";
-  EXPECT_EQ(source(3), RecommendationSource::own);
+  EXPECT_EQ(source(3), "own");
   EXPECT_EQ(x(3), 0.43);
-  EXPECT_EQ(source(4), RecommendationSource::own);
+  EXPECT_EQ(source(4), "own");
   EXPECT_EQ(x(4), 0.5) << "given after the last step, before the end";
   EXPECT_EQ(result.end, End::budget_spent) << "all steps used, none requested beyond them";
 }
@@ -48,18 +50,18 @@ TEST(Recommendation, IsScoredAfterCuring) {
   for (std::size_t k = 0; k < after.steps.size(); ++k) {
     // Curing affects neither poses nor captures nor the ground truth of the commanded pose.
     EXPECT_EQ(after.steps[k].true_pose, before.steps[k].true_pose);
-    EXPECT_EQ(after.steps[k].measured_rmse, before.steps[k].measured_rmse);
-    EXPECT_EQ(after.steps[k].commanded_truth.mse, before.steps[k].commanded_truth.mse);
+    EXPECT_EQ(after.steps[k].measured, before.steps[k].measured);
+    EXPECT_EQ(after.steps[k].commanded_mse, before.steps[k].commanded_mse);
     EXPECT_EQ(after.steps[k].recommended_seconds, before.steps[k].recommended_seconds);
     EXPECT_EQ(after.steps[k].recommended_pose, before.steps[k].recommended_pose);
-    EXPECT_NE(after.steps[k].recommended_truth.mse, before.steps[k].recommended_truth.mse);
+    EXPECT_NE(after.steps[k].recommended_mse, before.steps[k].recommended_mse);
   }
   EXPECT_THAT(before.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.45), DoubleEq(0.5), 0.5));
   EXPECT_THAT(after.steps[1].recommended_true_pose, ElementsAre(DoubleEq(0.5), DoubleEq(0.49), 0.5));
   EXPECT_EQ(after.steps[2].recommended_true_pose[0], 1) << "scenes accept only poses within the travel";
   // The score of the last recommendation before curing is reported once.
-  EXPECT_EQ(after.uncured_mse, before.steps[2].recommended_truth.mse);
-  EXPECT_TRUE(std::isnan(before.uncured_mse)) << "curing shifts nothing";
+  EXPECT_EQ(after.scores.uncured_mse[Rule::own], before.steps[2].recommended_mse);
+  EXPECT_TRUE(std::isnan(before.scores.uncured_mse[Rule::own])) << "curing shifts nothing";
 }
 
 // Recommendation rules other than the method's own are scored at commanded poses, each pose once.
@@ -67,15 +69,15 @@ TEST(Recommendation, ScoresEveryStepAfterCuring) {
   const char* const script = R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5]])";
   TrialFixture without(script), with(script);
   with.instance.perturbations.cure_shift = {0.05, -0.01, 0};
-  EXPECT_THAT(without.run().glued_truths, SizeIs(0)) << "equals commanded_truth";
+  EXPECT_THAT(without.run().scores.by_step[Rule::current].mse, SizeIs(0)) << "equals commanded_mse";
   const TrialResult result = with.run();
-  ASSERT_THAT(result.glued_truths, SizeIs(3));
-  EXPECT_EQ(result.glued_truths[1].mse, result.steps[2].recommended_truth.mse) << "the recommended pose";
-  EXPECT_NE(result.glued_truths[2].mse, result.steps[2].commanded_truth.mse);
+  ASSERT_THAT(result.scores.by_step[Rule::current].mse, SizeIs(3));
+  EXPECT_EQ(result.scores.by_step[Rule::current].mse[1], result.steps[2].recommended_mse) << "the recommended pose";
+  EXPECT_NE(result.scores.by_step[Rule::current].mse[2], result.steps[2].commanded_mse);
   TrialFixture there(R"([["step", 0.4, 0.5, 0.5], ["recommend", 0.4, 0.5, 0.5], ["step", 0.98, 0.5, 0.5],
                       ["recommend", 0.98, 0.5, 0.5]])");
   there.instance.perturbations.cure_shift = with.instance.perturbations.cure_shift;
-  EXPECT_EQ(there.run().steps[2].recommended_truth.mse, result.glued_truths[2].mse);
+  EXPECT_EQ(there.run().steps[2].recommended_mse, result.scores.by_step[Rule::current].mse[2]);
 }
 
 const StageErrors kStageErrors = {{0.02, 0.01, 0}, {0.002, 0.001, 0.003}, {0.001, 0, 0}, {0.01, -0.01, 0}, 2};
@@ -111,18 +113,18 @@ TEST(Recommendation, OfTheBestStepIsAMoveOfItsOwn) {
     return trial.run();
   };
   const TrialResult result = run(R"(, ["recommend", 0.7, 0.5, 0.5])"), back = run(R"(, ["step", 0.45, 0.5, 0.5])");
-  ASSERT_THAT(result.best_truths, SizeIs(3));
-  EXPECT_EQ(result.best_truths[0].mse, result.steps[0].commanded_truth.mse) << "no move is needed";
-  EXPECT_EQ(result.best_truths[1].mse, result.steps[1].commanded_truth.mse);
-  EXPECT_NE(result.best_truths[2].mse, result.steps[1].commanded_truth.mse);
-  EXPECT_NEAR(result.best_truths[2].mse, back.steps[3].commanded_truth.mse, 1e-12);
-  EXPECT_TRUE(std::isnan(result.best_uncured_mse)) << "curing shifts nothing";
-  EXPECT_THAT(result.glued_truths, SizeIs(0)) << "equals commanded_truth";
+  ASSERT_THAT(result.scores.by_step[Rule::best].mse, SizeIs(3));
+  EXPECT_EQ(result.scores.by_step[Rule::best].mse[0], result.steps[0].commanded_mse) << "no move is needed";
+  EXPECT_EQ(result.scores.by_step[Rule::best].mse[1], result.steps[1].commanded_mse);
+  EXPECT_NE(result.scores.by_step[Rule::best].mse[2], result.steps[1].commanded_mse);
+  EXPECT_NEAR(result.scores.by_step[Rule::best].mse[2], back.steps[3].commanded_mse, 1e-12);
+  EXPECT_TRUE(std::isnan(result.scores.uncured_mse[Rule::best])) << "curing shifts nothing";
+  EXPECT_THAT(result.scores.by_step[Rule::current].mse, SizeIs(0)) << "equals commanded_mse";
   const TrialResult cured = run("", {0.05, 0, 0});
-  EXPECT_NE(cured.best_truths[2].mse, result.best_truths[2].mse);
-  EXPECT_NEAR(cured.best_uncured_mse, result.best_truths[2].mse, 1e-12);
+  EXPECT_NE(cured.scores.by_step[Rule::best].mse[2], result.scores.by_step[Rule::best].mse[2]);
+  EXPECT_NEAR(cured.scores.uncured_mse[Rule::best], result.scores.by_step[Rule::best].mse[2], 1e-12);
   TrialFixture linear(R"([["step", 0.45, 0.5, 0.5]])");
-  EXPECT_THAT(linear.run().best_truths, SizeIs(0));
+  EXPECT_THAT(linear.run().scores.by_step[Rule::best].mse, SizeIs(0));
 }
 
 TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
@@ -131,8 +133,8 @@ TEST(Recommendation, MayComeAfterTheBudgetIsSpent) {
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(2));
   EXPECT_EQ(trial.logged("answer"), std::vector<Json>{"stop"});
-  EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::best_measured);
-  EXPECT_EQ(result.steps[1].recommendation_source, RecommendationSource::own);
+  EXPECT_EQ(result.steps[0].recommendation, "best_measured");
+  EXPECT_EQ(result.steps[1].recommendation, "own");
   EXPECT_THAT(result.steps[1].recommended_pose, ElementsAre(0.5, 0.5, 0.5));
   EXPECT_EQ(result.end, End::budget_spent);
 }
@@ -141,7 +143,7 @@ TEST(Recommendation, MayComeBeforeAnyStep) {
   TrialFixture trial(R"([["recommend", 0.5, 0.5, 0.5]])");
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(1));
-  EXPECT_EQ(result.steps[0].recommendation_source, RecommendationSource::own);
+  EXPECT_EQ(result.steps[0].recommendation, "own");
   EXPECT_EQ(result.end, End::finished);
 }
 
@@ -153,7 +155,7 @@ TEST(Recommendation, DefaultsToBestMeasuredPoseForOptimizers) {
   EXPECT_EQ(result.steps[1].recommended_pose[0], 0.45);
   EXPECT_EQ(result.steps[2].recommended_pose[0], 0.52);
   EXPECT_EQ(result.steps[3].recommended_pose[0], 0.52);
-  for (const Step& step : result.steps) EXPECT_EQ(step.recommendation_source, RecommendationSource::best_measured);
+  for (const Step& step : result.steps) EXPECT_EQ(step.recommendation, "best_measured");
 }
 
 TEST(Recommendation, PrefersTheFirstOfEqualMeasurements) {
@@ -170,11 +172,11 @@ TEST(Recommendation, DefaultsToCurrentPoseForAgents) {
   const TrialResult result = trial.run();
   ASSERT_THAT(result.steps, SizeIs(3));
   for (const Step& step : result.steps) {
-    EXPECT_EQ(step.recommendation_source, RecommendationSource::current);
+    EXPECT_EQ(step.recommendation, "current");
     EXPECT_EQ(step.recommended_pose, step.commanded_pose);
     EXPECT_EQ(step.recommended_true_pose, step.true_pose);
     EXPECT_EQ(step.recommended_seconds, step.machine_seconds);
-    EXPECT_EQ(step.recommended_truth.mse, step.commanded_truth.mse);
+    EXPECT_EQ(step.recommended_mse, step.commanded_mse);
   }
   EXPECT_THAT(trial.seeds("truth"), SizeIs(3));
 }
@@ -204,11 +206,11 @@ TEST(OnStep, RunsOncePerCompleteStepWithItsCapture) {
   std::vector<unsigned> numbers;
   std::vector<std::size_t> captures_before;
   trial.callbacks.on_step = [&](const Step& step, const float* pixels) {
-    numbers.push_back(step.number);
+    numbers.push_back(step.step);
     captures_before.push_back(trial.seeds("capture").size());
-    EXPECT_NEAR(pixels[5], 0.5 + step.measured_rmse, 1e-7) << "the capture of this very step";
-    if (step.number == 1) {
-      EXPECT_EQ(step.recommendation_source, RecommendationSource::own);
+    EXPECT_NEAR(pixels[5], 0.5 + step.measured, 1e-7) << "the capture of this very step";
+    if (step.step == 1) {
+      EXPECT_EQ(step.recommendation, "own");
     }
   };
   const TrialResult result = trial.run();

@@ -1,4 +1,4 @@
-#include "records/compare.h"
+#include "records/difference.h"
 
 #include <gtest/gtest.h>
 

@@ -106,10 +106,10 @@ TEST_F(FolderCheck, NamesTheTrial) {
 
 TEST_F(FolderCheck, AllOrNoTrialsOfASceneHaveAnOptimum) {
   TrialRecord other = trial_;
+  other.own_optimum.mse = 1e-4;
   other.trial = "b1";
   other.instance = 8;
   other.instance_seed = instance_seed(1, SeedDomain::benchmark, 8);
-  other.has_own_optimum = true;
   EXPECT_THAT(finding({trial_, other}), HasSubstr("a0 (walker on toy calm #7) lacks 'own_optimum_mse'"));
 }
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "error_text.h"
-#include "records/compare.h"
+#include "records/difference.h"
 #include "records/step_numbers.h"
 #include "sample_records.h"
 
@@ -33,58 +33,58 @@ TEST(Record, WritesMtfOnlyWhereMeasured) {
   TrialRecord record = sample_trial("0123456789abcdef");
   EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("mtf")));
   const auto read_back = [&record] { return read_trial_line(lines_of(to_lines(record)).back(), "here").trial; };
-  EXPECT_TRUE(std::isnan(read_back().mtf.centre));
-  record.mtf = {0.75, 0.5};
-  record.uncured_mse = 1e-4;
-  record.uncured_mtf = {0.8, 0.625};
-  record.own_optimum_mtf = {0.875, 1};
+  EXPECT_TRUE(std::isnan(read_back().scores.mtf[Rule::own][Curing::after].centre));
+  record.scores.mtf[Rule::own][Curing::after] = {0.75, 0.5};
+  record.scores.uncured_mse[Rule::own] = 1e-4;
+  record.scores.mtf[Rule::own][Curing::before] = {0.8, 0.625};
+  record.own_optimum.mtf = {0.875, 1};
   EXPECT_THAT(to_lines(record),
               HasSubstr(R"("own_optimum_mtf_centre":0.875,"own_optimum_mtf_corner":1,"uncured_mse":1e-04,)"
                         R"("mtf_centre":0.75,"mtf_corner":0.5,"uncured_mtf_centre":0.8,"uncured_mtf_corner":0.625,)"
                         R"("message")"));
   const TrialRecord again = read_back();
-  EXPECT_EQ(again.mtf.centre, 0.75);
-  EXPECT_EQ(again.mtf.corner, 0.5);
-  EXPECT_EQ(again.uncured_mtf.corner, 0.625);
-  EXPECT_EQ(again.own_optimum_mtf.corner, 1);
+  EXPECT_EQ(again.scores.mtf[Rule::own][Curing::after].centre, 0.75);
+  EXPECT_EQ(again.scores.mtf[Rule::own][Curing::after].corner, 0.5);
+  EXPECT_EQ(again.scores.mtf[Rule::own][Curing::before].corner, 0.625);
+  EXPECT_EQ(again.own_optimum.mtf.corner, 1);
 }
 
 TEST(Record, WritesScoresOfOtherRulesOnlyWhereCuringShiftsTheLens) {
   TrialRecord record = sample_trial("0123456789abcdef");
   EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("glued")));
-  record.uncured_mse = 1e-4;
-  record.glued_mse.assign(record.steps.size(), 0.25);
-  record.glued_mse_error.assign(record.steps.size(), 0.5);
-  record.mtf = {0.75, 0.5};
-  record.best_mtf = {0.5, 0.25};
-  record.current_uncured_mtf = {0.125, 0};
+  record.scores.uncured_mse[Rule::own] = 1e-4;
+  record.scores.by_step[Rule::current].mse.assign(record.steps.size(), 0.25);
+  record.scores.by_step[Rule::current].error.assign(record.steps.size(), 0.5);
+  record.scores.mtf[Rule::own][Curing::after] = {0.75, 0.5};
+  record.scores.mtf[Rule::best][Curing::after] = {0.5, 0.25};
+  record.scores.mtf[Rule::current][Curing::before] = {0.125, 0};
   const TrialRecord again = read_trial_line(lines_of(to_lines(record)).back(), "here").trial;
-  EXPECT_EQ(again.glued_mse, record.glued_mse);
-  EXPECT_EQ(again.glued_mse_error, record.glued_mse_error);
-  EXPECT_EQ(again.best_mtf.corner, 0.25);
-  EXPECT_EQ(again.current_uncured_mtf.centre, 0.125);
-  record.glued_mse.pop_back();
+  EXPECT_EQ(again.scores.by_step[Rule::current].mse, record.scores.by_step[Rule::current].mse);
+  EXPECT_EQ(again.scores.by_step[Rule::current].error, record.scores.by_step[Rule::current].error);
+  EXPECT_EQ(again.scores.mtf[Rule::best][Curing::after].corner, 0.25);
+  EXPECT_EQ(again.scores.mtf[Rule::current][Curing::before].centre, 0.125);
+  record.scores.by_step[Rule::current].mse.pop_back();
   EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
 }
 
 TEST(Record, WritesScoresOfMovesBackOnlyWhereTheStageHasErrors) {
   TrialRecord record = sample_trial("0123456789abcdef");
   EXPECT_THAT(to_lines(record), testing::Not(HasSubstr("best_mse")));
-  record.best_mse.assign(record.steps.size(), 0.25);
-  record.best_mse_error.assign(record.steps.size(), 0.5);
-  record.best_uncured_mse = 0.125;
+  record.scores.by_step[Rule::best].mse.assign(record.steps.size(), 0.25);
+  record.scores.by_step[Rule::best].error.assign(record.steps.size(), 0.5);
+  record.scores.uncured_mse[Rule::best] = 0.125;
   TrialRecord again = read_trial_line(lines_of(to_lines(record)).back(), "here").trial;
   again.steps = record.steps;
   EXPECT_EQ(to_lines(again), to_lines(record));
-  EXPECT_EQ(again.best_uncured_mse, 0.125);
+  EXPECT_EQ(again.scores.uncured_mse[Rule::best], 0.125);
   EXPECT_FALSE(first_difference(record, again, 0));
-  again.best_mse.back() = 0.375;
+  again.scores.by_step[Rule::best].mse.back() = 0.375;
   ASSERT_TRUE(first_difference(record, again, 0));
   EXPECT_THAT(first_difference(record, again, 0)->field, HasSubstr("best_mse"));
   std::vector<StepNumbers> steps(record.steps.size());
-  set_glued(record, steps);
+  set_scores(record, steps);
   EXPECT_EQ(steps.back().best_mse, 0.25);
-  record.best_mse.pop_back();
+  record.scores.by_step[Rule::best].mse.pop_back();
   EXPECT_THROW(read_trial_line(lines_of(to_lines(record)).back(), "here"), Error);
 }
 
@@ -93,14 +93,14 @@ TEST(Record, KeepsCriteriaOnlyWhereTheyAreLimited) {
   TrialRecord record = sample_trial("t1");
   EXPECT_THAT(closing_line(record, 3), testing::Not(HasSubstr("criterion")));
   EXPECT_THAT(closing_line(record, 3), testing::Not(HasSubstr("_px")));
-  record.criteria[Criterion::centre] = {3, std::nan(""), 0.125};
+  record.criteria[criterion_named("centre_px")] = {3, std::nan(""), 0.125};
   record.criterion_optimum_pose = {0.5, 0.25};
   record.criterion_optimum_deficit = -0.1;
   const std::string line = closing_line(record, 3);
   EXPECT_THAT(line, HasSubstr(R"("centre_px":[3,null,0.125],"criterion_optimum_pose":[0.5,0.25])"));
   const TrialRecord read = read_trial_line(line, "here").trial;
   EXPECT_EQ(closing_line(read, 3), line);
-  EXPECT_TRUE(read.criteria[Criterion::tilt].empty());
+  EXPECT_TRUE(read.criteria[criterion_named("tilt_arcmin")].empty());
   EXPECT_THROW(read_trial_line(closing_line(record, 2), "here"), Error) << "three values of two steps";
 }
 
@@ -117,7 +117,7 @@ TEST(Specification, CompletesTheLimitsOfFields) {
   ByCriterion<double> values = Specification::none();
   EXPECT_FALSE(found.criteria_met_by(values)) << "unknown";
   values[Criterion::field_mtf] = 0;
-  values[Criterion::pose] = 2;
+  values[criterion_named("pose_um")] = 2;
   EXPECT_TRUE(found.criteria_met_by(values));
   values[Criterion::field_mtf] = 1e-9;
   EXPECT_FALSE(found.criteria_met_by(values));
@@ -162,10 +162,9 @@ TEST(Record, ReadsBackBitForBit) {
   TrialRecord record = sample_trial("0123456789abcdef", 1);
   record.message = "line one\nline \"two\"\t\xc3\xbc";
   record.warnings = {"compass: left the working directory at /"};
-  record.has_own_optimum = true;
-  record.own_optimum_mse = -1.1102230246251565e-16;
-  record.own_optimum_pose = {0.1, 1 / 3.0};
-  record.uncured_mse = 1 / 7.0;
+  record.own_optimum.mse = -1.1102230246251565e-16;
+  record.own_optimum.pose = {0.1, 1 / 3.0};
+  record.scores.uncured_mse[Rule::own] = 1 / 7.0;
   record.steps[1].commanded_pose = {0.1 + 0.2, -0.0};
   record.steps[1].limits_low = 18446744073709551615U;
   record.steps[1].limits_high = 9223372036854775808U;
@@ -186,10 +185,9 @@ TEST(Record, ReadsBackBitForBit) {
   EXPECT_EQ(closing.trial.message, record.message);
   EXPECT_EQ(closing.trial.warnings, record.warnings);
   EXPECT_EQ(closing.trial.instance_seed, record.instance_seed);
-  EXPECT_TRUE(closing.trial.has_own_optimum);
-  EXPECT_EQ(closing.trial.own_optimum_mse, record.own_optimum_mse);
-  EXPECT_EQ(closing.trial.own_optimum_pose, record.own_optimum_pose);
-  EXPECT_EQ(closing.trial.uncured_mse, record.uncured_mse);
+  EXPECT_EQ(closing.trial.own_optimum.mse, record.own_optimum.mse);
+  EXPECT_EQ(closing.trial.own_optimum.pose, record.own_optimum.pose);
+  EXPECT_EQ(closing.trial.scores.uncured_mse[Rule::own], record.scores.uncured_mse[Rule::own]);
 }
 
 TEST(Record, WritesRegionsOnlyOfCapturesOfRegions) {
