@@ -14,7 +14,7 @@ function(relign_add_module name)
   target_link_libraries(relign_${name} PUBLIC ${MODULE_DEPENDS} PRIVATE relign_compile ${MODULE_PRIVATE_DEPENDS})
 endfunction()
 
-set(RELIGN_WINGS foundation simulator harness results analysis)
+set(RELIGN_WINGS foundation simulator harness results analysis training)
 
 # relign_embed_file(SYMBOL file OUT): OUT becomes a C source, made at build time, with the file's bytes as
 # `const unsigned char SYMBOL[]` and their count `SYMBOL_size`.
