@@ -1,11 +1,10 @@
-#include "least_squares/binning.hpp"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 #include <relign/random.hpp>
 #include <stdexcept>
 
+#include "least_squares/binning.hpp"
 #include "least_squares/learnt_once.hpp"
 #include "least_squares/nominal_pose.hpp"
 #include "least_squares/nuisance.hpp"

@@ -5,8 +5,8 @@
 
 namespace relign::cli {
 
-// Drawings of lenses, because reports do not depend on optics; doctor's lines on instruction sets and, if component gpu is
-// built, the GPU.
+// Drawings of lenses, because reports do not depend on optics; doctor's lines on instruction sets and, if component gpu
+// is built, the GPU.
 void extend_harness(Extensions& extensions);
 
 // Below lens.

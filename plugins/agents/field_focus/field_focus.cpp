@@ -5,9 +5,9 @@
 #include <string>
 
 #include "focus_curves.hpp"
-#include "marks.hpp"
 #include "least_squares/learnt_once.hpp"
 #include "least_squares/nominal_pose.hpp"
+#include "marks.hpp"
 
 namespace {
 

@@ -67,7 +67,7 @@ void split_motion(Design& design) {
 }  // namespace
 
 least_squares::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
-                                       Eigen::Index height, double blur, double noise) {
+                                            Eigen::Index height, double blur, double noise) {
   if (stray.size() == 0) return {};
   return {image, stray, {width, height}, noise * (1 + 4 * kPi * blur * blur)};
 }

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "belief.hpp"
-#include "least_squares/nuisance.hpp"
 #include "least_squares/binning.hpp"
+#include "least_squares/nuisance.hpp"
 
 namespace sensitivity {
 
@@ -34,7 +34,7 @@ struct Level {
 // Under a blur the errors of a Gauss-Newton step are correlated over its area, and less noise would let smooth fields
 // absorb shifts of the image.
 least_squares::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
-                                       Eigen::Index height, double blur, double noise);
+                                            Eigen::Index height, double blur, double noise);
 
 // jacobian: pixels x axes. noise: variance of its entries, one per column, which is subtracted from `squares`.
 Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,

@@ -2,9 +2,9 @@
 #include <relign/plugin.hpp>
 
 #include "design.hpp"
-#include "memory.hpp"
 #include "least_squares/learnt_once.hpp"
 #include "least_squares/nominal_pose.hpp"
+#include "memory.hpp"
 #include "registration.hpp"
 
 namespace {

@@ -86,7 +86,7 @@ class JointFit {
     // Errors of the linear model are correlated over the area of the blur (as in `sensitivity`).
     const double noise = 1 + 4 * kPi * detail.blur * detail.blur;
     const least_squares::Nuisance<double>::Size bins{static_cast<Eigen::Index>(size.width / detail.bin),
-                                                static_cast<Eigen::Index>(size.height / detail.bin)};
+                                                     static_cast<Eigen::Index>(size.height / detail.bin)};
     for (const Site* site : sites) {
       Fitted fitted{site, site->mean(size, detail), {}, {}, layout.chain(site->commanded), {}, {}};
       const Vector picture = look(*site, x), variance = known.variance(picture, detail);

@@ -2,8 +2,8 @@
 #include <relign/plugin.hpp>
 
 #include "captures.h"
-#include "local_model.h"
 #include "least_squares/poses.hpp"
+#include "local_model.h"
 #include "secant_solver.h"
 
 namespace {
