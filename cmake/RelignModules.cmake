@@ -26,3 +26,11 @@ function(relign_embed_file symbol file out)
     DEPENDS "${file}" "${script}" VERBATIM)
   set(${out} "${output}" PARENT_SCOPE)
 endfunction()
+
+# relign_embed_schemas(TARGET name...): docs/schemas/NAME.schema.json as relign_schema_NAME, for base/schema.h.
+function(relign_embed_schemas target)
+  foreach(name ${ARGN})
+    relign_embed_file(relign_schema_${name} "${PROJECT_SOURCE_DIR}/docs/schemas/${name}.schema.json" source)
+    target_sources(${target} PRIVATE "${source}")
+  endforeach()
+endfunction()
