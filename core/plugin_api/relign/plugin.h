@@ -18,7 +18,7 @@
  *    the writer's struct_size, and never copies more of a struct than that.
  *  - A plugin library exports one data symbol, `relign_plugin_entry`. Nothing runs at load. Libraries are never
  *    unloaded.
- *  - Major versions must be equal and the plugin's `min_host_minor` at most the host's minor.
+ *  - Major versions must be equal.
  *  - The side that creates an object destroys it, through its own table. The other side copies what it keeps. Views
  *    (relign_text, relign_image, arrays) are borrowed; each function states for how long.
  *  - Functions never throw and never unwind. They return a relign_status; before a plugin returns a failure it may call
@@ -43,12 +43,8 @@
  *   [run-thread]     in the thread that called relign_algorithm_interface::run, until run returns
  *
  * Versions
- *  - Version 1 is frozen: a library built for it loads and runs in every host of version 1.
- *  - A change of the interface raises the minor version and may only append: a member at the end of a struct that has
- *    struct_size, a value at the end of an enum, an id with its struct. Nothing is removed, renamed, moved or given
- *    another type or meaning. A reader of a member that was added later checks struct_size first. relign_text never
- *    changes.
- *  - A plugin for a later minor loads in an older host, unless its min_host_minor forbids it.
+ *  - From the first release on, version 1 only grows (CONTRIBUTING.md): a library built for it runs in every host of
+ *    version 1. What a plugin may lack, or a host, is a table that is looked up by its id and may be null.
  */
 #ifndef RELIGN_PLUGIN_H
 #define RELIGN_PLUGIN_H
@@ -78,7 +74,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 7
+#define RELIGN_ABI_MINOR 0
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 
@@ -130,7 +126,7 @@ enum {
   RELIGN_OBSERVES_BOX = 1 << 3,   /* the box to search */
   RELIGN_OBSERVES_DESIGN = 1 << 4, /* the scene's design */
   RELIGN_OBSERVES_LEVEL = 1 << 5,  /* the noise level's distribution */
-  RELIGN_OBSERVES_HISTORY = 1 << 6 /* since 1.4: what inspection measured on earlier modules of the batch */
+  RELIGN_OBSERVES_HISTORY = 1 << 6 /* what inspection measured on earlier modules of the batch */
 };
 
 /* The facts of one trial. Valid during run. */
@@ -213,7 +209,7 @@ typedef struct relign_noise_level_interface {
   /* Writes one draw of the perturbations W, a pure function of its arguments. scene_json: what the scene's describe
    * wrote. Writes, for n axes, {"start": [n values in 0..1], "distortion": [[n x n]],
    * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and if glue matters
-   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Since 1.4, optionally errors
+   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Optionally errors
    * of the stage beyond the distortion, "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n],
    * "drift": [n], "drift_seconds": s}, each member optional, in fractions of the travel: full width of the play,
    * standard deviation after a move, resolution of the encoder (0: not rounded), and drift in the end, signed, with the
@@ -283,7 +279,7 @@ typedef struct relign_plugin_description {
   uint32_t struct_size;
   uint32_t abi_major;
   uint32_t abi_minor;
-  uint32_t min_host_minor;
+  uint32_t reserved;
   const char* manifest_json; /* NUL-terminated; byte for byte the relign-plugin.json beside the library */
   const char* build_info;    /* NUL-terminated: compiler and its version */
   /* The table of a RELIGN_*_INTERFACE id, valid for ever; null for others. [any-thread] */

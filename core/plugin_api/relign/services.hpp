@@ -89,8 +89,6 @@ class Measures {
   }
   // All fields at once, in the time of one of them. arguments_json: R"({"lp_per_mm": 50})", or cycles_per_pixel.
   std::vector<FieldMeasure> fields(std::string_view arguments_json) const {
-    if (service_->struct_size < offsetof(relign_measures_service, fields) + sizeof service_->fields)
-      throw std::runtime_error("fields: needs a host of at least 1.5");
     relign_field_measures written{};
     written.struct_size = sizeof written;
     border::check_service(service_, service_->fields(service_->context, to_text(arguments_json), &written), "fields");
@@ -207,8 +205,8 @@ class Model {
   std::weak_ptr<void> run_;
 };
 
-// "relign.prepared/1": pretraining on source instances, which are never benchmark instances. A host that does not
-// offer it never pretrains and has nothing to load.
+// "relign.prepared/1": pretraining on source instances, which are never benchmark instances. Not offered to a plugin
+// whose manifest lacks "prepare": then there is nothing to load.
 class Pretraining {
  public:
   explicit Pretraining(const relign_pretraining_service* service) : service_(service) {}
@@ -292,7 +290,6 @@ inline Model Trial::model() const {
 }
 
 inline bool Trial::select_regions(const std::vector<Region>& regions) {
-  if (observes(RELIGN_OBSERVES_IMAGES) && !service(RELIGN_SERVICE_REGIONS)) return false;  // a host before 1.6
   return relign::select_regions(
       offered<relign_regions_service>(RELIGN_SERVICE_REGIONS, RELIGN_OBSERVES_IMAGES, "images"), regions);
 }

@@ -91,7 +91,7 @@ class Trial {
   Prior prior() const;              // draws from the noise level; needs "level"
   History history() const;          // inspection of earlier modules of the batch; needs "history"
   Model model() const;              // a simulator of the scene's design; needs "design"
-  Pretraining pretraining() const;  // data from source instances; needs "prepare". Never throws: older hosts have none
+  Pretraining pretraining() const;  // data from source instances; needs "prepare". Never throws
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
   RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
 

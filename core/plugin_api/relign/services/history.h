@@ -1,5 +1,5 @@
 /*
- * relign/services/history.h: "relign.history/1", since 1.4: what inspection measured on earlier modules of the batch.
+ * relign/services/history.h: "relign.history/1": what inspection measured on earlier modules of the batch.
  * Needs RELIGN_OBSERVES_HISTORY. The rules of all services are in relign/plugin.h.
  *
  * The glue of modules from one batch cures alike: their shifts have a common mean, which a method can learn from the

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-/* Since 1.5: the slanted edges of the last capture, field by field, in the order of the scene's "fields". Arrays have
+/* The slanted edges of the last capture, field by field, in the order of the scene's "fields". Arrays have
  * `count` values and are valid until the next call of `fields`. NaN: not in this capture. */
 typedef struct relign_field_measures {
   uint32_t struct_size;
@@ -37,7 +37,7 @@ typedef struct relign_measures_service {
   relign_status (*measure)(void* context, relign_text name, relign_text arguments_json, double* value);
   /* Writes why the last service function of this trial failed. RELIGN_BAD_ARGUMENT: no sink. [run-thread] */
   relign_status (*why)(void* context, const relign_text_sink* sentence);
-  /* Since 1.5: all fields at once, in the time of one measure of a field. arguments_json: {"cycles_per_pixel": ...} or
+  /* Writes all fields at once, in the time of one measure of a field. arguments_json: {"cycles_per_pixel": ...} or
    * {"lp_per_mm": ...}. Writes `fields`, up to its struct_size. RELIGN_BAD_ARGUMENT: other arguments, or a scene
    * without fields. [run-thread] */
   relign_status (*fields)(void* context, relign_text arguments_json, relign_field_measures* fields);

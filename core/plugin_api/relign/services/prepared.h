@@ -1,5 +1,5 @@
 /*
- * relign/services/prepared.h: "relign.prepared/1", since 1.2: what the algorithm learnt in pretraining. Offered if the
+ * relign/services/prepared.h: "relign.prepared/1": what the algorithm learnt in pretraining. Offered if the
  * manifest declares "prepare". The rules of all services are in relign/plugin.h.
  *
  * For pretraining the host first runs one trial per *source instance*: drawn from the same noise level, for the same

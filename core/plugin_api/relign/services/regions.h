@@ -1,5 +1,5 @@
 /*
- * relign/services/regions.h: "relign.regions/1", since 1.6: the next capture reads out only some regions of the image,
+ * relign/services/regions.h: "relign.regions/1": the next capture reads out only some regions of the image,
  * and takes only their readout time. Needs RELIGN_OBSERVES_IMAGES. The rules of all services are in relign/plugin.h.
  *
  * Inside the regions pixels are those of the whole frame, bit for bit; the others are 0. The merit of such a capture is
