@@ -34,13 +34,8 @@ static const void* get_interface(relign_text id) {
   return id.size == size && memcmp(id.data, RELIGN_ALGORITHM_INTERFACE, size) == 0 ? &table : NULL;
 }
 
-static const relign_plugin_description entry = {sizeof(relign_plugin_description),
-                                                RELIGN_ABI_MAJOR,
-                                                RELIGN_ABI_MINOR,
-                                                0,
-                                                "{}",
-                                                "c11",
-                                                get_interface};
+static const relign_plugin_description entry = {
+    sizeof(relign_plugin_description), RELIGN_ABI_MAJOR, RELIGN_ABI_MINOR, 0, "{}", "c11", get_interface};
 
 static char failure[64];
 static void fail(void* context, relign_text message) {

@@ -10,7 +10,7 @@
  *
  *   plugin.h    host, parameters, algorithms, noise levels, scenes, the library
  *   types.h     status, text, image
- *   services/   what a trial offers besides steps, one header for each service
+ *   services.h  what a trial offers besides steps
  *   scene/      optional abilities of a scene, one header for each
  *
  * Rules
@@ -33,8 +33,9 @@
  *    RELIGN_BAD_ARGUMENT. Tables, `context` and every pointer that they return are valid until run returns, unless the
  *    function states less.
  *  - They cost no step, except relign.run/1. Time spent in them is the algorithm's own time.
- *  - After RELIGN_BAD_ARGUMENT and RELIGN_FAILED `why` has the message, until the next call of a service of the same
- *    trial.
+ *  - After RELIGN_BAD_ARGUMENT and RELIGN_FAILED relign_trial::why has the message, until the next call of a service of
+ *    the same trial. A function whose result has nowhere to go (a null pointer) returns RELIGN_BAD_ARGUMENT. A text
+ *    `x_json` is a JSON object; empty text is "{}".
  *  - Where a function may return RELIGN_STOP: the user stopped the run, nothing was done. Return promptly.
  *
  * Threads: every function is marked with where it is called.
@@ -59,14 +60,7 @@
 #include "scene/optimum.h"
 #include "scene/regions.h"
 #include "scene/stage.h"
-#include "services/history.h"
-#include "services/measures.h"
-#include "services/model.h"
-#include "services/prepared.h"
-#include "services/prior.h"
-#include "services/reference.h"
-#include "services/regions.h"
-#include "services/run.h"
+#include "services.h"
 #include "types.h"
 
 #ifdef __cplusplus
@@ -177,9 +171,11 @@ typedef struct relign_trial {
   /* Recommends a commanded pose (`axes` values) as the final pose. Costs no step and reveals nothing. Holds until the
    * next recommendation. [run-thread] */
   relign_status (*recommend)(void* context, const double* pose, uint32_t axes);
-  /* The table of a service by its id (services/), valid until run returns. Null when the host does not offer it or the
+  /* The table of a service by its id (services.h), valid until run returns. Null when the host does not offer it or the
    * manifest does not declare what it needs. [run-thread] */
   const void* (*get_service)(void* context, relign_text id);
+  /* Writes why the last service function of this trial failed. RELIGN_BAD_ARGUMENT: no sink. [run-thread] */
+  relign_status (*why)(void* context, const relign_text_sink* reason);
 } relign_trial;
 
 #define RELIGN_ALGORITHM_INTERFACE "relign.algorithm/1"

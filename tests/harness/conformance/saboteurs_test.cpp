@@ -138,8 +138,7 @@ TEST_P(Sound, PassesEveryCheckOfItsKind) {
 
 INSTANTIATE_TEST_SUITE_P(Each, Sound,
                          testing::Values("sound", "uses_services", "learns", "fast_math", "own_library", "old_strings",
-                                         "scene_sound", "station_sound",
-                                         "station_wanders", "noise_level_sound"),
+                                         "scene_sound", "station_sound", "station_wanders", "noise_level_sound"),
                          [](const auto& test) { return std::string(test.param); });
 
 #ifdef RELIGN_TOY_STATION

@@ -138,7 +138,8 @@ TEST_F(LibraryTest, LoadsTheSameLibraryFromSeveralThreads) {
 }
 
 TEST_F(LibraryTest, ReportsFailuresOfObjectsAsPluginFailed) {
-  const relign_trial trial{sizeof(relign_trial), 0, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+  relign_trial trial{};
+  trial.struct_size = sizeof trial;
   const auto failure = [&](const char* variant) {
     const Choice choice = choice_of(bytes_of(variant));
     return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(choice, {}).run(trial); });
