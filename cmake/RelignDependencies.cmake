@@ -10,6 +10,14 @@ function(relign_require package debian_package)
   endif()
 endfunction()
 
+# Makes the messages about services from their description, and runs tests. The distribution's, whose packages tests use; python3
+# of the PATH may be another one.
+find_program(RELIGN_DISTRIBUTION_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+find_program(RELIGN_DISTRIBUTION_PYTHON python3)
+if(NOT RELIGN_DISTRIBUTION_PYTHON)
+  message(FATAL_ERROR "python3 (3.11 or later) was not found (Debian and Ubuntu: python3). ${RELIGN_INSTALL_HINT}")
+endif()
+
 relign_require(nlohmann_json nlohmann-json3-dev)
 relign_require(simdjson libsimdjson-dev)
 relign_require(CLI11 libcli11-dev)
