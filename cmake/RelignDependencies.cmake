@@ -10,6 +10,14 @@ function(relign_require package debian_package)
   endif()
 endfunction()
 
+# Makes the messages about services from their description, and runs tests. The distribution's, whose packages tests use; python3
+# of the PATH may be another one.
+find_program(RELIGN_DISTRIBUTION_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH)
+find_program(RELIGN_DISTRIBUTION_PYTHON python3)
+if(NOT RELIGN_DISTRIBUTION_PYTHON)
+  message(FATAL_ERROR "python3 (3.11 or later) was not found (Debian and Ubuntu: python3). ${RELIGN_INSTALL_HINT}")
+endif()
+
 relign_require(nlohmann_json nlohmann-json3-dev)
 relign_require(simdjson libsimdjson-dev)
 relign_require(CLI11 libcli11-dev)
@@ -20,7 +28,9 @@ set_property(TARGET Eigen3::Eigen APPEND PROPERTY INTERFACE_COMPILE_DEFINITIONS
   EIGEN_NO_CPUID EIGEN_DEFAULT_L1_CACHE_SIZE=32768 EIGEN_DEFAULT_L2_CACHE_SIZE=524288 EIGEN_DEFAULT_L3_CACHE_SIZE=33554432)
 relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
-relign_require(LibArchive libarchive-dev)
+if(RELIGN_HAS_leaderboard)
+  relign_require(LibArchive libarchive-dev)
+endif()
 
 # Distribution functions of the statistics: headers of Boost.Math, nothing is linked.
 find_path(RELIGN_BOOST_INCLUDE_DIR boost/math/distributions/students_t.hpp)
@@ -57,14 +67,16 @@ add_library(relign_webp UNKNOWN IMPORTED)
 set_target_properties(relign_webp PROPERTIES IMPORTED_LOCATION "${RELIGN_WEBP_LIBRARY}"
                       INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_WEBP_INCLUDE_DIR}")
 
-# Networks with operators that plugins/policies does not have. All else works without it.
-find_library(RELIGN_OPENCV_dnn_LIBRARY opencv_dnn)
-find_path(RELIGN_OPENCV_DNN_INCLUDE_DIR opencv2/dnn.hpp PATH_SUFFIXES opencv4)
+# Networks with operators that core/training/policies does not have. All else works without it.
+if(RELIGN_HAS_training)
+  find_library(RELIGN_OPENCV_dnn_LIBRARY opencv_dnn)
+  find_path(RELIGN_OPENCV_DNN_INCLUDE_DIR opencv2/dnn.hpp PATH_SUFFIXES opencv4)
+endif()
 if(RELIGN_OPENCV_dnn_LIBRARY AND RELIGN_OPENCV_DNN_INCLUDE_DIR)
   add_library(opencv_dnn UNKNOWN IMPORTED)
   set_target_properties(opencv_dnn PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_dnn_LIBRARY}"
                         INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_DNN_INCLUDE_DIR}")
-else()
+elseif(RELIGN_HAS_training)
   message(STATUS "Networks with operators other than relign-train's cannot be run: OpenCV's module dnn was not found "
                  "(Debian and Ubuntu: libopencv-dnn-dev)")
 endif()
@@ -72,19 +84,25 @@ endif()
 find_package(Threads REQUIRED)
 
 # Meshes of lenses: read by assimp, traced by Embree. All else works without them.
-find_package(assimp QUIET)
-find_package(embree 3 QUIET)
+if(RELIGN_HAS_simulator)
+  find_package(assimp QUIET)
+  find_package(embree 3 QUIET)
+endif()
 if(assimp_FOUND AND embree_FOUND)
   set(RELIGN_HAS_MESHES ON)
 else()
   set(RELIGN_HAS_MESHES OFF)
-  message(STATUS "Meshes of lenses are left out (room mesh, scene plugin lens_mesh): assimp or Embree 3 was not found "
-                 "(Debian and Ubuntu: libassimp-dev libembree-dev)")
+  if(RELIGN_HAS_simulator)
+    message(STATUS "Meshes of lenses are left out (room mesh, scene plugin lens_mesh): assimp or Embree 3 was not found "
+                   "(Debian and Ubuntu: libassimp-dev libembree-dev)")
+  endif()
 endif()
 
 # Levenberg-Marquardt (optimizer ceres): one header of Ceres, nothing is linked. All else works without it.
-find_path(RELIGN_CERES_INCLUDE_DIR ceres/tiny_solver.h)
-if(NOT RELIGN_CERES_INCLUDE_DIR)
+if(RELIGN_HAS_plugins)
+  find_path(RELIGN_CERES_INCLUDE_DIR ceres/tiny_solver.h)
+endif()
+if(RELIGN_HAS_plugins AND NOT RELIGN_CERES_INCLUDE_DIR)
   message(STATUS "The optimizer ceres is left out: Ceres was not found (Debian and Ubuntu: libceres-dev)")
 endif()
 

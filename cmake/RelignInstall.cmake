@@ -6,9 +6,6 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-if(NOT TARGET relign-bench)
-  return()
-endif()
 if(NOT CMAKE_INSTALL_BINDIR STREQUAL "bin")
   message(FATAL_ERROR "CMAKE_INSTALL_BINDIR is ${CMAKE_INSTALL_BINDIR}; the program finds its plugins relative to "
                       "itself, so it must be bin.")

@@ -14,7 +14,7 @@ function(relign_add_module name)
   target_link_libraries(relign_${name} PUBLIC ${MODULE_DEPENDS} PRIVATE relign_compile ${MODULE_PRIVATE_DEPENDS})
 endfunction()
 
-set(RELIGN_WINGS foundation simulator harness results analysis)
+set(RELIGN_WINGS foundation simulator harness results analysis training)
 
 # relign_embed_file(SYMBOL file OUT): OUT becomes a C source, made at build time, with the file's bytes as
 # `const unsigned char SYMBOL[]` and their count `SYMBOL_size`.
@@ -25,4 +25,12 @@ function(relign_embed_file symbol file out)
     COMMAND "${CMAKE_COMMAND}" -D INPUT=${file} -D OUTPUT=${output} -D SYMBOL=${symbol} -P "${script}"
     DEPENDS "${file}" "${script}" VERBATIM)
   set(${out} "${output}" PARENT_SCOPE)
+endfunction()
+
+# relign_embed_schemas(TARGET name...): docs/schemas/NAME.schema.json as relign_schema_NAME, for base/schema.h.
+function(relign_embed_schemas target)
+  foreach(name ${ARGN})
+    relign_embed_file(relign_schema_${name} "${PROJECT_SOURCE_DIR}/docs/schemas/${name}.schema.json" source)
+    target_sources(${target} PRIVATE "${source}")
+  endforeach()
 endfunction()

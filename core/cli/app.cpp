@@ -101,7 +101,11 @@ int run_action(Context& context) {
   try {
     return context.action();
   } catch (const Error& error) {
-    print_error(error.what());
+    if (error.kind() == ErrorKind::stopped && !context.when_stopped.empty())
+      std::fprintf(stderr, "%s\n%s", context.when_stopped.c_str(),
+                   context.when_stopped.back() == ':' ? ("  " + context.typed_command() + "\n").c_str() : "");
+    else
+      print_error(error.what());
     return exit_code(error.kind());
   } catch (const std::filesystem::filesystem_error& error) {
     print_error(fault_text(error));
@@ -221,7 +225,7 @@ void add_rule_option(CLI::App& verb, std::string& rule) {
       ->check(CLI::IsMember({"own", "best", "current"}));
 }
 
-int run_program(int argc, const char* const* argv) {
+int run_program(int argc, const char* const* argv, const std::function<void(CLI::App&, Context&)>& add_verbs) {
   Context context;
   context.command_line.assign(argv, argv + argc);
   if (argc > 0) set_own_program(argv[0]);
@@ -240,28 +244,7 @@ int run_program(int argc, const char* const* argv) {
         "failed; 4 records differ, or a comparison gate failed; 5 plugin rejected; 75 stopped, resumable;\n"
         "130 interrupted by Ctrl-C, resumable.");
     add_global_options(app, context);
-    add_run(app, context);
-    add_try(app, context);
-    add_validate(app, context);
-    add_list(app, context);
-    add_describe(app, context);
-    add_render(app, context);
-    add_report(app, context);
-    add_compare(app, context);
-    add_leaderboard(app, context);
-    add_plan(app, context);
-    add_merge(app, context);
-    add_slurm(app, context);
-    add_verify(app, context);
-    add_seal(app, context);
-    add_unseal(app, context);
-    add_submit(app, context);
-    add_lens(app, context);
-    add_scene(app, context);
-    add_plugin(app, context);
-    add_doctor(app, context);
-    add_completion(app, context);
-    add_worker(app, context);
+    add_verbs(app, context);
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
     context.action = [&] {

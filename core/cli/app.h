@@ -21,13 +21,41 @@
 
 namespace relign::cli {
 
+class Context;
+
+// One line of doctor.
+struct Finding {
+  std::string what;
+  std::string state;  // "ok"; "note": works with limits; "wrong": something will not work
+  std::string found;
+};
+
+struct NewNetworkPlugin {
+  std::string name;  // of the folder's files
+  std::string onnx;  // the network
+  std::string scene;
+  std::filesystem::path folder;  // is created; must not exist
+};
+
+// What components beside the harness add to its verbs. Empty functions and lists: not built.
+struct Extensions {
+  // The SVG of a scene's lens; empty for a scene without a lens file of ours.
+  std::function<std::string(const plugin_host::Choice& scene)> draw_lens;
+  // `plugin new --onnx`: writes the folder of an agent that follows a foreign network, or nothing. Throws Error:
+  // bad_input if the network cannot be used or the folder exists; io.
+  std::function<void(Context&, const NewNetworkPlugin&)> write_network_plugin;
+  std::vector<std::function<Finding()>> findings;  // of doctor
+};
+
 class Context {
  public:
+  Extensions extensions;
   bool json = false;                       // --json
   std::vector<std::string> plugin_paths;   // --plugin
   std::string progress_name = "auto";      // --progress
   std::vector<std::string> command_line;   // as typed; shown in messages on how to resume
   std::function<int()> action;             // set by the chosen verb
+  std::string when_stopped;                // by add_action
   bool sandboxed = false;                  // --sandbox
   std::vector<std::string> sandbox_shown;  // --sandbox-show
 
@@ -62,6 +90,20 @@ struct VerbText {
 };
 CLI::App& add_verb(CLI::App& parent, const VerbText& text);
 
+// Makes `run` the verb's action, and returns the arguments that it will get, for the verb's options to refer to.
+// `when_stopped`, if given, is printed when `run` throws Error(stopped); a colon at its end announces the command as
+// typed.
+template <class Arguments>
+Arguments& add_action(CLI::App& verb, Context& context, int (*run)(Context&, const Arguments&),
+                      const char* when_stopped = "") {
+  const auto arguments = std::make_shared<Arguments>();
+  verb.callback([&context, arguments, run, when_stopped] {
+    context.when_stopped = when_stopped;
+    context.action = [&context, arguments, run] { return run(context, *arguments); };
+  });
+  return *arguments;
+}
+
 // --sandbox and --sandbox-show.
 void add_sandbox_options(CLI::App& verb, Context& context);
 
@@ -74,6 +116,7 @@ CLI::Validator whole_number();
 // --rule, the recommendation rule of report and compare.
 void add_rule_option(CLI::App& verb, std::string& rule);
 
+// The verbs of the harness; add_scene and add_plugin return their verb for those below it.
 void add_run(CLI::App& app, Context& context);
 void add_worker(CLI::App& app, Context& context);  // hidden: worker processes of run
 void add_try(CLI::App& app, Context& context);
@@ -85,27 +128,26 @@ void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);
 void add_report(CLI::App& app, Context& context);
 void add_compare(CLI::App& app, Context& context);
-void add_leaderboard(CLI::App& app, Context& context);
 void add_merge(CLI::App& app, Context& context);
 void add_plan(CLI::App& app, Context& context);
-void add_slurm(CLI::App& app, Context& context);
-void add_slurm_status(CLI::App& slurm, Context& context);  // below slurm
 void add_verify(CLI::App& app, Context& context);
 void add_seal(CLI::App& app, Context& context);
 void add_unseal(CLI::App& app, Context& context);
-void add_submit(CLI::App& app, Context& context);
-void add_submit_evaluate(CLI::App& submit, Context& context);  // below submit
-void add_lens(CLI::App& app, Context& context);
-void add_lens_mesh(CLI::App& lens, Context& context);  // below lens
-void add_lens_draw(CLI::App& lens, Context& context);  // below lens
 void add_scene(CLI::App& app, Context& context);
-void add_scene_new(CLI::App& scene, Context& context);  // below scene
 void add_plugin(CLI::App& app, Context& context);
 void add_plugin_check(CLI::App& plugin, Context& context);    // below plugin
 void add_plugin_prepare(CLI::App& plugin, Context& context);  // below plugin
 
-// Parses the arguments, runs the verb and returns the exit code. Never throws.
-int run_program(int argc, const char* const* argv);
+// Those of the other components, which main.cpp adds if they are built.
+void add_lens(CLI::App& app, Context& context);
+void add_scene_new(CLI::App& scene, Context& context);  // below scene
+void add_leaderboard(CLI::App& app, Context& context);
+void add_submit(CLI::App& app, Context& context);
+void add_slurm(CLI::App& app, Context& context);
+
+// Parses the arguments, runs the verb and returns the exit code. `add_verbs` adds the verbs and sets
+// context.extensions. Never throws.
+int run_program(int argc, const char* const* argv, const std::function<void(CLI::App&, Context&)>& add_verbs);
 
 // Writes to stdout. Throws Error(io) if that fails (full disk, closed pipe).
 void print_result(const std::string& text);

@@ -35,32 +35,29 @@ void add_compare(CLI::App& app, Context& context) {
                                   "relign-bench compare results/before results/after --gate 'recommended@20<=1.02x'\n"
                                   "relign-bench compare results/quick:random results/quick:nlopt-bobyqa",
                                   "report, verify"});
-  auto arguments = std::make_shared<CompareArguments>();
-  verb.add_option("A", arguments->a, "baseline: results folder, or FOLDER:METHOD")->required()->type_name("A");
-  verb.add_option("B", arguments->b, "candidate, in the same form")->required()->type_name("B");
-  verb.add_option("--track", arguments->track,
+  CompareArguments& arguments = add_action(verb, context, write_comparison);
+  verb.add_option("A", arguments.a, "baseline: results folder, or FOLDER:METHOD")->required()->type_name("A");
+  verb.add_option("B", arguments.b, "candidate, in the same form")->required()->type_name("B");
+  verb.add_option("--track", arguments.track,
                   "error to compare; noise-free: recommended (by --rule), commanded, excess, recommended_best or "
                   "recommended_current; measured: best or measured [default: recommended]")
       ->type_name("TRACK:{recommended,commanded,excess,recommended_best,recommended_current,best,measured}");
-  add_rule_option(verb, arguments->rule);
-  verb.add_option("--step", arguments->step, "step to compare at [default: the last step that both have]")
+  add_rule_option(verb, arguments.rule);
+  verb.add_option("--step", arguments.step, "step to compare at [default: the last step that both have]")
       ->check(CLI::Range(0, 999999))
       ->type_name("N");
   verb.add_option(
-          "--relevant", arguments->relevant,
+          "--relevant", arguments.relevant,
           "smallest ratio of errors that matters; within it A and B are practically equal [default: the analysis "
           "plan's, else 1.1]")
       ->check(CLI::Range(1.0, 1000.0))
       ->type_name("RATIO");
   verb.add_option(
-          "--gate", arguments->gates,
+          "--gate", arguments.gates,
           "condition that must hold, else exit code 4; repeatable. TRACK@STEP<=1.02x: ratio B / A at most 1.02; "
           "TRACK@STEP<=0.01: median of B at most 0.01; yield>=0.95: yield of B at least 0.95; yield>=A-0.02: "
           "yield of B at most 0.02 below that of A")
       ->type_name("GATE");
-  verb.callback([&context, arguments] {
-    context.action = [&context, arguments] { return write_comparison(context, *arguments); };
-  });
 }
 
 }  // namespace relign::cli

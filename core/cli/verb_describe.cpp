@@ -236,8 +236,7 @@ void add_describe(CLI::App& app, Context& context) {
                                   "relign-bench describe nlopt-sbplx\n"
                                   "relign-bench describe relign_od --noise-level rho0.25 --noise-level rho0.5",
                                   "list, try"});
-  auto arguments = std::make_shared<DescribeArguments>();
-  DescribeArguments& given = *arguments;
+  DescribeArguments& given = add_action(verb, context, describe);
   verb.add_option("ID", given.id, "id of a plugin or preset, or path of a plugin")->required();
   verb.add_option("--noise-level", given.levels,
                   "for a scene: also print how far the own optima of this level's instances are from the nominal pose; "
@@ -248,8 +247,6 @@ void add_describe(CLI::App& app, Context& context) {
       ->type_name("NUMBER")
       ->check(CLI::Range(1U, 10000U))
       ->capture_default_str();
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return describe(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -10,19 +10,11 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/text_table.h"
-#include "gpu/gpu.h"
-#include "optics/ray_block.h"
 
 namespace relign::cli {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct Finding {
-  std::string what;
-  std::string state;  // "ok"; "note": works with limits; "wrong": something will not work
-  std::string found;
-};
 
 std::string processor_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -31,19 +23,6 @@ std::string processor_name() {
       return line.substr(line.find(": ") + 2);
   utsname machine{};
   return ::uname(&machine) == 0 ? machine.machine : "unknown";
-}
-
-Finding vector_instructions() {
-  for (const char* set : {"avx512", "avx2"})
-    if (optics::block_kernels(set)) return {"instructions", "ok", set};
-  return {"instructions", "note",
-          "no AVX2: the simulator is several times slower than documented; images are the same"};
-}
-
-Finding gpu_of_this_machine() {
-  const gpu::Availability found = gpu::look_for_gpu();
-  if (found.usable) return {"gpu", "ok", found.sentence};
-  return {"gpu", "note", found.sentence + ": the GPU simulator cannot run"};
 }
 
 Finding memory() {
@@ -115,10 +94,9 @@ int check_machine(Context& context) {
                       "relign-bench " RELIGN_VERSION ", plugin interface " + std::to_string(RELIGN_ABI_MAJOR) + "." +
                           std::to_string(RELIGN_ABI_MINOR)});
   findings.push_back({"processor", "ok", processor_name()});
-  findings.push_back(vector_instructions());
   findings.push_back({"cores", "ok", std::to_string(core_count())});
   findings.push_back(memory());
-  findings.push_back(gpu_of_this_machine());
+  for (const auto& finding : context.extensions.findings) findings.push_back(finding());
   findings.push_back(folder("cache folder", cache_folder(),
                             "reference images and pretraining are repeated in every run; set XDG_CACHE_HOME to a "
                             "writable folder"));

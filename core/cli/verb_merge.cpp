@@ -102,15 +102,13 @@ void add_merge(CLI::App& app, Context& context) {
                      "relign-bench merge results/study results/ours -o results/both\n"
                      "relign-bench merge results/quick -o results/quick-all   # all shards in results/quick",
                      "plan, run, report, verify"});
-  auto arguments = std::make_shared<MergeArguments>();
-  verb.add_option("DIR", arguments->folders, "one or more results folders or folders of shards")
+  MergeArguments& arguments = add_action(verb, context, run_merge);
+  verb.add_option("DIR", arguments.folders, "one or more results folders or folders of shards")
       ->required()
       ->type_name("DIR");
-  verb.add_option("-o,--out", arguments->out, "folder to create; a folder from an earlier merge is replaced")
+  verb.add_option("-o,--out", arguments.out, "folder to create; a folder from an earlier merge is replaced")
       ->required()
       ->type_name("DIR");
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return run_merge(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

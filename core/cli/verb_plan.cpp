@@ -70,16 +70,6 @@ int make_plan(Context& context, const PlanArguments& arguments) {
   return kDone;
 }
 
-int plan_or_stop(Context& context, const PlanArguments& arguments) {
-  try {
-    return make_plan(context, arguments);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::stopped) throw;
-    std::fputs("Stopped; no plan was written.\n", stderr);
-    return stop_exit_code();
-  }
-}
-
 }  // namespace
 
 void add_plan(CLI::App& app, Context& context) {
@@ -89,20 +79,18 @@ void add_plan(CLI::App& app, Context& context) {
                      "relign-bench run --plan plan.json --shard 0/4   # ... to 3/4\n"
                      "relign-bench merge results/quick -o results/quick-merged",
                      "run, merge, validate"});
-  auto arguments = std::make_shared<PlanArguments>();
-  arguments->out = "plan.json";
-  verb.add_option("SUITE", arguments->suite, kSuiteHelp)->required()->type_name("FILE");
-  verb.add_option("-o,--out", arguments->out, "plan file; plugins and data files are not copied into it")
+  PlanArguments& arguments = add_action(verb, context, make_plan, "Stopped; no plan was written.");
+  arguments.out = "plan.json";
+  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->required()->type_name("FILE");
+  verb.add_option("-o,--out", arguments.out, "plan file; plugins and data files are not copied into it")
       ->type_name("FILE")
       ->capture_default_str();
-  verb.add_option("--shards", arguments->shards,
+  verb.add_option("--shards", arguments.shards,
                   "number of shards, of about equal work; five to ten minutes each is a good size")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();
   add_sandbox_options(verb, context);
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return plan_or_stop(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -7,7 +7,6 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
-#include "cli/network_plugin.h"
 #include "cli/scaffold.h"
 
 namespace relign::cli {
@@ -51,7 +50,9 @@ int new_network(Context& context, const NewPluginArguments& arguments) {
     throw Error(ErrorKind::bad_input, "--onnx: requires --kind agent, found '" + arguments.kind + "'");
   const NewNetworkPlugin wanted{arguments.name, arguments.onnx, arguments.scene,
                                 arguments.out.empty() ? arguments.name : arguments.out};
-  write_network_plugin(context, wanted);
+  if (!context.extensions.write_network_plugin)
+    throw Error(ErrorKind::bad_input, "--onnx: this program was built without the component 'training'");
+  context.extensions.write_network_plugin(context, wanted);
   const fs::path side_file = wanted.folder / (wanted.name + ".json");
   if (context.json)
     print_result(Json{{"id", wanted.name},
@@ -103,27 +104,25 @@ void add_new(CLI::App& plugin, Context& context) {
        "relign-bench plugin new --kind optimizer my_search\n"
        "relign-bench plugin new --kind agent --onnx my_net.onnx my_net",
        "plugin check, try, describe"});
-  auto arguments = std::make_shared<NewPluginArguments>();
-  verb.add_option("NAME", arguments->name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
-  verb.add_option("--kind", arguments->kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
+  NewPluginArguments& arguments = add_action(verb, context, new_plugin);
+  verb.add_option("NAME", arguments.name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
+  verb.add_option("--kind", arguments.kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
       ->type_name("KIND:{optimizer,agent,scene,noise-level}")
       ->required();
-  verb.add_option("--lang", arguments->language, "language: cpp or python")
+  verb.add_option("--lang", arguments.language, "language: cpp or python")
       ->type_name("LANGUAGE")
       ->check(CLI::IsMember({"cpp", "python"}))
       ->capture_default_str();
-  verb.add_option("-o,--out", arguments->out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
+  verb.add_option("-o,--out", arguments.out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
   CLI::Option* onnx =
-      verb.add_option("--onnx", arguments->onnx,
+      verb.add_option("--onnx", arguments.onnx,
                       "with --kind agent: ONNX network from images to moves, which is copied and gets a side file")
           ->type_name("FILE")
           ->excludes(verb.get_option("--lang"));
-  verb.add_option("--scene", arguments->scene, "with --onnx: scene that the network is for: id, preset or path")
+  verb.add_option("--scene", arguments.scene, "with --onnx: scene that the network is for: id, preset or path")
       ->type_name("SCENE")
       ->capture_default_str()
       ->needs(onnx);
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return new_plugin(context, *arguments); }; });
 }
 
 }  // namespace

@@ -66,17 +66,6 @@ int prepare_plugin(Context& context, const PrepareArguments& arguments) {
   return kTrialsFailed;
 }
 
-int prepare_or_stop(Context& context, const PrepareArguments& arguments) {
-  try {
-    return prepare_plugin(context, arguments);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::stopped) throw;
-    std::fprintf(stderr, "Stopped; nothing was kept. To start again, run the same command:\n  %s\n",
-                 context.typed_command().c_str());
-    return stop_exit_code();
-  }
-}
-
 }  // namespace
 
 void add_plugin_prepare(CLI::App& plugin, Context& context) {
@@ -86,26 +75,24 @@ void add_plugin_prepare(CLI::App& plugin, Context& context) {
        "Pretrain an algorithm on source instances of a scene and noise level, which are never benchmark instances. The "
        "result is kept in the user's cache. run and try pretrain automatically where it is missing.",
        "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
-  auto arguments = std::make_shared<PrepareArguments>();
-  verb.add_option("ALGORITHM", arguments->algorithm, "algorithm: id, preset or path")->required();
-  verb.add_option("--parameters", arguments->parameters,
+  PrepareArguments& arguments =
+      add_action(verb, context, prepare_plugin, "Stopped; nothing was kept. To start again, run the same command:");
+  verb.add_option("ALGORITHM", arguments.algorithm, "algorithm: id, preset or path")->required();
+  verb.add_option("--parameters", arguments.parameters,
                   "algorithm parameters as a JSON object, the same as in its trials; listed by describe [default: the "
                   "plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "scene: id, preset, path, or an object as in a suite")
+  verb.add_option("--scene", arguments.scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level, "noise level: id, preset, path, or an object as in a suite")
+  verb.add_option("--noise-level", arguments.level, "noise level: id, preset, path, or an object as in a suite")
       ->default_str("rho0.25; rho0 for a scene with fewer than two elements")
       ->type_name("LEVEL");
-  verb.add_option("--protocol", arguments->protocol, "protocol (what the algorithm observes): paper or blind")
+  verb.add_option("--protocol", arguments.protocol, "protocol (what the algorithm observes): paper or blind")
       ->type_name("NAME")
       ->check(CLI::IsMember({"paper", "blind"}))
       ->capture_default_str();
-  verb.add_flag("--again", arguments->again, "pretrain again, replacing a cached result");
-  verb.callback([&context, arguments] {
-    context.action = [&context, arguments] { return prepare_or_stop(context, *arguments); };
-  });
+  verb.add_flag("--again", arguments.again, "pretrain again, replacing a cached result");
 }
 
 }  // namespace relign::cli

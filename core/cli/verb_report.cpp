@@ -153,26 +153,24 @@ void add_report(CLI::App& app, Context& context) {
        "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
        "relign-bench report results/mine results/published -o both.html",
        "run, merge, compare"});
-  auto arguments = std::make_shared<ReportArguments>();
-  verb.add_option("DIR", arguments->folders, "one or more results folders")->required()->type_name("DIR");
+  ReportArguments& arguments = add_action(verb, context, write_reports);
+  verb.add_option("DIR", arguments.folders, "one or more results folders")->required()->type_name("DIR");
   verb.add_option(
-          "-o,--out", arguments->out,
+          "-o,--out", arguments.out,
           "write only this file (- for standard output); several folders make one page, which compares those with the "
           "same instance set and shows the others separately [default: html: DIR/report.html, with tables beside it; "
           "md, csv, json: standard output]")
       ->type_name("FILE");
   verb.add_option(
-          "--format", arguments->format,
+          "--format", arguments.format,
           "html, md (Markdown tables for a README), csv (one row per method, scene, noise level and protocol) or json "
           "(all numbers of the page) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md", "csv", "json"}));
-  add_rule_option(verb, arguments->rule);
-  verb.add_option("--figures", arguments->figures,
+  add_rule_option(verb, arguments.rule);
+  verb.add_option("--figures", arguments.figures,
                   "also write every figure as SVG, and its numbers as CSV, to this folder, for a paper [default: none]")
       ->type_name("FOLDER");
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return write_reports(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -13,7 +13,6 @@
 #include "cli/interrupt.h"
 #include "cli/plan_check.h"
 #include "cli/progress.h"
-#include "cli/scene_drawing.h"
 #include "cli/secrets.h"
 #include "cli/shard_job.h"
 #include "cli/shared_files.h"
@@ -190,7 +189,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   }
   options.cache_folder = relign::cache_folder();
   options.command = context.typed_command();
-  options.draw_lens = scene_lens_svg;
+  options.draw_lens = context.extensions.draw_lens;
 
   if (arguments.suite.empty() == arguments.plan.empty())
     throw Error(ErrorKind::bad_input,
@@ -212,19 +211,12 @@ int run_suite(Context& context, const RunArguments& arguments) {
   runner::Progress preparing;
   preparing.doing = "preparing scenes and plugins";
   progress.update(preparing);
-  runner::PreparedPlan prepared;
+  runner::PreparedPlan prepared = prepared_plan(std::move(suite), options);
   std::unique_ptr<runner::ShardAttempt> attempt;
-  try {
-    prepared = prepared_plan(std::move(suite), options);
-    if (job) attempt = job->begin(options.results, prepared, options.on_message);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::stopped) throw;
-    progress.finish();
-    std::fprintf(stderr, "Stopped before the first trial. To start again, run the same command:\n  %s\n",
-                 context.typed_command().c_str());
-    return stop_exit_code();
+  if (job) {
+    attempt = job->begin(options.results, prepared, options.on_message);
+    options.results = attempt->folder();
   }
-  if (attempt) options.results = attempt->folder();
   if (attempt && prepared.plan.trials.empty()) {
     progress.finish();
     return print_shard(context, "", {});
@@ -271,44 +263,43 @@ void add_run(CLI::App& app, Context& context) {
                                   "relign-bench run suites/quick.json --workers 2\n"
                                   "relign-bench run --plan plan.json --shard 3/40",
                                   "validate, try, report, plan, verify"});
-  auto arguments = std::make_shared<RunArguments>();
-  verb.add_option("SUITE", arguments->suite, kSuiteHelp)->type_name("FILE");
-  verb.add_option("-o,--out", arguments->out,
+  RunArguments& arguments =
+      add_action(verb, context, run_suite, "Stopped before the first trial. To start again, run the same command:");
+  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->type_name("FILE");
+  verb.add_option("-o,--out", arguments.out,
                   "results folder; with --plan, the folder of the shards' folders [default: results/NAME, with the "
                   "suite's name]")
       ->type_name("DIR");
-  verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
+  verb.add_option("--workers", arguments.workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));
-  verb.add_option("--only", arguments->only,
+  verb.add_option("--only", arguments.only,
                   "run only these trials: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
   verb.add_option(
-          "--isolation", arguments->isolation,
+          "--isolation", arguments.isolation,
           "process: each worker is a separate process, and a plugin that crashes or hangs fails only its trial; "
           "none: workers are threads of this process, for debugging")
       ->type_name("MODE")
       ->check(CLI::IsMember({"process", "none"}))
       ->capture_default_str();
   add_sandbox_options(verb, context);
-  verb.add_flag("--retry-failed", arguments->retry_failed, "rerun trials that failed");
-  verb.add_flag("--drop-damaged", arguments->drop_damaged,
+  verb.add_flag("--retry-failed", arguments.retry_failed, "rerun trials that failed");
+  verb.add_flag("--drop-damaged", arguments.drop_damaged,
                 "remove damaged records from the results folder, and run their trials again");
   CLI::Option* plan =
-      verb.add_option("--plan", arguments->plan,
+      verb.add_option("--plan", arguments.plan,
                       "plan to run instead of a suite, written by 'relign-bench plan'; requires --shard")
           ->type_name("FILE");
   CLI::Option* shard =
-      verb.add_option("--shard", arguments->shard,
+      verb.add_option("--shard", arguments.shard,
                       "shard i of the plan's n, from 0; writes shard-000i.MACHINE in the results folder")
           ->type_name("i/n");
   plan->needs(shard);
   shard->needs(plan);
-  add_secret_option(verb, arguments->secret);
+  add_secret_option(verb, arguments.secret);
   for (const char* other : {"SUITE", "--only"}) plan->excludes(verb.get_option(other));
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return run_suite(context, *arguments); }; });
 }
 
 void add_worker(CLI::App& app, Context& context) {

@@ -133,14 +133,12 @@ void add_scene(CLI::App& app, Context& context) {
       add_verb(app, {"scene", "Create a scene from a lens file, or map the error of a scene over its poses.",
                      "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
-  add_scene_new(scene, context);
-  auto arguments = std::make_shared<LandscapeArguments>();
-  LandscapeArguments& given = *arguments;
   CLI::App& verb = add_verb(
       scene, {"landscape", "Map the noise-free RMSE over every pair of axes, as a picture, a page and a table.",
               "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
               "relign-bench scene landscape --scene gaussian_spot -o spot.html",
               "lens draw, render, describe"});
+  LandscapeArguments& given = add_action(verb, context, landscape);
   verb.add_option("-o,--out", given.out,
                   "folder for landscape.png, .html and .csv, or a single file with one of these extensions")
       ->type_name("PATH")
@@ -160,8 +158,6 @@ void add_scene(CLI::App& app, Context& context) {
       ->type_name("COUNT")
       ->check(CLI::Range(3, 501))
       ->capture_default_str();
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return landscape(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

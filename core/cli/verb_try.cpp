@@ -135,7 +135,8 @@ std::shared_ptr<const trials::PreparedByIdentity> pretraining_of(
   return runner::data_of(pretrainer.prepare(job, runner::data_identity(scene.facts)));
 }
 
-int run_try(Context& context, TryArguments arguments) {
+int run_try(Context& context, const TryArguments& given) {
+  TryArguments arguments = given;
   context.start_sandbox("");
   plugin_host::adopt_orphans();
   plugin_host::Catalog& catalog = context.catalog();
@@ -190,17 +191,6 @@ int run_try(Context& context, TryArguments arguments) {
   return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts.truth);
 }
 
-int try_or_stop(Context& context, const TryArguments& arguments) {
-  try {
-    return run_try(context, arguments);
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::stopped) throw;
-    std::fprintf(stderr, "Stopped before the trial. To start again, run the same command:\n  %s\n",
-                 context.typed_command().c_str());
-    return stop_exit_code();
-  }
-}
-
 }  // namespace
 
 void add_try(CLI::App& app, Context& context) {
@@ -210,45 +200,44 @@ void add_try(CLI::App& app, Context& context) {
             "relign-bench try nlopt-sbplx --parameters '{\"first_stride\": 0.1}'\n"
             "relign-bench try imitation-ppo --noise-level '{\"use\": \"rho\", \"parameters\": {\"level\": 0.75}}'",
             "list, describe, run"});
-  auto arguments = std::make_shared<TryArguments>();
-  verb.add_option("ALGORITHM", arguments->algorithm,
+  TryArguments& arguments =
+      add_action(verb, context, run_try, "Stopped before the trial. To start again, run the same command:");
+  verb.add_option("ALGORITHM", arguments.algorithm,
                   "algorithm: id, preset, path, or an object with \"use\" and \"parameters\" as in a suite")
       ->required();
-  verb.add_option("--parameters", arguments->parameters,
+  verb.add_option("--parameters", arguments.parameters,
                   "algorithm parameters as a JSON object; listed by describe [default: the plugin's]")
       ->type_name("JSON");
-  verb.add_option("--scene", arguments->scene, "scene: id, preset, path, or an object as in a suite")
+  verb.add_option("--scene", arguments.scene, "scene: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->capture_default_str();
-  verb.add_option("--noise-level", arguments->level,
+  verb.add_option("--noise-level", arguments.level,
                   "noise level: id, preset, path, or an object as in a suite; a hardware station requires 'none'")
       ->default_str("rho0.25; rho0 for a scene with fewer than two elements")
       ->type_name("LEVEL");
-  verb.add_option("--instance", arguments->instance, "instance number, from 0")
+  verb.add_option("--instance", arguments.instance, "instance number, from 0")
       ->type_name("NUMBER")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--suite-seed", arguments->suite_seed, "suite seed from which the instance is drawn")
+  verb.add_option("--suite-seed", arguments.suite_seed, "suite seed from which the instance is drawn")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--protocol", arguments->protocol, "protocol (what the algorithm observes): paper or blind")
+  verb.add_option("--protocol", arguments.protocol, "protocol (what the algorithm observes): paper or blind")
       ->type_name("NAME")
       ->check(CLI::IsMember({"paper", "blind"}))
       ->capture_default_str();
-  verb.add_option("--merit", arguments->merit,
+  verb.add_option("--merit", arguments.merit,
                   "merit: combined, rmse, or by field mtf or edge_energy [default: the protocol's]")
       ->type_name("NAME")
       ->check(CLI::IsMember(trials::merit_names()));
-  verb.add_option("--steps", arguments->steps, "budget: number of steps (a move and a capture each) after step 0")
+  verb.add_option("--steps", arguments.steps, "budget: number of steps (a move and a capture each) after step 0")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, kMaxSteps))
       ->capture_default_str();
   add_sandbox_options(verb, context);
-  verb.add_option("--frames", arguments->frames, "write every capture to DIR/step-NNN.png [default: none]")
+  verb.add_option("--frames", arguments.frames, "write every capture to DIR/step-NNN.png [default: none]")
       ->type_name("DIR");
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return try_or_stop(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

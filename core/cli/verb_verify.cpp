@@ -174,13 +174,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
       save_frame(arguments.frames, step.step, facts, pixels);
       ++frames;
     };
-  runner::VerifySummary summary;
-  try {
-    summary = runner::verify(options, context.catalog());
-  } catch (const Error& error) {
-    if (error.kind() != ErrorKind::stopped) throw;
-    summary.stopped = true;
-  }
+  const runner::VerifySummary summary = runner::verify(options, context.catalog());
   progress.finish();
   if (summary.stopped) {
     std::fprintf(stderr, "Stopped after %zu replays; their results are not kept.\n", summary.replayed);
@@ -208,37 +202,35 @@ void add_verify(CLI::App& app, Context& context) {
                                   "relign-bench verify results/quick --sample 20\n"
                                   "relign-bench verify results/quick --trial 4f1c0a9b2d3e4f50 --frames frames",
                                   "run, merge, try"});
-  auto arguments = std::make_shared<VerifyArguments>();
-  verb.add_option("DIR", arguments->results, "results folder")->required()->type_name("DIR");
-  verb.add_option("--sample", arguments->sample,
-                  "number of trials to replay, spread over the algorithms [default: all]")
+  VerifyArguments& arguments =
+      add_action(verb, context, run_verify, "Stopped after 0 replays; their results are not kept.");
+  verb.add_option("DIR", arguments.results, "results folder")->required()->type_name("DIR");
+  verb.add_option("--sample", arguments.sample, "number of trials to replay, spread over the algorithms [default: all]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 100000000U));
-  verb.add_option("--seed", arguments->seed, "seed that selects the sample")
+  verb.add_option("--seed", arguments.seed, "seed that selects the sample")
       ->type_name("SEED")
       ->check(whole_number())
       ->capture_default_str();
-  verb.add_option("--trial", arguments->trial, "replay only this trial; instances.csv lists the ids")
+  verb.add_option("--trial", arguments.trial, "replay only this trial; instances.csv lists the ids")
       ->type_name("TRIAL");
-  verb.add_option("--frames", arguments->frames, "with --trial: write its captures to DIR/step-NNN.png")
+  verb.add_option("--frames", arguments.frames, "with --trial: write its captures to DIR/step-NNN.png")
       ->type_name("DIR");
   verb.add_option(
-          "--suite-folder", arguments->suite_folder,
+          "--suite-folder", arguments.suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
-  verb.add_option("--by", arguments->by,
+  verb.add_option("--by", arguments.by,
                   "who replays: a leaderboard shows it beside the number of replayed trials [default: not stated]")
       ->type_name("NAME");
   add_sandbox_options(verb, context);
-  verb.add_flag("--no-sandbox", arguments->no_sandbox,
+  verb.add_flag("--no-sandbox", arguments.no_sandbox,
                 "replay results of a sandbox without one: their algorithms can read and change your files")
       ->excludes("--sandbox");
-  add_secret_option(verb, arguments->secret);
-  verb.add_option("--workers", arguments->workers, "number of trials to run in parallel [default: all cores]")
+  add_secret_option(verb, arguments.secret);
+  verb.add_option("--workers", arguments.workers, "number of trials to run in parallel [default: all cores]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1024U));
-  verb.callback(
-      [&context, arguments] { context.action = [&context, arguments] { return run_verify(context, *arguments); }; });
 }
 
 }  // namespace relign::cli

@@ -25,8 +25,9 @@ class TheTree(unittest.TestCase):
 
     def test_json_is_read_by_functions_that_refuse_a_key_twice(self):
         base = ROOT / "core/foundation/base"
+        policies = ROOT / "core/training/policies"  # needs the plugin interface alone, as agents do
         found = [str(file.relative_to(ROOT)) for file in (ROOT / "core").rglob("*.cpp")
-                 if file.parent != base and re.search(r"\bjson::(sax_)?parse\(", file.read_text(), re.IGNORECASE)]
+                 if file.parent not in (base, policies) and re.search(r"\bjson::(sax_)?parse\(", file.read_text(), re.IGNORECASE)]
         self.assertEqual(found, [], "use valid_json or parsed_json of base/json_source.h")
 
 

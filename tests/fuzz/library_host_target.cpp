@@ -60,8 +60,8 @@ void request_everything(const relign_trial& trial) {
     of->list(of->context, &sink);
     of->measure(of->context, view("mtf"), view("{}"), &value);
     if (of->fields(of->context, view("{}"), &fields) == RELIGN_OK)
-      for (std::uint32_t i = 0; i < fields.count; ++i) read(&seen, fields.names[i]);
-    of->why(of->context, &sink);
+      for (std::uint32_t i = 0; i < fields.count; ++i) read(&seen, fields.name[i]);
+    trial.why(trial.context, &sink);
   }
   if (const auto* of = service<relign_prior_service>(trial, RELIGN_SERVICE_PRIOR)) of->draw(of->context, 1, &sink);
   if (const auto* of = service<relign_run_service>(trial, RELIGN_SERVICE_RUN)) {
@@ -82,7 +82,7 @@ void request_everything(const relign_trial& trial) {
     double shift[2];
     for (std::uint32_t back = 0; back < 3; ++back) of->cure_shift(of->context, back, shift, 2);
   }
-  if (const auto* of = service<relign_pretraining_service>(trial, RELIGN_SERVICE_PREPARED)) {
+  if (const auto* of = service<relign_prepared_service>(trial, RELIGN_SERVICE_PREPARED)) {
     of->load(of->context, &sink);
     of->save(of->context, view("data"));
   }

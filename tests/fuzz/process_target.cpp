@@ -31,7 +31,6 @@ const relign_measures_service* measures() {
       *value = 0.5;
       return name.size > 3 ? RELIGN_BAD_ARGUMENT : RELIGN_OK;
     };
-    made.why = [](void*, const relign_text_sink* sink) { return write_text(sink, "no such measure"); };
     return made;
   }();
   return &service;
@@ -46,6 +45,7 @@ conformance::FakeSetup setup() {
   made.service = [](std::string_view id) -> const void* {
     return id == RELIGN_SERVICE_MEASURES ? measures() : nullptr;
   };
+  made.why = [] { return "no such measure"; };
   return made;
 }
 

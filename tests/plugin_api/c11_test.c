@@ -1,10 +1,8 @@
-/* relign/plugin.h as strict C11: compiles alone, has the frozen layout, and a plugin's table can be
- * written and called in plain C. */
+/* relign/plugin.h as strict C11: compiles alone, and a plugin's table can be written
+ * and called in plain C. */
 #include <relign/plugin.h>
 #include <stdio.h>
 #include <string.h>
-
-#include "frozen_1_0/abi_layout.h"
 
 struct relign_algorithm {
   const relign_host* host;
@@ -36,13 +34,8 @@ static const void* get_interface(relign_text id) {
   return id.size == size && memcmp(id.data, RELIGN_ALGORITHM_INTERFACE, size) == 0 ? &table : NULL;
 }
 
-static const relign_plugin_description entry = {sizeof(relign_plugin_description),
-                                                RELIGN_ABI_MAJOR,
-                                                RELIGN_ABI_MINOR,
-                                                RELIGN_ABI_MINOR,
-                                                "{}",
-                                                "c11",
-                                                get_interface};
+static const relign_plugin_description entry = {
+    sizeof(relign_plugin_description), RELIGN_ABI_MAJOR, RELIGN_ABI_MINOR, 0, "{}", "c11", get_interface};
 
 static char failure[64];
 static void fail(void* context, relign_text message) {

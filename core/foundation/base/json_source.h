@@ -86,6 +86,12 @@ class ObjectReader {
   std::vector<std::string> known_;
 };
 
+// At most 60 characters of the value, for messages.
+std::string shown(const Json& value);
+
+// The key as a word of a JSON pointer.
+std::string pointer_word(const std::string& key);
+
 // Keys sorted, no spaces, shortest numbers: equal values give equal text.
 std::string canonical_json(const Json& value);
 

@@ -6,9 +6,8 @@
 #include "base/text.h"
 
 namespace relign {
-namespace {
 
-std::string escaped(const std::string& key) {
+std::string pointer_word(const std::string& key) {
   std::string out;
   for (const char letter : key) {
     if (letter == '~')
@@ -20,8 +19,6 @@ std::string escaped(const std::string& key) {
   }
   return out;
 }
-
-}  // namespace
 
 ObjectReader::ObjectReader(const JsonSource& source, std::string pointer, std::vector<Problem>& problems)
     : source_(source), pointer_(std::move(pointer)), problems_(problems) {
@@ -36,7 +33,7 @@ ObjectReader::ObjectReader(const JsonSource& source, std::string pointer, std::v
 
 bool ObjectReader::has(const std::string& key) const { return object_ && object_->contains(key); }
 
-std::string ObjectReader::pointer_to(const std::string& key) const { return pointer_ + "/" + escaped(key); }
+std::string ObjectReader::pointer_to(const std::string& key) const { return pointer_ + "/" + pointer_word(key); }
 
 void ObjectReader::complain(const std::string& key, const std::string& message) {
   problems_.push_back(source_.problem(key.empty() ? pointer_ : pointer_to(key), message));
@@ -58,13 +55,13 @@ const Json* ObjectReader::member(const std::string& key, const char* type, bool 
   return value;
 }
 
-namespace {
-
 std::string shown(const Json& value) {
   std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
   if (text.size() > 60) text = text.substr(0, 57) + "...";
   return text;
 }
+
+namespace {
 
 std::string range_text(double minimum, double maximum) {
   if (std::isinf(minimum) && std::isinf(maximum)) return "a number";

@@ -72,23 +72,6 @@ MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& p
   return found;
 }
 
-void check_cycle(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
-  constexpr double kLargest = 1e9;
-  ObjectReader reader(source, pointer, problems);
-  for (const char* station : {"load_s", "dispense_s", "cure_s", "inspect_s"}) reader.number(station, 0, 0, kLargest);
-  reader.boolean("computing", false);
-  reader.reject_unknown();
-}
-
-void check_cost(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
-  constexpr double kLargest = 1e9;
-  ObjectReader reader(source, pointer, problems);
-  reader.required_number("station_per_hour", 0, kLargest);
-  for (const char* price : {"module", "rework", "training_per_hour"}) reader.number(price, 0, 0, kLargest);
-  for (const char* text : {"baseline", "currency"}) reader.string(text, "");
-  reader.reject_unknown();
-}
-
 void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
   ObjectReader reader(source, pointer, problems);
   reader.number("rmse", 0, 0, kInfinity);

@@ -21,12 +21,6 @@ struct MachineTimeKeys {
 // `pointer` names an existing object of `source`. Mistakes are added to `problems`.
 MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
 
-// "cycle": times of a module's cycle besides alignment. Checks only; statistics/cycle.h reads the values.
-void check_cycle(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
-
-// "cost": prices of a line. Checks only, and not the name of the baseline; statistics/costs.h reads the values.
-void check_cost(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
-
 // "spec": the limits of a good alignment. Checks only; records/specification.h reads the values.
 void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);
 

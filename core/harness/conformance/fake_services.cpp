@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <list>
 
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/text.h"
 #include "conformance/synthetic.h"
+#include "plugin_host/service_tables.h"
 #include "trials/instance.h"
 #include "trials/measure_table.h"
+#include "trials/scene_facts.h"
 
 namespace relign::conformance {
 namespace {
@@ -36,104 +39,242 @@ double sum_of_numbers(const Json& value) {
   return sum;
 }
 
+struct Lens {
+  double blur;  // of its offsets
+};
+
 }  // namespace
 
-FakeServices::FakeServices(const plugin_host::Choice& choice, FakeTrial& trial)
-    : choice_(choice), trial_(trial), scene_(trials::read_scene_facts(synthetic_scene(trial.setup.axes), "synthetic")) {
-  trial_.setup.service = [this](std::string_view id) { return get(id); };
-}
+struct FakeServices::State {
+  State(const plugin_host::Choice& of, FakeTrial& in)
+      : choice(of), trial(in), scene(trials::read_scene_facts(synthetic_scene(in.setup.axes), "synthetic")) {}
 
-FakeServices::~FakeServices() { trial_.setup.service = nullptr; }
+  bool grants(std::uint32_t bits) const { return (trial.setup.observes & bits) == bits; }
+  relign_status refuse(const std::string& reason) {
+    why = reason;
+    return RELIGN_BAD_ARGUMENT;
+  }
+  void look();  // takes the first capture, unless there is one
+  const relign_image& reference();
+  std::string draw(std::uint64_t number) const;
+  relign_status walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                     relign_run_outcome* outcome);
+  relign_status picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, float* pixels);
 
-// Runs the body of one function; `why` gets the message of an Error.
+  const plugin_host::Choice& choice;
+  FakeTrial& trial;
+  trials::SceneFacts scene;
+  std::string why;
+  plugin_host::ServiceTables tables;
+  std::vector<float> reference_pixels;
+  relign_image reference_image{};
+  trials::FieldMeasures fields;
+  std::list<Lens> lenses;  // a list, because the addresses are the handles
+  // What the last outcome points to.
+  relign_observation last{};
+  relign_observation best{};
+  Pose best_pose;
+  Pose recommendation;
+};
+
+namespace {
+
+using State = FakeServices::State;
+
+// Runs the body of one function, body(State&); `why` gets the message of an Error.
 template <class Body>
-relign_status FakeServices::answer(Body&& body) {
-  why_.clear();
+relign_status answer(void* context, Body&& body) {
+  State& state = *static_cast<State*>(context);
+  state.why.clear();
   try {
-    return body();
+    return body(state);
   } catch (const Error& error) {
-    return refuse(error.what());
+    return state.refuse(error.what());
   }
 }
 
-relign_status FakeServices::refuse(const std::string& sentence) {
-  why_ = sentence;
-  return RELIGN_BAD_ARGUMENT;
+images::View view_of(const relign_image& image) { return {image.pixels, image.width, image.height}; }
+
+// Each service: fills its table and returns whether the algorithm gets it.
+bool offer(State& state, relign_reference_service& table) {
+  if (!state.grants(RELIGN_OBSERVES_IMAGES)) return false;
+  table.image = &state.reference();
+  return true;
 }
 
-relign_status FakeServices::tell_why(void* context, const relign_text_sink* sentence) {
-  return write_text(sentence, self(context).why_);
+bool offer(State& state, relign_measures_service& table) {
+  table.list = [](void* context, const relign_text_sink* sink) {
+    return answer(context, [&](State&) { return write_text(sink, trials::list_measures().dump()); });
+  };
+  table.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
+    return answer(context, [&](State& now) -> relign_status {
+      if (!value) return now.refuse("'value' is null");
+      const relign_image& wanted = now.reference();  // also makes sure that there is a capture
+      *value = trials::measure(view_of(now.trial.last_image()), view_of(wanted), now.scene, text_of(name),
+                               text_of(arguments_json));
+      return RELIGN_OK;
+    });
+  };
+  table.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    return answer(context, [&](State& now) -> relign_status {
+      now.look();
+      now.fields = {view_of(now.trial.last_image()), now.scene, text_of(arguments_json)};
+      now.fields.write(fields);
+      return RELIGN_OK;
+    });
+  };
+  return state.grants(RELIGN_OBSERVES_IMAGES);
 }
 
-const void* FakeServices::get(std::string_view id) {
-  const std::uint32_t observes = trial_.setup.observes;
-  if (id == RELIGN_SERVICE_REFERENCE && observes & RELIGN_OBSERVES_IMAGES) return reference();
-  if (id == RELIGN_SERVICE_MEASURES && observes & RELIGN_OBSERVES_IMAGES) return measures();
-  if (id == RELIGN_SERVICE_PRIOR && observes & RELIGN_OBSERVES_LEVEL) return prior();
-  if (id == RELIGN_SERVICE_HISTORY && observes & RELIGN_OBSERVES_HISTORY) return history();
-  if (id == RELIGN_SERVICE_MODEL && observes & RELIGN_OBSERVES_DESIGN) return model();
-  if (id == RELIGN_SERVICE_PREPARED && trial_.setup.pretraining) return prepared();
-  if (id == RELIGN_SERVICE_RUN && !choice_.algorithms.empty()) return run();
-  return nullptr;
+// As for a scene that captures whole frames only.
+bool offer(State& state, relign_regions_service& table) {
+  table.select = [](void* context, const std::uint32_t*, std::uint32_t) {
+    return answer(context, [](State& now) -> relign_status {
+      now.why = "the scene captures whole frames only";
+      return RELIGN_UNSUPPORTED;
+    });
+  };
+  return state.grants(RELIGN_OBSERVES_IMAGES);
 }
 
-void FakeServices::look() {
-  if (trial_.last().struct_size != 0) return;
+bool offer(State& state, relign_prior_service& table) {
+  table.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
+    return answer(context, [&](State& now) { return write_text(drawn, now.draw(number)); });
+  };
+  return state.grants(RELIGN_OBSERVES_LEVEL);
+}
+
+// Of half of the trials, so that a plugin meets the first module of a batch, too.
+bool offer(State& state, relign_history_service& table) {
+  table.modules = state.trial.setup.seed % 2 == 0 ? 3 : 0;
+  table.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
+    return answer(context, [&](State& now) -> relign_status {
+      if (!shift || axes != now.trial.setup.axes) return now.refuse("expected room for one number per axis");
+      if (back < 1 || back > now.tables.history.modules) return now.refuse("the batch has no such module");
+      Random random(back, 2);
+      std::generate(shift, shift + axes, [&random] { return 0.01 * random.normal(); });
+      return RELIGN_OK;
+    });
+  };
+  return state.grants(RELIGN_OBSERVES_HISTORY);
+}
+
+bool offer(State& state, relign_run_service& table) {
+  table.run = [](void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                 relign_run_outcome* outcome) {
+    return answer(context, [&](State& now) { return now.walk(parameter, parameters_json, most_steps, outcome); });
+  };
+  return !state.choice.algorithms.empty();
+}
+
+bool offer(State& state, relign_prepared_service& table) {
+  const FakePretraining* pretraining = state.trial.setup.pretraining;
+  if (!pretraining) return false;
+  table.active = pretraining->active ? 1 : 0;
+  table.source = pretraining->active ? pretraining->source : 0;
+  table.sources = pretraining->active ? pretraining->sources : 0;
+  table.load = [](void* context, const relign_text_sink* data) {
+    return answer(context, [&](State& now) {
+      now.why = "no pretrained data";
+      const std::optional<std::string>& bytes = now.trial.setup.pretraining->bytes;
+      return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
+    });
+  };
+  table.save = [](void* context, relign_text data) {
+    return answer(context, [&](State& now) -> relign_status {
+      FakePretraining& kept = *now.trial.setup.pretraining;
+      if (!kept.active) return now.refuse("cannot save in a benchmark trial, only in pretraining");
+      kept.bytes = text_of(data);
+      return RELIGN_OK;
+    });
+  };
+  return true;
+}
+
+bool offer(State& state, relign_model_service& table) {
+  table.scene_json = {state.scene.text.data(), state.scene.text.size()};
+  table.image_width = kPictureSide;
+  table.image_height = kPictureSide;
+  table.mount = [](void* context, relign_text offsets_json, relign_model_lens** made) {
+    return answer(context, [&](State& now) -> relign_status {
+      if (!made) return now.refuse("'made' is null");
+      if (now.lenses.size() >= kMaxLenses)
+        return now.refuse("16 lenses are mounted, the maximum; unmount one of them first");
+      const Json offsets = valid_json(trials::read_offsets(text_of(offsets_json), now.scene));
+      now.lenses.push_back({sum_of_numbers(offsets)});
+      *made = reinterpret_cast<relign_model_lens*>(&now.lenses.back());
+      return RELIGN_OK;
+    });
+  };
+  table.capture = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                     std::uint64_t seed, float* pixels) {
+    return answer(context, [&](State& now) {
+      const relign_status status = now.picture(lens, true_pose, axes, pixels);
+      Random random(seed, 2);
+      for (std::size_t i = 0; status == RELIGN_OK && i < std::size_t{kPictureSide} * kPictureSide; ++i)
+        pixels[i] += static_cast<float>(0.01 * random.normal());
+      return status;
+    });
+  };
+  table.noise_free = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                        float* pixels) {
+    return answer(context, [&](State& now) { return now.picture(lens, true_pose, axes, pixels); });
+  };
+  table.unmount = [](void* context, relign_model_lens* lens) {
+    return answer(context, [&](State& now) -> relign_status {
+      const auto found = std::find_if(now.lenses.begin(), now.lenses.end(),
+                                      [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
+      if (found == now.lenses.end()) return now.refuse("this lens is not mounted");
+      now.lenses.erase(found);
+      return RELIGN_OK;
+    });
+  };
+  return state.grants(RELIGN_OBSERVES_DESIGN);
+}
+
+}  // namespace
+
+FakeServices::FakeServices(const plugin_host::Choice& choice, FakeTrial& trial)
+    : state_(std::make_unique<State>(choice, trial)) {
+  trial.setup.service = [this](std::string_view id) {
+    return plugin_host::find_service(state_->tables, id, [&](auto& table) {
+      table.struct_size = sizeof table;
+      table.context = state_.get();
+      return offer(*state_, table);
+    });
+  };
+  trial.setup.why = [this] { return state_->why; };
+}
+
+FakeServices::~FakeServices() {
+  state_->trial.setup.service = nullptr;
+  state_->trial.setup.why = nullptr;
+}
+
+void FakeServices::State::look() {
+  if (trial.last().struct_size != 0) return;
   relign_observation seen{};
   seen.struct_size = sizeof seen;
-  trial_.handle().first(trial_.handle().context, &seen);
+  trial.handle().first(trial.handle().context, &seen);
 }
 
-const void* FakeServices::reference() {
+const relign_image& FakeServices::State::reference() {
   look();
-  const FakeSetup& setup = trial_.setup;
-  reference_pixels_.assign(std::size_t{setup.image_side} * setup.image_side, 0.0F);
-  if (setup.paint) setup.paint(0, reference_pixels_.data());
-  reference_image_ = trial_.last_image();
-  reference_image_.pixels = reference_pixels_.data();
-  reference_.struct_size = sizeof reference_;
-  reference_.image = &reference_image_;
-  return &reference_;
+  const FakeSetup& setup = trial.setup;
+  reference_pixels.assign(std::size_t{setup.image_side} * setup.image_side, 0.0F);
+  if (setup.paint) setup.paint(0, reference_pixels.data());
+  reference_image = trial.last_image();
+  reference_image.pixels = reference_pixels.data();
+  return reference_image;
 }
 
-const void* FakeServices::measures() {
-  measures_.struct_size = sizeof measures_;
-  measures_.context = this;
-  measures_.list = [](void* context, const relign_text_sink* sink) {
-    return self(context).answer([&] { return write_text(sink, trials::list_measures().dump()); });
-  };
-  measures_.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
-    FakeServices& services = self(context);
-    return services.answer([&]() -> relign_status {
-      if (!value) return services.refuse("'value' is null");
-      services.reference();  // also makes sure that there is a capture
-      const relign_image &seen = services.trial_.last_image(), &wanted = services.reference_image_;
-      *value = trials::measure({seen.pixels, seen.width, seen.height}, {wanted.pixels, wanted.width, wanted.height},
-                               services.scene_, text_of(name), text_of(arguments_json));
-      return RELIGN_OK;
-    });
-  };
-  measures_.why = tell_why;
-  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
-    FakeServices& services = self(context);
-    return services.answer([&] {
-      services.reference();
-      const relign_image& seen = services.trial_.last_image();
-      services.fields_ = {{seen.pixels, seen.width, seen.height}, services.scene_, text_of(arguments_json)};
-      services.fields_.write(fields);
-      return RELIGN_OK;
-    });
-  };
-  return &measures_;
-}
-
-std::string FakeServices::draw(std::uint64_t number) const {
+std::string FakeServices::State::draw(std::uint64_t number) const {
   Random random(number, 1);
   Json start = Json::array(), rows = Json::array();
-  for (std::uint32_t row = 0; row < trial_.setup.axes; ++row) {
+  for (std::uint32_t row = 0; row < trial.setup.axes; ++row) {
     start.push_back(0.3 + 0.4 * random.uniform());
     Json values = Json::array();
-    for (std::uint32_t column = 0; column < trial_.setup.axes; ++column)
+    for (std::uint32_t column = 0; column < trial.setup.axes; ++column)
       values.push_back((row == column ? 1.0 : 0.0) + 0.05 * (random.uniform() - 0.5));
     rows.push_back(std::move(values));
   }
@@ -141,109 +282,67 @@ std::string FakeServices::draw(std::uint64_t number) const {
   Json drawn = {{"start", start},
                 {"distortion", rows},
                 {"elements", {{"L4", {{"shift_mm", {shift_mm, 0, 0}}, {"tilt_deg", {0, shift_mm}}}}}}};
-  if (number % 2 == 1) drawn["stage"] = {{"backlash", std::vector<double>(trial_.setup.axes, 0.001)}};
+  if (number % 2 == 1) drawn["stage"] = {{"backlash", std::vector<double>(trial.setup.axes, 0.001)}};
   return canonical_json(drawn);
-}
-
-const void* FakeServices::prior() {
-  prior_.struct_size = sizeof prior_;
-  prior_.context = this;
-  prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
-    FakeServices& services = self(context);
-    return services.answer([&] { return write_text(drawn, services.draw(number)); });
-  };
-  prior_.why = tell_why;
-  return &prior_;
-}
-
-// Of half of the trials, so that a plugin meets the first module of a batch, too.
-const void* FakeServices::history() {
-  history_.struct_size = sizeof history_;
-  history_.modules = trial_.setup.seed % 2 == 0 ? 3 : 0;
-  history_.context = this;
-  history_.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
-    FakeServices& services = self(context);
-    return services.answer([&]() -> relign_status {
-      if (!shift || axes != services.trial_.setup.axes) return services.refuse("expected room for one number per axis");
-      if (back < 1 || back > services.history_.modules) return services.refuse("the batch has no such module");
-      Random random(back, 2);
-      std::generate(shift, shift + axes, [&random] { return 0.01 * random.normal(); });
-      return RELIGN_OK;
-    });
-  };
-  history_.why = tell_why;
-  return &history_;
-}
-
-const void* FakeServices::run() {
-  run_.struct_size = sizeof run_;
-  run_.context = this;
-  run_.run = [](void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
-                relign_run_outcome* outcome) {
-    FakeServices& services = self(context);
-    return services.answer([&] { return services.walk(parameter, parameters_json, most_steps, outcome); });
-  };
-  run_.why = tell_why;
-  return &run_;
 }
 
 // Replaces the algorithm that the parameter names: moves up and down each axis, then returns. So a caller meets both
 // ends of relign.run/1.
-relign_status FakeServices::walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
-                                 relign_run_outcome* outcome) {
+relign_status FakeServices::State::walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                                        relign_run_outcome* outcome) {
   const std::string name = text_of(parameter), changes = text_of(parameters_json);
-  const bool known = std::any_of(choice_.algorithms.begin(), choice_.algorithms.end(), [&](const auto& entry) {
+  const bool known = std::any_of(choice.algorithms.begin(), choice.algorithms.end(), [&](const auto& entry) {
     return normalised_name(entry.first) == normalised_name(name);
   });
   if (!outcome || outcome->struct_size < offsetof(relign_run_outcome, recommendation) + sizeof(const double*))
     return refuse("'outcome' is null or its struct_size too small");
-  if (!known) return refuse("'" + choice_.plugin->id + "' has no parameter '" + name + "' of type algorithm");
+  if (!known) return refuse("'" + choice.plugin->id + "' has no parameter '" + name + "' of type algorithm");
   if (most_steps == 0) return refuse("expected at least 1 step, found 0");
   if (!changes.empty() && !JsonSource::from_text(changes, "parameters").root().is_object())
     return refuse("expected an object of parameters");
   look();
-  const relign_trial& trial = trial_.handle();
-  const std::uint32_t axes = trial_.setup.axes;
+  const relign_trial& table = trial.handle();
+  const std::uint32_t axes = trial.setup.axes;
   const auto remember = [&] {
-    best_ = trial_.last();
-    best_pose_.assign(best_.pose, best_.pose + axes);
+    best = trial.last();
+    best_pose.assign(best.pose, best.pose + axes);
   };
   remember();
-  const auto left = static_cast<std::uint32_t>(trial_.setup.budget - trial_.steps.size());
+  const auto left = static_cast<std::uint32_t>(trial.setup.budget - trial.steps.size());
   const std::uint32_t own_end = 2 * axes;
   const std::uint32_t steps = std::min({most_steps, std::max(1U, left), own_end});
   for (std::uint32_t step = 0; step < steps; ++step) {
     const std::uint32_t axis = step / 2 % axes;
-    const FakeSetup& setup = trial_.setup;
-    Pose pose(trial_.last().pose, trial_.last().pose + axes);
+    const FakeSetup& setup = trial.setup;
+    Pose pose(trial.last().pose, trial.last().pose + axes);
     pose[axis] += step % 2 ? -kStride : kStride;
     pose[axis] = std::max(setup.lower[axis], std::min(setup.upper[axis], pose[axis]));
     relign_observation seen{};
     seen.struct_size = sizeof seen;
-    if (trial.step(trial.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // no steps left
-    if (seen.merit < best_.merit) remember();
+    if (table.step(table.context, pose.data(), axes, &seen) != RELIGN_OK) return RELIGN_STOP;  // no steps left
+    if (seen.merit < best.merit) remember();
   }
-  last_ = trial_.last();
-  best_.pose = best_pose_.data();
-  if (best_.step != last_.step) best_.image = nullptr;
-  recommendation_ = best_pose_;
+  last = trial.last();
+  best.pose = best_pose.data();
+  if (best.step != last.step) best.image = nullptr;
+  recommendation = best_pose;
   relign_run_outcome told{};
   told.struct_size = std::min<std::uint32_t>(outcome->struct_size, sizeof told);
   told.steps = steps;
   told.end = steps == own_end && steps < std::min(most_steps, left) ? RELIGN_RUN_FINISHED : RELIGN_RUN_STEPS_SPENT;
-  told.last = &last_;
-  told.best = trial_.setup.observes & RELIGN_OBSERVES_MERIT ? &best_ : nullptr;
-  told.recommendation = recommendation_.data();
+  told.last = &last;
+  told.best = trial.setup.observes & RELIGN_OBSERVES_MERIT ? &best : nullptr;
+  told.recommendation = recommendation.data();
   std::memcpy(outcome, &told, told.struct_size);
   return RELIGN_OK;
 }
 
-relign_status FakeServices::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
-                                    float* pixels) {
-  const auto found = std::find_if(lenses_.begin(), lenses_.end(),
+relign_status FakeServices::State::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                           float* pixels) {
+  const auto found = std::find_if(lenses.begin(), lenses.end(),
                                   [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
-  if (found == lenses_.end()) return refuse("this lens is not mounted");
-  if (!true_pose || axes != trial_.setup.axes ||
+  if (found == lenses.end()) return refuse("this lens is not mounted");
+  if (!true_pose || axes != trial.setup.axes ||
       !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
     return refuse("invalid pose; expected one finite number per axis");
   if (!pixels) return refuse("'pixels' is null");
@@ -251,78 +350,6 @@ relign_status FakeServices::picture(relign_model_lens* lens, const double* true_
   for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
   paint_edge(blur, pixels);
   return RELIGN_OK;
-}
-
-const void* FakeServices::prepared() {
-  const FakePretraining& pretraining = *trial_.setup.pretraining;
-  prepared_.struct_size = sizeof prepared_;
-  prepared_.context = this;
-  prepared_.active = pretraining.active ? 1 : 0;
-  prepared_.source = pretraining.active ? pretraining.source : 0;
-  prepared_.sources = pretraining.active ? pretraining.sources : 0;
-  prepared_.load = [](void* context, const relign_text_sink* data) {
-    FakeServices& services = self(context);
-    services.why_ = "no pretrained data";
-    const std::optional<std::string>& bytes = services.trial_.setup.pretraining->bytes;
-    return bytes ? write_text(data, *bytes) : RELIGN_UNSUPPORTED;
-  };
-  prepared_.save = [](void* context, relign_text data) {
-    FakeServices& services = self(context);
-    FakePretraining& kept = *services.trial_.setup.pretraining;
-    if (!kept.active) return services.refuse("cannot save in a benchmark trial, only in pretraining");
-    kept.bytes = text_of(data);
-    return relign_status{RELIGN_OK};
-  };
-  prepared_.why = tell_why;
-  return &prepared_;
-}
-
-const void* FakeServices::model() {
-  model_.struct_size = sizeof model_;
-  model_.context = this;
-  model_.scene_json = {scene_.text.data(), scene_.text.size()};
-  model_.image_width = kPictureSide;
-  model_.image_height = kPictureSide;
-  model_.mount = [](void* context, relign_text offsets_json, relign_model_lens** made) {
-    FakeServices& services = self(context);
-    return services.answer([&]() -> relign_status {
-      if (!made) return services.refuse("'made' is null");
-      if (services.lenses_.size() >= kMaxLenses)
-        return services.refuse("16 lenses are mounted, the maximum; unmount one of them first");
-      const Json offsets = valid_json(trials::read_offsets(text_of(offsets_json), services.scene_));
-      services.lenses_.push_back({sum_of_numbers(offsets)});
-      *made = reinterpret_cast<relign_model_lens*>(&services.lenses_.back());
-      return RELIGN_OK;
-    });
-  };
-  model_.capture = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
-                      std::uint64_t seed, float* pixels) {
-    FakeServices& services = self(context);
-    return services.answer([&] {
-      const relign_status status = services.picture(lens, true_pose, axes, pixels);
-      Random random(seed, 2);
-      for (std::size_t i = 0; status == RELIGN_OK && i < std::size_t{kPictureSide} * kPictureSide; ++i)
-        pixels[i] += static_cast<float>(0.01 * random.normal());
-      return status;
-    });
-  };
-  model_.noise_free = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
-                         float* pixels) {
-    FakeServices& services = self(context);
-    return services.answer([&] { return services.picture(lens, true_pose, axes, pixels); });
-  };
-  model_.unmount = [](void* context, relign_model_lens* lens) {
-    FakeServices& services = self(context);
-    return services.answer([&]() -> relign_status {
-      const auto found = std::find_if(services.lenses_.begin(), services.lenses_.end(),
-                                      [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
-      if (found == services.lenses_.end()) return services.refuse("this lens is not mounted");
-      services.lenses_.erase(found);
-      return RELIGN_OK;
-    });
-  };
-  model_.why = tell_why;
-  return &model_;
 }
 
 }  // namespace relign::conformance

@@ -44,6 +44,7 @@ struct FakeSetup {
   std::uint32_t image_side = 8;                             // pixels
   std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
   std::function<const void*(std::string_view id)> service;  // empty: none
+  std::function<std::string()> why;                         // of the services' last failure; empty: no reason
   FakePretraining* pretraining = nullptr;                   // for relign.prepared/1; null: not offered
 };
 
@@ -107,6 +108,11 @@ class FakeTrial {
     trial_.get_service = [](void* self, relign_text id) -> const void* {
       const FakeSetup& offered = of(self).setup;
       return offered.service && id.data ? offered.service({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
+    };
+    trial_.why = [](void* self, const relign_text_sink* reason) -> relign_status {
+      const std::string text = of(self).setup.why ? of(self).setup.why() : "";
+      reason->write(reason->context, {text.data(), text.size()});
+      return RELIGN_OK;
     };
   }
   FakeTrial(const FakeTrial&) = delete;
@@ -201,7 +207,6 @@ class FakeTrial {
     last_.merit = setup.observes & RELIGN_OBSERVES_MERIT ? merit : std::numeric_limits<double>::quiet_NaN();
     last_.image = setup.observes & RELIGN_OBSERVES_IMAGES ? shown_image_.get() : nullptr;
     last_.machine_seconds = 0.1 * static_cast<double>(steps.size());
-    // A plugin built with an older header has a smaller struct.
     const std::uint32_t room = std::min<std::uint32_t>(seen->struct_size, sizeof last_);
     std::memcpy(seen, &last_, room);
     seen->struct_size = room;

@@ -1,13 +1,83 @@
 #include <exception>
+#include <map>
+#include <type_traits>
 
 #include "plugin_host/library_object.h"
 #include "plugin_host/objects.h"
 #include "plugin_host/process_algorithm.h"
-#include "plugin_host/service_shield.h"
+#include "plugin_host/service_tables.h"
 
 namespace relign::plugin_host {
 
 namespace {
+
+// Guards calls from a plugin into the host: they run with the host's floating-point state, and no exception
+// unwinds through the plugin's frames. After the first exception every call returns RELIGN_STOP.
+class CallbackShield {
+ public:
+  explicit CallbackShield(const FloatingPointState& host_state) : host_state_(host_state) {}
+  CallbackShield(const CallbackShield&) = delete;
+  CallbackShield& operator=(const CallbackShield&) = delete;
+
+  template <class Body>
+  relign_status call(Body&& body) noexcept {
+    if (thrown_) return RELIGN_STOP;
+    const FloatingPointState plugin_state = FloatingPointState::current();
+    host_state_.apply();
+    relign_status status = RELIGN_STOP;
+    try {
+      status = body();
+    } catch (...) {
+      thrown_ = std::current_exception();
+    }
+    plugin_state.apply();
+    return status;
+  }
+  std::exception_ptr thrown() const { return thrown_; }
+
+ private:
+  FloatingPointState host_state_;
+  std::exception_ptr thrown_;
+};
+
+// The services as the plugin gets them: copies of the host's tables with guarded functions.
+class ShieldedServices {
+ public:
+  explicit ShieldedServices(CallbackShield& shield) : shield_(&shield) {}
+  ShieldedServices(const ShieldedServices&) = delete;
+  ShieldedServices& operator=(const ShieldedServices&) = delete;
+
+  // The plugin's copy of `service`, valid as long as this object; null for null, and for unknown ids.
+  const void* shielded(std::string_view id, const void* service) {
+    if (!service) return nullptr;
+    return find_service(outer_, id, [&](auto& outer) {
+      outer = *static_cast<const std::remove_reference_t<decltype(outer)>*>(service);
+      outer.context = &(inner_[&outer] = {service, shield_});
+      for_each_function(outer, [&](auto member) { outer.*member.pointer = Guarded<decltype(member)>::call; });
+      return true;
+    });
+  }
+
+ private:
+  struct Inner {
+    const void* table;
+    CallbackShield* shield;
+  };
+  template <class Function>
+  struct Guarded;
+  template <class Table, class... Arguments, relign_status (*Table::*Function)(void*, Arguments...)>
+  struct Guarded<Member<Function>> {
+    static relign_status call(void* context, Arguments... arguments) {
+      const Inner& inner = *static_cast<const Inner*>(context);
+      const Table& table = *static_cast<const Table*>(inner.table);
+      return inner.shield->call([&] { return (table.*Function)(table.context, arguments...); });
+    }
+  };
+
+  CallbackShield* shield_;
+  ServiceTables outer_;
+  std::map<const void*, Inner> inner_;  // by table of the plugin
+};
 
 // The trial as the plugin gets it: every function switches to the host's floating-point state and back, and keeps
 // exceptions from unwinding through the plugin's frames.
@@ -42,6 +112,9 @@ class ShieldedTrial {
         return RELIGN_OK;
       });
       return service;
+    };
+    shield_.why = [](void* context, const relign_text_sink* reason) {
+      return self(context).shielded([&](const relign_trial& inner) { return inner.why(inner.context, reason); });
     };
   }
   ShieldedTrial(const ShieldedTrial&) = delete;

@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 #include <elf.h>
 
-#include <algorithm>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -37,20 +36,14 @@ std::string build_text(const relign_plugin_description& entry) {
 
 // Checks a plugin's description, in an order that never reads beyond struct_size.
 void check_description(const Manifest& manifest, const relign_plugin_description& entry) {
-  if (!RELIGN_HAS_MEMBER(&entry, min_host_minor))
+  if (!RELIGN_HAS_MEMBER(&entry, abi_minor))
     reject_library(manifest, "its description has only " + std::to_string(entry.struct_size) + " bytes", "unknown",
                    "rebuild it with relign_add_plugin and RELIGN_PLUGIN");
-  const bool fits = entry.abi_major == RELIGN_ABI_MAJOR && entry.min_host_minor <= RELIGN_ABI_MINOR;
-  if (!fits) {
-    const bool newer = entry.abi_major > RELIGN_ABI_MAJOR ||
-                       (entry.abi_major == RELIGN_ABI_MAJOR &&
-                        std::max(entry.abi_minor, entry.min_host_minor) > static_cast<std::uint32_t>(RELIGN_ABI_MINOR));
-    reject_library(manifest, "it was built for another version of the plugin interface",
-                   build_text(entry) + ", needs a host of at least " + std::to_string(entry.abi_major) + "." +
-                       std::to_string(entry.min_host_minor),
-                   newer ? "update relign-bench, or rebuild the plugin with the relign/plugin.h of this version"
-                         : "rebuild the plugin with the relign/plugin.h of this version");
-  }
+  if (entry.abi_major != RELIGN_ABI_MAJOR)
+    reject_library(manifest, "it was built for another version of the plugin interface", build_text(entry),
+                   entry.abi_major > RELIGN_ABI_MAJOR
+                       ? "update relign-bench, or rebuild the plugin with the relign/plugin.h of this version"
+                       : "rebuild the plugin with the relign/plugin.h of this version");
   if (!RELIGN_HAS_MEMBER(&entry, get_interface) || !entry.manifest_json || !entry.get_interface)
     reject_library(manifest, "its description is incomplete (" + std::to_string(entry.struct_size) + " bytes)",
                    build_text(entry), "rebuild it with relign_add_plugin and RELIGN_PLUGIN");

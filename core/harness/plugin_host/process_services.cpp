@@ -1,9 +1,9 @@
 #include "plugin_host/process_services.h"
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
-#include <optional>
-#include <vector>
+#include <string_view>
 
 #include "base/pixel_region.h"
 #include "plugin_host/guard.h"
@@ -13,115 +13,39 @@ namespace relign::plugin_host {
 namespace {
 
 constexpr const char* kNoMemoryForData = "the host has not enough memory for the shared data";
-constexpr std::uint64_t kMaxDataBytes = std::uint64_t{1} << 30;  // as in relign/services/prepared.h
+constexpr std::uint64_t kMaxDataBytes = std::uint64_t{1} << 30;  // as services.toml states for relign.prepared/1
+
+// Ends a request with this answer.
+struct Unusable {
+  Json answer;
+};
 
 Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
+Json failed(const std::string& text) { return {{"message", "failed"}, {"text", text}}; }
 
 Json unsupported(const std::string& what) {
-  return {{"message", "unsupported"}, {"text", what + " is not offered to this algorithm"}};
+  return {{"message", "unsupported"}, {"text", "'" + what + "' is not offered to this algorithm"}};
 }
 
-std::string text_of(const Json& request, const char* member) {
-  const auto found = request.find(member);
-  return found != request.end() && found->is_string() ? found->get<std::string>() : "";
-}
-
-std::optional<std::uint64_t> whole_number(const Json& request, const char* member) {
-  const auto found = request.find(member);
-  if (found == request.end() || !found->is_number_unsigned()) return std::nullopt;
-  return found->get<std::uint64_t>();
-}
-
-Json no_whole_number(const char* member) {
-  return refused("expected a non-negative integer '" + std::string(member) + "'");
-}
-
-// A member as JSON text; "{}" when it is missing.
-std::string object_text(const Json& request, const char* member) {
-  const auto found = request.find(member);
-  return found == request.end() ? "{}" : found->dump();
+Json result(Json::initializer_list_t members) {
+  Json answer = Json::object(members);
+  answer["message"] = "result";
+  return answer;
 }
 
 relign_text view(const std::string& text) { return {text.data(), text.size()}; }
+std::string to_string(relign_text text) { return {text.data, static_cast<std::size_t>(text.size)}; }
 
-// The answer for any status other than RELIGN_OK, with the service's message.
-template <class Service>
-Json failure_answer(relign_status status, const Service& service) {
-  if (status == RELIGN_STOP) return {{"message", "stop"}};
-  TextSink reason;
-  service.why(service.context, reason.sink());
-  const char* name = status == RELIGN_FAILED ? "failed" : status == RELIGN_UNSUPPORTED ? "unsupported" : "refused";
-  return {{"message", name}, {"text", reason.text()}};
+template <class List>
+std::uint32_t count_of(const List& list) {
+  return static_cast<std::uint32_t>(list.size());
 }
 
-Json ask_measures(const Json& request, const relign_measures_service& measures) {
-  const std::string call = text_of(request, "call");
-  TextSink list;
-  if (call == "list") {
-    const relign_status status = measures.list(measures.context, list.sink());
-    if (status != RELIGN_OK) return failure_answer(status, measures);
-    return {{"message", "result"}, {"measures", parsed_json(list.text())}};
-  }
-  const std::string arguments = object_text(request, "arguments");
-  if (call == "fields") {
-    relign_field_measures fields{};
-    fields.struct_size = sizeof fields;
-    const relign_status status = measures.fields(measures.context, view(arguments), &fields);
-    if (status != RELIGN_OK) return failure_answer(status, measures);
-    Json all = Json::array();
-    for (std::uint32_t i = 0; i < fields.count; ++i)
-      all.push_back({{"name", std::string(fields.names[i].data, fields.names[i].size)},
-                     {"mark_x_px", fields.mark_x_px[i]},
-                     {"mark_y_px", fields.mark_y_px[i]},
-                     {"tangential", fields.tangential[i]},
-                     {"sagittal", fields.sagittal[i]}});
-    return {{"message", "result"}, {"fields", all}};
-  }
-  if (call != "measure") return unsupported("'" + call + "'");
-  const std::string name = text_of(request, "name");
-  double value = 0;
-  const relign_status status = measures.measure(measures.context, view(name), view(arguments), &value);
-  if (status != RELIGN_OK) return failure_answer(status, measures);
-  return {{"message", "result"}, {"value", value}};
-}
-
-// Asked for as {"regions": [[column, row, columns, rows], ...]}.
-Json ask_regions(const Json& request, const relign_regions_service& service) {
-  const std::string call = text_of(request, "call");
-  if (call != "select") return unsupported("'" + call + "'");
-  PixelRegions regions;
-  try {
-    regions = read_regions(request.value("regions", Json()));
-  } catch (const Error& error) {
-    return refused(error.what());
-  }
-  const std::vector<std::uint32_t> numbers = to_numbers(regions);
-  const relign_status status =
-      service.select(service.context, numbers.data(), static_cast<std::uint32_t>(regions.size()));
-  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, service);
-}
-
-Json ask_prior(const Json& request, const relign_prior_service& prior) {
-  const auto number = whole_number(request, "number");
-  if (!number) return no_whole_number("number");
-  TextSink drawn;
-  const relign_status status = prior.draw(prior.context, *number, drawn.sink());
-  if (status != RELIGN_OK) return failure_answer(status, prior);
-  return {{"message", "result"}, {"drawn", parsed_json(drawn.text())}};
-}
-
-// Of the last `most` modules, newest first.
-Json ask_history(const Json& request, const relign_history_service& history, std::uint32_t axes) {
-  const auto most = whole_number(request, "most");
-  if (!most) return no_whole_number("most");
-  Json shifts = Json::array();
-  std::vector<double> shift(axes);
-  for (std::uint32_t back = 1; back <= history.modules && back <= *most; ++back) {
-    const relign_status status = history.cure_shift(history.context, back, shift.data(), axes);
-    if (status != RELIGN_OK) return failure_answer(status, history);
-    shifts.push_back(shift);
-  }
-  return {{"message", "result"}, {"cure_shifts", std::move(shifts)}};
+template <class Struct>
+Struct empty() {
+  Struct made{};
+  made.struct_size = sizeof made;
+  return made;
 }
 
 // The members of a message "observation"; null for null.
@@ -135,158 +59,167 @@ Json to_json(const relign_observation* observation, std::uint32_t axes) {
           {"machine_seconds", observation->machine_seconds}};
 }
 
+Json answer(ProcessServices& in, const relign_reference_service&) { return in.unknown_call(); }
+
+Json answer(ProcessServices& in, const relign_run_service& run) {
+  if (in.call() == "open") return result({});
+  if (in.call() != "run") return in.unknown_call();
+  const auto steps = in.integer<std::uint32_t>("steps");
+  const std::string parameter = in.text("parameter"), parameters = in.object("parameters");
+  auto outcome = empty<relign_run_outcome>();
+  const relign_status status = run.run(run.context, view(parameter), view(parameters), steps, &outcome);
+  Json reply = status == RELIGN_OK ? result({}) : in.failure(status);
+  if (status != RELIGN_OK && status != RELIGN_FAILED) return reply;
+  // Also after a failure, because the other algorithm has moved the stage.
+  reply["steps"] = outcome.steps;
+  reply["last"] = to_json(outcome.last, in.axes());
+  if (outcome.last && outcome.last->image) in.share_image(*outcome.last->image);
+  if (status != RELIGN_OK) return reply;
+  reply["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
+  reply["best"] = to_json(outcome.best, in.axes());
+  reply["recommendation"] = nullptr;
+  if (outcome.recommendation)
+    reply["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + in.axes());
+  return reply;
+}
+
+#include "host_messages.inc"
+
 }  // namespace
 
 ProcessServices::ProcessServices(const relign_trial& trial, SharedPixels& pixels, std::size_t image_bytes)
     : trial_(trial), pixels_(pixels), image_bytes_(image_bytes) {}
 
 Json ProcessServices::answer(const Json& request) {
-  const std::string id = text_of(request, "service");
-  const void* asked = service(id.c_str());
-  if (asked && id == RELIGN_SERVICE_MEASURES)
-    return ask_measures(request, *static_cast<const relign_measures_service*>(asked));
-  if (asked && id == RELIGN_SERVICE_REGIONS)
-    return ask_regions(request, *static_cast<const relign_regions_service*>(asked));
-  if (asked && id == RELIGN_SERVICE_PRIOR) return ask_prior(request, *static_cast<const relign_prior_service*>(asked));
-  if (asked && id == RELIGN_SERVICE_HISTORY)
-    return ask_history(request, *static_cast<const relign_history_service*>(asked), trial_.task->axes);
-  if (asked && id == RELIGN_SERVICE_RUN) return ask_run(request, *static_cast<const relign_run_service*>(asked));
-  if (asked && id == RELIGN_SERVICE_MODEL) return ask_model(request, *static_cast<const relign_model_service*>(asked));
-  if (asked && id == RELIGN_SERVICE_PREPARED)
-    return ask_prepared(request, *static_cast<const relign_pretraining_service*>(asked));
-  return unsupported("'" + id + "'");
+  request_ = &request;
+  const std::string id = text("service");
+  const void* table = service(id.c_str());
+  if (!table) return unsupported(id);
+  try {
+    return dispatch(*this, id, table);
+  } catch (const Unusable& unusable) {
+    return unusable.answer;
+  }
 }
 
 const void* ProcessServices::service(const char* id) const {
   return trial_.get_service ? trial_.get_service(trial_.context, {id, std::strlen(id)}) : nullptr;
 }
 
-// ---- run --------------------------------------------------------------------------------------
+Json ProcessServices::unknown_call() const { return unsupported(call()); }
 
-Json ProcessServices::ask_run(const Json& request, const relign_run_service& run) {
-  const std::string call = text_of(request, "call");
-  if (call != "run") return unsupported("'" + call + "'");
-  const auto steps = whole_number(request, "steps");
-  if (!steps || *steps > std::numeric_limits<std::uint32_t>::max()) return no_whole_number("steps");
-  const std::string parameter = text_of(request, "parameter");
-  const std::string parameters = object_text(request, "parameters");
-  relign_run_outcome outcome{};
-  outcome.struct_size = sizeof outcome;
-  const relign_status status =
-      run.run(run.context, view(parameter), view(parameters), static_cast<std::uint32_t>(*steps), &outcome);
-  const bool made_steps = status == RELIGN_OK || status == RELIGN_FAILED;
-  Json reply = status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, run);
-  if (!made_steps) return reply;
-  // Also after a failure, because the other algorithm has moved the stage.
-  const std::uint32_t axes = trial_.task->axes;
-  reply["steps"] = outcome.steps;
-  reply["last"] = to_json(outcome.last, axes);
-  if (outcome.last && outcome.last->image && image_bytes_ > 0) pixels_.put(*outcome.last->image, 0, image_bytes_);
-  if (status != RELIGN_OK) return reply;
-  reply["end"] = outcome.end == RELIGN_RUN_FINISHED ? "finished" : "steps_spent";
-  reply["best"] = to_json(outcome.best, axes);
-  reply["recommendation"] = nullptr;
-  if (outcome.recommendation)
-    reply["recommendation"] = std::vector<double>(outcome.recommendation, outcome.recommendation + axes);
-  return reply;
+Json ProcessServices::failure(relign_status status) const {
+  if (status == RELIGN_STOP) return {{"message", "stop"}};
+  TextSink reason;
+  trial_.why(trial_.context, reason.sink());
+  const char* name = status == RELIGN_FAILED ? "failed" : status == RELIGN_UNSUPPORTED ? "unsupported" : "refused";
+  return {{"message", name}, {"text", reason.text()}};
 }
 
-// ---- model ------------------------------------------------------------------------------------
+// ---- arguments --------------------------------------------------------------------------------
 
-Json ProcessServices::ask_model(const Json& request, const relign_model_service& model) {
-  const std::string call = text_of(request, "call");
-  if (call == "scene") {
-    // Behind the trial's images, which must not change while the model works.
-    const std::size_t offset = 2 * image_bytes_;
-    if (!pixels_.grow(offset + std::size_t{model.image_width} * model.image_height * sizeof(float)))
-      return {{"message", "failed"}, {"text", kNoMemoryForPixels}};
-    const std::string scene(model.scene_json.data, static_cast<std::size_t>(model.scene_json.size));
-    return {{"message", "result"},
-            {"scene", parsed_json(scene)},
-            {"image",
-             {{"width", model.image_width},
-              {"height", model.image_height},
-              {"file", ChildProcess::pixel_path()},
-              {"offset", offset}}}};
-  }
-  if (call == "mount") {
-    const std::string offsets = object_text(request, "offsets");
-    relign_model_lens* lens = nullptr;
-    const relign_status status = model.mount(model.context, view(offsets), &lens);
-    if (status != RELIGN_OK) return failure_answer(status, model);
-    lenses_[++lenses_made_] = lens;
-    return {{"message", "result"}, {"lens", lenses_made_}};
-  }
-  if (call == "capture" || call == "noise_free" || call == "unmount") return ask_lens(request, model, call);
-  return unsupported("'" + call + "'");
+std::string ProcessServices::text(const char* member) const {
+  const auto found = request_->find(member);
+  return found != request_->end() && found->is_string() ? found->get<std::string>() : "";
 }
 
-Json ProcessServices::ask_lens(const Json& request, const relign_model_service& model, const std::string& call) {
-  const auto number = whole_number(request, "lens");
-  const auto known = number ? lenses_.find(*number) : lenses_.end();
-  if (known == lenses_.end()) return refused("this lens is not mounted");
-  if (call == "unmount") {
-    const relign_status status = model.unmount(model.context, known->second);
-    lenses_.erase(known);
-    return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, model);
-  }
-  std::vector<double> pose;
-  if (const auto given = request.find("pose"); given != request.end() && given->is_array())
+std::string ProcessServices::object(const char* member) const {
+  const auto found = request_->find(member);
+  return found == request_->end() ? "{}" : found->dump();
+}
+
+template <class Integer>
+Integer ProcessServices::integer(const char* member) const {
+  const auto found = request_->find(member);
+  if (found == request_->end() || !found->is_number_unsigned() ||
+      found->get<std::uint64_t>() > std::numeric_limits<Integer>::max())
+    throw Unusable{refused("expected a non-negative integer '" + std::string(member) + "'")};
+  return found->get<Integer>();
+}
+
+std::vector<double> ProcessServices::numbers(const char* member) const {
+  std::vector<double> values;
+  if (const auto given = request_->find(member); given != request_->end() && given->is_array())
     for (const Json& value : *given)
-      pose.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
-  const std::size_t offset = 2 * image_bytes_;
-  if (pixels_.bytes() <= offset) return refused("request 'scene' first; its answer has the offset of the pixels");
-  const auto axes = static_cast<std::uint32_t>(pose.size());
-  relign_status status = RELIGN_OK;
-  if (call == "noise_free") {
-    status = model.noise_free(model.context, known->second, pose.data(), axes, pixels_.at(offset));
-  } else {
-    const auto seed = whole_number(request, "seed");
-    if (!seed) return no_whole_number("seed");
-    status = model.capture(model.context, known->second, pose.data(), axes, *seed, pixels_.at(offset));
-  }
-  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, model);
+      values.push_back(value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN());
+  return values;
 }
 
-// ---- prepared ---------------------------------------------------------------------------------
+std::vector<std::uint32_t> ProcessServices::regions(const char* member) const {
+  try {
+    return to_numbers(read_regions(request_->value(member, Json())));
+  } catch (const Error& error) {
+    throw Unusable{refused(error.what())};
+  }
+}
 
-// The data (any bytes) are in the shared file behind the model's pixels, so that neither overwrites the other.
-Json ProcessServices::ask_prepared(const Json& request, const relign_pretraining_service& prepared) {
-  const std::string call = text_of(request, "call");
-  if (call == "source")
-    return {{"message", "result"},
-            {"active", prepared.active != 0},
-            {"source", prepared.source},
-            {"sources", prepared.sources}};
-  if (call != "load" && call != "room" && call != "save") return unsupported("'" + call + "'");
-  std::size_t offset = 2 * image_bytes_;
-  if (const auto* model = static_cast<const relign_model_service*>(service(RELIGN_SERVICE_MODEL)))
-    offset += std::size_t{model->image_width} * model->image_height * sizeof(float);
-  const auto place = [&](const Json& bytes) -> Json {
-    return {{"message", "result"}, {"bytes", bytes}, {"file", ChildProcess::pixel_path()}, {"offset", offset}};
-  };
-  if (call == "load") {
-    TextSink data;
-    const relign_status status = prepared.load(prepared.context, data.sink());
-    if (status == RELIGN_UNSUPPORTED) return place(nullptr);  // no data
-    if (status != RELIGN_OK) return failure_answer(status, prepared);
-    if (!pixels_.grow(offset + data.text().size())) return {{"message", "failed"}, {"text", kNoMemoryForData}};
-    if (!data.text().empty()) std::memcpy(pixels_.at(offset), data.text().data(), data.text().size());
-    return place(data.text().size());
-  }
-  const auto bytes = whole_number(request, "bytes");
-  if (!bytes) return no_whole_number("bytes");
-  if (call == "room") {
-    if (!prepared.active) return refused("cannot save in a benchmark trial, only in pretraining");
-    if (*bytes > kMaxDataBytes) return refused("found " + std::to_string(*bytes) + " bytes; expected at most 1 GiB");
-    if (!pixels_.grow(offset + *bytes)) return {{"message", "failed"}, {"text", kNoMemoryForData}};
-    data_room_ = *bytes;
-    return place(*bytes);
-  }
-  if (*bytes > data_room_) return refused("request 'room' first; its answer has the offset of the data");
-  const char* data = *bytes > 0 ? reinterpret_cast<const char*>(pixels_.at(offset)) : "";
-  const relign_status status = prepared.save(prepared.context, {data, *bytes});
-  return status == RELIGN_OK ? Json{{"message", "result"}} : failure_answer(status, prepared);
+relign_model_lens* ProcessServices::lens(const char* member) const {
+  const auto number = request_->find(member);
+  const auto known = number != request_->end() && number->is_number_unsigned()
+                         ? lenses_.find(number->get<std::uint64_t>())
+                         : lenses_.end();
+  if (known == lenses_.end()) throw Unusable{refused("this lens is not mounted")};
+  return known->second;
+}
+
+relign_text ProcessServices::bytes(const char* member) const {
+  const auto count = integer<std::uint64_t>(member);
+  if (count > data_room_) throw Unusable{refused("request 'room' first; its answer has the offset of the data")};
+  return {count > 0 ? reinterpret_cast<const char*>(pixels_.at(data_offset())) : "", count};
+}
+
+// ---- results ----------------------------------------------------------------------------------
+
+std::uint64_t ProcessServices::keep(relign_model_lens* lens) {
+  lenses_[++lenses_made_] = lens;
+  return lenses_made_;
+}
+
+void ProcessServices::forget(relign_model_lens* lens) {
+  const auto found =
+      std::find_if(lenses_.begin(), lenses_.end(), [&](const auto& known) { return known.second == lens; });
+  if (found != lenses_.end()) lenses_.erase(found);
+}
+
+void ProcessServices::share_image(const relign_image& image) {
+  if (image_bytes_ > 0) pixels_.put(image, 0, image_bytes_);
+}
+
+// Behind the trial's images, which must not change while the model works.
+float* ProcessServices::pixels(std::uint32_t width, std::uint32_t height) {
+  const std::size_t offset = 2 * image_bytes_;
+  if (!pixels_.grow(offset + std::size_t{width} * height * sizeof(float))) throw Unusable{failed(kNoMemoryForPixels)};
+  return pixels_.at(offset);
+}
+
+Json ProcessServices::place_of_pixels() const {
+  return {{"file", ChildProcess::pixel_path()}, {"offset", 2 * image_bytes_}};
+}
+
+// Behind the model's pixels, so that neither overwrites the other.
+std::size_t ProcessServices::data_offset() const {
+  const auto* model = static_cast<const relign_model_service*>(service(RELIGN_SERVICE_MODEL));
+  return 2 * image_bytes_ + (model ? std::size_t{model->image_width} * model->image_height * sizeof(float) : 0);
+}
+
+Json ProcessServices::place_of_data(std::size_t bytes) const {
+  return {{"bytes", bytes}, {"file", ChildProcess::pixel_path()}, {"offset", data_offset()}};
+}
+
+Json ProcessServices::room() {
+  const auto* prepared = static_cast<const relign_prepared_service*>(service(RELIGN_SERVICE_PREPARED));
+  const auto count = integer<std::uint64_t>("bytes");
+  if (!prepared || !prepared->active) return refused("cannot save in a benchmark trial, only in pretraining");
+  if (count > kMaxDataBytes) return refused("found " + std::to_string(count) + " bytes; expected at most 1 GiB");
+  if (!pixels_.grow(data_offset() + count)) return failed(kNoMemoryForData);
+  data_room_ = count;
+  return result({{"room", place_of_data(count)}});
+}
+
+Json ProcessServices::give(const std::string& data) {
+  if (!pixels_.grow(data_offset() + data.size())) throw Unusable{failed(kNoMemoryForData)};
+  if (!data.empty()) std::memcpy(pixels_.at(data_offset()), data.data(), data.size());
+  return place_of_data(data.size());
 }
 
 }  // namespace relign::plugin_host

@@ -3,11 +3,13 @@
 
 #include <relign/plugin.h>
 
-#include <set>
+#include <list>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "plugin_host/service_tables.h"
 #include "sandbox/connection.h"
 
 namespace relign::sandbox {
@@ -30,51 +32,53 @@ class RemoteObservation {
   std::vector<double> pose_;
 };
 
+// The columns of a list of objects.
+class Columns {
+ public:
+  void clear() { *this = {}; }
+  const double* numbers(const Json& list, const char* name);
+  const relign_text* texts(const Json& list, const char* name);
+
+ private:
+  std::list<std::vector<double>> numbers_;
+  std::list<std::vector<std::string>> strings_;
+  std::list<std::vector<relign_text>> texts_;
+};
+
 class RemoteServices {
  public:
   RemoteServices(Connection& connection, const Json& task);
   RemoteServices(const RemoteServices&) = delete;
   RemoteServices& operator=(const RemoteServices&) = delete;
 
-  const void* get(std::string_view id);  // null when the host does not offer it
-  const relign_image* latest_image();    // null when the algorithm observes no images
+  const void* get(std::string_view id);            // null when the host does not offer it
+  const relign_image* latest_image();              // null when the algorithm observes no images
+  const std::string& why() const { return why_; }  // the last request failed
+  plugin_host::ServiceTables tables;
+  Columns columns;  // of the last list
 
- private:
+  // For the functions of each table, whose context is this object.
   static RemoteServices& self(void* context) { return *static_cast<RemoteServices*>(context); }
   // Sends a request of a service, and keeps the text of a failure for why().
-  Json ask(const char* service, const char* call, Json arguments = Json::object());
-  bool offers(const char* service, const char* call);
+  Json ask(const char* service, const char* call, Json::initializer_list_t arguments);
+  bool has_axes(std::uint32_t axes);
+  relign_status put(relign_text data);  // where the host reads it
+  relign_text keep(const std::string& name, std::string text);
+  void take(const Json& list, double* values, std::uint32_t axes);
+  void take(const Json& place, float* pixels, std::uint64_t count);
+  std::string bytes(const Json& place);
+  const relign_reference_service* reference(relign_reference_service& table);
   relign_status run(relign_text parameter, relign_text changes, std::uint32_t steps, relign_run_outcome* outcome);
-  relign_status measure_fields(relign_text arguments, relign_field_measures* measured);
-  relign_status model_pixels(const char* call, relign_model_lens* lens, const double* pose, std::uint32_t axes,
-                             const std::uint64_t* seed, float* pixels);
-  relign_status load(const relign_text_sink* sink);
-  relign_status save(relign_text data);
-  const void* reference();
-  const void* history();
-  void fill_tables();
+
+ private:
   relign_image image_at(std::size_t offset);
 
   Connection& connection_;
   std::uint32_t width_ = 0, height_ = 0;  // of the trial's images; 0: none
+  std::size_t axes_;
   std::string why_;
   relign_image latest_{}, reference_{};
-  relign_reference_service reference_table_{};
-  relign_measures_service measures_{};
-  relign_regions_service regions_{};
-  relign_prior_service prior_{};
-  relign_run_service run_{};
-  relign_model_service model_{};
-  relign_pretraining_service prepared_{};
-  relign_history_service history_{};
-  std::vector<std::vector<double>> cure_shifts_;  // newest first
-  std::string scene_json_;
-  std::size_t model_offset_ = 0;
-  struct Fields {
-    std::vector<std::string> name_texts;
-    std::vector<relign_text> names;
-    std::vector<double> mark_x_px, mark_y_px, tangential, sagittal;
-  } fields_;
+  std::map<std::string, std::string> kept_;
   RemoteObservation run_last_, run_best_;
   std::vector<double> run_recommendation_;
 };

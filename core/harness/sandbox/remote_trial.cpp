@@ -74,6 +74,12 @@ RemoteTrial::RemoteTrial(Connection& connection, const Json& task)
     if (!id.data || std::this_thread::get_id() != self(context).thread_) return nullptr;
     return self(context).services_.get({id.data, static_cast<std::size_t>(id.size)});
   };
+  table_.why = [](void* context, const relign_text_sink* reason) -> relign_status {
+    if (!reason) return RELIGN_BAD_ARGUMENT;
+    const std::string& why = self(context).services_.why();
+    reason->write(reason->context, {why.data(), why.size()});
+    return RELIGN_OK;
+  };
 }
 
 relign_status RemoteTrial::ask_with_pose(const char* message, const char* member, const double* values,

@@ -1,13 +1,19 @@
 #include "submissions/submission.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "base/characters.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "base/limits.h"
+#include "base/schema.h"
 #include "base/text.h"
 #include "submissions/archive.h"
+
+extern "C" {
+extern const unsigned char relign_schema_submission[];
+extern const unsigned long relign_schema_submission_size;
+}
 
 namespace relign::submissions {
 namespace fs = std::filesystem;
@@ -16,8 +22,6 @@ namespace {
 
 constexpr std::size_t kMaxManifestBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxText = 1000;  // bytes of a text for pages
-constexpr std::size_t kMaxAuthors = 100;
-constexpr unsigned kMaxSelfTestSteps = 100;
 
 // Names become file names, addresses of pages and words of commands.
 std::string word_mistake(const std::string& word, const std::string& signs) {
@@ -39,97 +43,45 @@ std::string text_mistake(const std::string& text) {
   return line_mistake(text);
 }
 
-class ManifestReader {
+// The checks that the schema does not make.
+class SubmissionChecks {
  public:
-  explicit ManifestReader(const JsonSource& source) : source_(source), top_(source, "", problems_) {}
+  SubmissionChecks(const JsonSource& source, std::vector<Problem>& problems) : source_(source), problems_(problems) {}
 
-  Submission read() {
-    Submission submission;
-    submission.text = source_.text();
-    submission.name = word("name", "._-");
-    submission.version = word("version", "._-+");
-    submission.summary = text("summary", true);
-    submission.authors = authors();
-    submission.licence = text("licence", true);
-    submission.citation = text("citation", false);
-    submission.homepage = homepage();
-    read_algorithm(submission);
-    submission.plugin = path("plugin");
-    submission.training = training();
-    submission.environment = path("environment");
-    submission.self_test = self_test();
-    top_.reject_unknown();
-    throw_if_any(problems_);
-    return submission;
+  void check(const Submission& submission, const Json& file) {
+    refuse("/name", word_mistake(submission.name, "._-"));
+    refuse("/version", word_mistake(submission.version, "._-+"));
+    for (const char* key : {"summary", "licence", "citation", "homepage"})
+      if (file.contains(key)) refuse(std::string("/") + key, text_mistake(file[key]));
+    for (const std::string& author : submission.authors) refuse("/authors", text_mistake(author));
+    // A page links to it, so that no other scheme, such as javascript, is allowed.
+    const std::string& home = submission.homepage;
+    if (!home.empty() && home.rfind("https://", 0) != 0 && home.rfind("http://", 0) != 0)
+      refuse("/homepage", "expected an address that begins with https://, found '" + home + "'");
+    for (const auto& [key, path] : {std::pair("plugin", submission.plugin), {"environment", submission.environment}})
+      if (file.contains(key))
+        if (const std::string mistake = path_mistake(path); !mistake.empty())
+          refuse(std::string("/") + key,
+                 "found '" + path + "': " + mistake + "; expected a path in the submission's folder");
+    refuse_paths_outside("/algorithm/use", submission.use);
+    refuse_paths_outside("/algorithm/parameters", submission.parameters);
+    if (const Json& hardware = member(submission.training, "hardware"); hardware.is_string())
+      refuse("/training/hardware", text_mistake(hardware));
+    for (const auto& [key, id] :
+         {std::pair("scene", submission.self_test.scene), {"noise_level", submission.self_test.noise_level}})
+      if (const std::string mistake = word_mistake(id, "._-"); !mistake.empty())
+        refuse(std::string("/self_test/") + key, mistake + "; a self-test uses installed scenes and noise levels");
   }
 
  private:
-  std::string word(const std::string& key, const std::string& signs) {
-    const std::string found = top_.required_string(key);
-    if (top_.has(key) && top_.get(key)->is_string())
-      if (const std::string mistake = word_mistake(found, signs); !mistake.empty()) top_.complain(key, mistake);
-    return found;
-  }
-
-  std::string text(const std::string& key, bool required) {
-    const std::string found = required ? top_.required_string(key) : top_.string(key, "");
-    if (top_.has(key) && top_.get(key)->is_string())
-      if (const std::string mistake = text_mistake(found); !mistake.empty()) top_.complain(key, mistake);
-    return found;
-  }
-
-  std::vector<std::string> authors() {
-    const Json* list = top_.get("authors");
-    if (!list) {
-      top_.complain_missing("authors", "a list of names");
-      return {};
-    }
-    const bool names = list->is_array() && !list->empty() && list->size() <= kMaxAuthors &&
-                       std::all_of(list->begin(), list->end(), [](const Json& one) { return one.is_string(); });
-    if (!names) {
-      top_.complain("authors", "expected a list of 1 to 100 names");
-      return {};
-    }
-    auto found = list->get<std::vector<std::string>>();
-    for (const std::string& author : found)
-      if (const std::string mistake = text_mistake(author); !mistake.empty()) top_.complain("authors", mistake);
-    return found;
-  }
-
-  // A page links to it, so that no other scheme, such as javascript, is allowed.
-  std::string homepage() {
-    std::string found = text("homepage", false);
-    if (!found.empty() && found.rfind("https://", 0) != 0 && found.rfind("http://", 0) != 0)
-      top_.complain("homepage", "expected an address that begins with https://, found '" + found + "'");
-    return found;
-  }
-
-  std::string path(const std::string& key) {
-    std::string found = top_.string(key, "");
-    if (top_.has(key) && top_.get(key)->is_string())
-      if (const std::string mistake = path_mistake(found); !mistake.empty())
-        top_.complain(key, "found '" + found + "': " + mistake + "; expected a path in the submission's folder");
-    return found;
-  }
-
-  void read_algorithm(Submission& submission) {
-    submission.parameters = Json::object();
-    if (!top_.get("algorithm")) {
-      top_.complain_missing("algorithm", "an object with 'use', as in a suite");
-      return;
-    }
-    ObjectReader reader(source_, "/algorithm", problems_);
-    submission.use = reader.required_string("use");
-    refuse_paths_outside("/algorithm/use", submission.use);
-    submission.merit = reader.string("merit", "");
-    submission.protocol = reader.string("protocol", "");
-    if (const Json* parameters = reader.get("parameters")) {
-      submission.parameters = *parameters;
-      if (!parameters->is_object())
-        reader.complain("parameters", std::string("expected an object, found ") + parameters->type_name());
-      refuse_paths_outside("/algorithm/parameters", *parameters);
-    }
-    reader.reject_unknown();
+  // Nothing where a mistake has been found already: the value is then one of the schema's.
+  void refuse(const std::string& pointer, const std::string& mistake) {
+    const Problem problem = source_.problem(pointer, mistake);
+    const bool known = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& other) {
+      return other.line == problem.line && other.column == problem.column;
+    });
+    if (!mistake.empty() && !known && source_.root().contains(Json::json_pointer(pointer)))
+      problems_.push_back(problem);
   }
 
   // A sandbox shows the files that parameters name: none may be outside the archive.
@@ -141,46 +93,43 @@ class ManifestReader {
     const bool leaves = std::find(path.begin(), path.end(), "..") != path.end();
     if (path.is_absolute() || leaves)
       problems_.push_back(source_.problem(
-          pointer,
-          "found '" + path.string() + "'; a path must be relative to the submission's folder " + "and inside it"));
-  }
-
-  Json training() {
-    const Json* given = top_.get("training");
-    if (!given) return nullptr;
-    ObjectReader reader(source_, "/training", problems_);
-    reader.integer("steps", 0, 0, std::numeric_limits<std::int64_t>::max());
-    reader.integer("images", 0, 0, std::numeric_limits<std::int64_t>::max());
-    reader.number("hours", 0, 0, std::numeric_limits<double>::max());
-    const std::string hardware = reader.string("hardware", "");
-    if (reader.has("hardware") && reader.get("hardware")->is_string())
-      if (const std::string mistake = text_mistake(hardware); !mistake.empty()) reader.complain("hardware", mistake);
-    reader.reject_unknown();
-    return *given;
-  }
-
-  SelfTest self_test() {
-    SelfTest test;
-    if (!top_.get("self_test")) return test;
-    ObjectReader reader(source_, "/self_test", problems_);
-    test.scene = reader.string("scene", test.scene);
-    test.noise_level = reader.string("noise_level", test.noise_level);
-    for (const auto& [key, id] : {std::pair("scene", test.scene), std::pair("noise_level", test.noise_level)})
-      if (const std::string mistake = word_mistake(id, "._-"); !mistake.empty())
-        reader.complain(key, mistake + "; a self-test uses installed scenes and noise levels");
-    test.steps = static_cast<unsigned>(reader.integer("steps", test.steps, 1, kMaxSelfTestSteps));
-    reader.reject_unknown();
-    return test;
+          pointer, "found '" + path.string() + "'; a path must be relative to the submission's folder and inside it"));
   }
 
   const JsonSource& source_;
-  std::vector<Problem> problems_;
-  ObjectReader top_;
+  std::vector<Problem>& problems_;
 };
 
 }  // namespace
 
-Submission read_submission(const JsonSource& source) { return ManifestReader(source).read(); }
+Submission read_submission(const JsonSource& source) {
+  static const Schema schema(relign_schema_submission, relign_schema_submission_size);
+  std::vector<Problem> problems;
+  const Json file = schema.checked(source, problems);
+  const Json &algorithm = file["algorithm"], &test = object_of(file, "self_test");
+  Submission submission;
+  submission.text = source.text();
+  submission.name = file["name"];
+  submission.version = file["version"];
+  submission.summary = file["summary"];
+  submission.authors = file["authors"].get<std::vector<std::string>>();
+  submission.licence = file["licence"];
+  submission.citation = text_of(file, "citation");
+  submission.homepage = text_of(file, "homepage");
+  submission.use = algorithm["use"];
+  submission.parameters = object_of(algorithm, "parameters");
+  submission.merit = text_of(algorithm, "merit");
+  submission.protocol = text_of(algorithm, "protocol");
+  submission.plugin = text_of(file, "plugin");
+  submission.environment = text_of(file, "environment");
+  submission.training = member(file, "training");
+  submission.self_test = {test.value("scene", submission.self_test.scene),
+                          test.value("noise_level", submission.self_test.noise_level),
+                          test.value("steps", submission.self_test.steps)};
+  SubmissionChecks(source, problems).check(submission, file);
+  throw_if_any(problems);
+  return submission;
+}
 
 Submission read_submission(const fs::path& folder) {
   const fs::path file = folder / kManifestName;

@@ -88,10 +88,7 @@ void EntryReader::complain(const std::string& pointer, const std::string& messag
 std::vector<Entry> EntryReader::read(ObjectReader& suite, const std::string& key, plugin_host::Kind kind) {
   std::vector<Entry> found;
   const Json* list = suite.get(key);
-  if (!list) {
-    if (source_.root().is_object()) suite.complain_missing(key, "a list of entries");
-    return found;
-  }
+  if (!list) return found;  // reported with the other keys of the suite
   if (!list->is_array() || list->empty()) {
     suite.complain(key, list->is_array() ? "expected at least one entry, found an empty list"
                                          : std::string("expected a list, found ") + list->type_name());

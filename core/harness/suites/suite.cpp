@@ -1,27 +1,25 @@
 #include "suites/suite.h"
 
 #include <algorithm>
-#include <limits>
 #include <tuple>
 #include <utility>
 
 #include "base/baselines.h"
+#include "base/json_members.h"
 #include "base/limits.h"
 #include "base/own_command.h"
+#include "base/schema.h"
 #include "base/text.h"
 #include "suites/entries.h"
 #include "suites/secret.h"
 
+extern "C" {
+extern const unsigned char relign_schema_suite[];
+extern const unsigned long relign_schema_suite_size;
+}
+
 namespace relign::suites {
 namespace {
-
-constexpr std::int64_t kMaxInstances = 1'000'000;
-constexpr double kMaxTrialSeconds = 1e7;   // seconds
-constexpr std::int64_t kMinMemoryMb = 64;  // MB
-const std::vector<std::string> kLimits = {"soft", "hard"};
-const std::vector<std::string> kMeasures = {"rmse", "yield"};
-const std::vector<std::string> kRules = {"own", "best", "current"};
-constexpr double kRelevantRatio = 1.1;
 
 class SuiteReader {
  public:
@@ -32,21 +30,23 @@ class SuiteReader {
     Suite suite;
     suite.file = source_.file();
     suite.text = source_.text();
-    suite.name = top_.string("name", std::filesystem::path(source_.file()).stem().string());
-    if (const std::string mistake = name_mistake(suite.name); top_.has("name") && !mistake.empty())
+    throw_if_any(problems_);  // not an object
+    static const Schema schema(relign_schema_suite, relign_schema_suite_size);
+    const Json file = schema.checked(source_, problems_);
+    suite.name = file.value("name", std::filesystem::path(source_.file()).stem().string());
+    if (const std::string mistake = name_mistake(suite.name);
+        member(source_.root(), "name") == suite.name && !mistake.empty())
       top_.complain("name", mistake);
-    suite.seed =
-        static_cast<std::uint64_t>(top_.integer("seed", kDefaultSeed, 0, std::numeric_limits<std::int64_t>::max()));
-    suite.commitment = top_.string("commitment", "");
-    if (top_.has("commitment") && !is_commitment(suite.commitment))
+    suite.seed = file["seed"];
+    suite.commitment = text_of(file, "commitment");
+    if (member(source_.root(), "commitment").is_string() && !is_commitment(suite.commitment))
       top_.complain("commitment",
                     "expected \"sha256:\" and 64 hexadecimal digits, as '" + own_command("seal") + "' prints it");
-    suite.instances = static_cast<unsigned>(top_.integer("instances", kDefaultInstances, 1, kMaxInstances));
-    suite.first_instance = static_cast<unsigned>(
-        top_.integer("first_instance", kDefaultFirstInstance, 0, std::numeric_limits<std::int32_t>::max()));
-    defaults_.steps = static_cast<unsigned>(top_.integer("steps", kDefaultSteps, 1, kMaxSteps));
+    suite.instances = file["instances"];
+    suite.first_instance = file["first_instance"];
+    defaults_.steps = file["steps"];
     defaults_.protocols = read_protocols(top_, defaults_.protocols);
-    suite.limits = one_of(top_, "limits", kLimits, kDefaultLimits);
+    suite.limits = file["limits"];
     EntryReader entries(source_, relative_to_, catalog_, defaults_, problems_);
     for (Entry& entry : entries.read(top_, "scenes", plugin_host::Kind::scene))
       suite.scenes.push_back({std::move(entry.name), std::move(entry.choice)});
@@ -65,17 +65,17 @@ class SuiteReader {
         suite.algorithms.push_back(algorithm);
       }
     }
-    suite.trial_seconds = top_.number("trial_seconds", suite.trial_seconds, 0.1, kMaxTrialSeconds);
-    suite.trial_memory_mb = static_cast<unsigned>(top_.integer("trial_memory_mb", 0, 0, 1'000'000'000));
-    if (top_.has("trial_memory_mb") && suite.trial_memory_mb < kMinMemoryMb)
-      top_.complain("trial_memory_mb", "must be at least " + std::to_string(kMinMemoryMb) + ", the need of a worker");
+    suite.trial_seconds = file["trial_seconds"];
+    suite.trial_memory_mb = file.value("trial_memory_mb", 0U);
     suite.machine_time = machine_time();
-    suite.cycle = cycle();
-    suite.cost = cost(suite);
+    suite.cycle = member(source_.root(), "cycle");
+    suite.cost = member(source_.root(), "cost");
+    if (const Json& baseline = member(suite.cost, "baseline"); baseline.is_string())
+      check_method_name(suite, baseline, "/cost/baseline");
     suite.spec = spec();
     suite.targets = targets();
-    suite.analysis = analysis(suite);
-    top_.reject_unknown();
+    suite.analysis = analysis_json(member(file, "analysis"));
+    check_contrasts(suite, list_of(suite.analysis, "contrasts"));
     std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
       return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
     });
@@ -101,61 +101,17 @@ class SuiteReader {
     problems_.push_back(source_.problem(pointer, message));
   }
 
-  // Checks the names of contrasts against the algorithms, including home and random.
-  Json analysis(const Suite& suite) {
-    if (!top_.get("analysis")) return nullptr;
-    const std::string pointer = top_.pointer_to("analysis");
-    const Json& written = *top_.get("analysis");
-    if (!written.is_object()) {
-      top_.complain("analysis", std::string("expected an object, found ") + written.type_name());
-      return nullptr;
-    }
-    const std::size_t mistakes = problems_.size();
-    ObjectReader reader(source_, pointer, problems_);
-    one_of(reader, "primary", kMeasures, "rmse");
-    one_of(reader, "rule", kRules, "own");
-    reader.number("smallest_relevant_ratio", kRelevantRatio, 1, 1000);
-    reader.number("yield", 0, 0, 1);
-    if (const Json* contrasts = reader.get("contrasts")) {
-      const auto is_pair = [](const Json& pair) {
-        return pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string() && pair[0] != pair[1];
-      };
-      if (!contrasts->is_array() || contrasts->empty() || !std::all_of(contrasts->begin(), contrasts->end(), is_pair)) {
-        reader.complain("contrasts",
-                        "expected a list of pairs of different methods, for example [[\"bo-gp\", \"random\"]]");
-      } else {
-        for (std::size_t i = 0; i < contrasts->size(); ++i)
-          for (std::size_t side = 0; side < 2; ++side)
-            check_method_name(suite, (*contrasts)[i][side].get<std::string>(),
-                              pointer + "/contrasts/" + std::to_string(i) + "/" + std::to_string(side));
-      }
-    }
-    reader.reject_unknown();
-    return problems_.size() == mistakes ? analysis_json(written) : Json();
+  // Names of contrasts may be those of home and random, too.
+  void check_contrasts(const Suite& suite, const Json& contrasts) {
+    for (std::size_t i = 0; i < contrasts.size(); ++i)
+      for (std::size_t side = 0; side < 2; ++side)
+        check_method_name(suite, contrasts[i][side],
+                          "/analysis/contrasts/" + std::to_string(i) + "/" + std::to_string(side));
   }
 
   MachineTimeKeys machine_time() {
     if (!top_.get("machine_time")) return {};
     return read_machine_time(source_, top_.pointer_to("machine_time"), problems_);
-  }
-
-  Json cycle() {
-    const Json* value = top_.get("cycle");
-    if (!value) return nullptr;
-    check_cycle(source_, top_.pointer_to("cycle"), problems_);
-    return *value;
-  }
-
-  // Checks the baseline's name against the algorithms, including home and random.
-  Json cost(const Suite& suite) {
-    const Json* value = top_.get("cost");
-    if (!value) return nullptr;
-    const std::string pointer = top_.pointer_to("cost");
-    const std::size_t mistakes = problems_.size();
-    check_cost(source_, pointer, problems_);
-    if (problems_.size() == mistakes && value->contains("baseline"))
-      check_method_name(suite, (*value)["baseline"].get<std::string>(), pointer + "/baseline");
-    return *value;
   }
 
   void check_method_name(const Suite& suite, const std::string& name, const std::string& pointer) {
@@ -235,13 +191,11 @@ Suite read_suite(const JsonSource& source, const std::filesystem::path& relative
   return SuiteReader(source, relative_to, catalog).read();
 }
 
-Json analysis_json(const Json& written) {
-  if (!written.is_object()) return nullptr;
-  return {{"primary", written.value("primary", "rmse")},
-          {"rule", written.value("rule", "own")},
-          {"contrasts", written.value("contrasts", Json::array())},
-          {"smallest_relevant_ratio", written.value("smallest_relevant_ratio", kRelevantRatio)},
-          {"yield", written.value("yield", Json())}};
+Json analysis_json(Json read) {
+  if (read.is_null()) return read;
+  read.emplace("contrasts", Json::array());
+  read.emplace("yield", nullptr);
+  return read;
 }
 
 Json machine_time_json(const MachineTimeKeys& times) {

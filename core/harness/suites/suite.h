@@ -37,7 +37,7 @@ struct AlgorithmEntry {
 
 // The analysis plan with defaults filled in; null when the suite has none. Members as in the suite file
 // (docs/suites.md): {"primary", "rule", "contrasts", "smallest_relevant_ratio", "yield"}.
-Json analysis_json(const Json& written);
+Json analysis_json(Json read);
 
 // The given machine times, with the keys of the suite file.
 Json machine_time_json(const MachineTimeKeys& times);

@@ -260,7 +260,7 @@ void FieldMeasures::write(relign_field_measures* fields) const {
     throw Error(ErrorKind::bad_input, "'fields' is null or its struct_size too small");
   written = {.struct_size = sizeof written,
              .count = static_cast<std::uint32_t>(names_.size()),
-             .names = names_.data(),
+             .name = names_.data(),
              .mark_x_px = mark_x_px_.data(),
              .mark_y_px = mark_y_px_.data(),
              .tangential = tangential_.data(),

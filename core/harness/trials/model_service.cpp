@@ -19,18 +19,19 @@ std::uint64_t frame_of(std::uint64_t chosen_seed) {
 
 }  // namespace
 
-ModelService::ModelService(ServiceContext& shared, ModelScene& scene) : shared_(&shared), scene_(&scene) {
+bool offer(ServiceContext& shared, relign_model_service& table) {
+  const SimulatedLens* lens = shared.simulated_lens();
+  if (!shared.grants(RELIGN_OBSERVES_DESIGN) || !lens) return false;
+  if (!shared.model) shared.model = std::make_unique<ModelService>(shared, lens->model);
   const SceneFacts& facts = shared.host.setup().scene;
-  table_.struct_size = sizeof table_;
-  table_.context = this;
-  table_.scene_json = {facts.text.data(), facts.text.size()};
-  table_.image_width = facts.image_width;
-  table_.image_height = facts.image_height;
-  table_.mount = mount;
-  table_.capture = capture;
-  table_.noise_free = noise_free;
-  table_.unmount = unmount;
-  table_.why = why;
+  table.scene_json = {facts.text.data(), facts.text.size()};
+  table.image_width = facts.image_width;
+  table.image_height = facts.image_height;
+  table.mount = ModelService::mount;
+  table.capture = ModelService::capture;
+  table.noise_free = ModelService::noise_free;
+  table.unmount = ModelService::unmount;
+  return true;
 }
 
 ModelService::Lenses::iterator ModelService::find(relign_model_lens* lens) {
@@ -39,12 +40,12 @@ ModelService::Lenses::iterator ModelService::find(relign_model_lens* lens) {
 }
 
 relign_status ModelService::mount(void* context, relign_text offsets_json, relign_model_lens** made) {
-  ModelService& model = self(context);
-  return model.shared_->answer_unless_stopped([&]() -> relign_status {
-    if (!made) return model.shared_->refuse("'made' is null");
+  return answer_unless_stopped(context, [&](ServiceContext& shared) -> relign_status {
+    ModelService& model = *shared.model;
+    if (!made) return shared.refuse("'made' is null");
     if (model.lenses_.size() >= kMaxLenses)
-      return model.shared_->refuse("16 lenses are mounted, the maximum; unmount one of them first");
-    const SceneFacts& facts = model.shared_->host.setup().scene;
+      return shared.refuse("16 lenses are mounted, the maximum; unmount one of them first");
+    const SceneFacts& facts = shared.host.setup().scene;
     model.lenses_.push_back(model.scene_->get(facts).mount(read_offsets(text_of(offsets_json), facts)));
     *made = reinterpret_cast<relign_model_lens*>(&model.lenses_.back());
     return RELIGN_OK;
@@ -68,8 +69,8 @@ plugin_host::MountedAssembly* ModelService::ready(relign_model_lens* lens, const
 
 relign_status ModelService::capture(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                     std::uint64_t seed, float* pixels) {
-  ModelService& model = self(context);
-  return model.shared_->answer_unless_stopped([&]() -> relign_status {
+  return answer_unless_stopped(context, [&](ServiceContext& shared) -> relign_status {
+    ModelService& model = *shared.model;
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     assembly->capture(std::vector<double>(true_pose, true_pose + axes), frame_of(seed), pixels);
@@ -79,28 +80,24 @@ relign_status ModelService::capture(void* context, relign_model_lens* lens, cons
 
 relign_status ModelService::noise_free(void* context, relign_model_lens* lens, const double* true_pose,
                                        std::uint32_t axes, float* pixels) {
-  ModelService& model = self(context);
-  return model.shared_->answer_unless_stopped([&]() -> relign_status {
+  return answer_unless_stopped(context, [&](ServiceContext& shared) -> relign_status {
+    ModelService& model = *shared.model;
     plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     if (assembly->render_noise_free(std::vector<double>(true_pose, true_pose + axes), pixels)) return RELIGN_OK;
-    model.shared_->why = "the scene offers no noise-free images";
+    shared.why = "the scene offers no noise-free images";
     return RELIGN_UNSUPPORTED;
   });
 }
 
 relign_status ModelService::unmount(void* context, relign_model_lens* lens) {
-  ModelService& model = self(context);
-  return model.shared_->answer([&]() -> relign_status {
+  return answer(context, [&](ServiceContext& shared) -> relign_status {
+    ModelService& model = *shared.model;
     const auto found = model.find(lens);
-    if (found == model.lenses_.end()) return model.shared_->refuse("this lens is not mounted");
+    if (found == model.lenses_.end()) return shared.refuse("this lens is not mounted");
     model.lenses_.erase(found);
     return RELIGN_OK;
   });
-}
-
-relign_status ModelService::why(void* context, const relign_text_sink* sentence) {
-  return tell_why(self(context).shared_, sentence);
 }
 
 }  // namespace relign::trials

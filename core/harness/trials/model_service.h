@@ -13,21 +13,19 @@ namespace relign::trials {
 class ModelService {
  public:
   // `scene` must outlive this object.
-  ModelService(ServiceContext& shared, ModelScene& scene);
+  ModelService(ServiceContext& shared, ModelScene& scene) : shared_(&shared), scene_(&scene) {}
   ModelService(const ModelService&) = delete;
   ModelService& operator=(const ModelService&) = delete;
-  const relign_model_service* table() const { return &table_; }
 
- private:
-  static ModelService& self(void* context) { return *static_cast<ModelService*>(context); }
+  // Functions of relign_model_service.
   static relign_status mount(void* context, relign_text offsets_json, relign_model_lens** made);
   static relign_status capture(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                std::uint64_t seed, float* pixels);
   static relign_status noise_free(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                   float* pixels);
   static relign_status unmount(void* context, relign_model_lens* lens);
-  static relign_status why(void* context, const relign_text_sink* sentence);
 
+ private:
   using Lenses = std::list<plugin_host::MountedAssembly>;
   Lenses::iterator find(relign_model_lens* lens);
   // The lens, if all arguments are valid; otherwise null, with the reason in `why`.
@@ -36,7 +34,6 @@ class ModelService {
 
   ServiceContext* shared_;
   ModelScene* scene_;
-  relign_model_service table_{};
   Lenses lenses_;  // a list, because the addresses are the handles
 };
 

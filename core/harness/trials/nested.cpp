@@ -74,6 +74,7 @@ void NestedTrial::describe_task(std::uint64_t seed, unsigned budget, double larg
   table_.get_service = [](void* context, relign_text id) -> const void* {
     return id.data ? self(context).services_.get({id.data, static_cast<std::size_t>(id.size)}) : nullptr;
   };
+  table_.why = [](void* context, const relign_text_sink* reason) { return self(context).services_.why(reason); };
 }
 
 void NestedTrial::take_outer_observation() {

@@ -14,7 +14,6 @@
 namespace relign::trials {
 namespace {
 
-// Size of relign_run_outcome in interface version 1.0.
 constexpr std::size_t kMinOutcomeSize = offsetof(relign_run_outcome, recommendation) + sizeof(const double*);
 
 // The algorithm that `parameter` names, with the caller's changes to its parameters.
@@ -47,28 +46,24 @@ class ScopedLargestMove {
 
 }  // namespace
 
-RunService::RunService(ServiceContext& shared) : shared_(&shared) {
-  table_.struct_size = sizeof table_;
-  table_.context = this;
-  table_.run = run;
-  table_.why = why;
-}
-
-relign_status RunService::run(void* context, relign_text parameter, relign_text parameters_json,
-                              std::uint32_t most_steps, relign_run_outcome* outcome) {
-  RunService& service = *static_cast<RunService*>(context);
-  return service.shared_->answer([&]() -> relign_status {
-    if (!outcome || outcome->struct_size < kMinOutcomeSize)
-      return service.shared_->refuse("'outcome' is null or its struct_size too small");
-    if (most_steps == 0) return service.shared_->refuse("expected at least 1 step, found 0");
-    const plugin_host::Choice inner =
-        chosen(service.shared_->view.algorithm(), text_of(parameter), text_of(parameters_json));
-    relign_run_outcome written{};
-    written.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(outcome->struct_size, sizeof written));
-    const relign_status status = service.run_inner(inner, most_steps, written);
-    std::memcpy(outcome, &written, written.struct_size);
-    return status;
-  });
+bool offer(ServiceContext& shared, relign_run_service& table) {
+  if (shared.view.algorithm().algorithms.empty()) return false;
+  if (!shared.run) shared.run = std::make_unique<RunService>(shared);
+  table.run = [](void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
+                 relign_run_outcome* outcome) {
+    return answer(context, [&](ServiceContext& now) -> relign_status {
+      if (!outcome || outcome->struct_size < kMinOutcomeSize)
+        return now.refuse("'outcome' is null or its struct_size too small");
+      if (most_steps == 0) return now.refuse("expected at least 1 step, found 0");
+      const plugin_host::Choice inner = chosen(now.view.algorithm(), text_of(parameter), text_of(parameters_json));
+      relign_run_outcome written{};
+      written.struct_size = static_cast<std::uint32_t>(std::min<std::size_t>(outcome->struct_size, sizeof written));
+      const relign_status status = now.run->run_inner(inner, most_steps, written);
+      std::memcpy(outcome, &written, written.struct_size);
+      return status;
+    });
+  };
+  return true;
 }
 
 relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint32_t most_steps,
@@ -118,10 +113,6 @@ relign_status RunService::run_inner(const plugin_host::Choice& inner, std::uint3
     outcome.recommendation = recommendation_.data();
   }
   return status;
-}
-
-relign_status RunService::why(void* context, const relign_text_sink* sentence) {
-  return tell_why(static_cast<RunService*>(context)->shared_, sentence);
 }
 
 }  // namespace relign::trials

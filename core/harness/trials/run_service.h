@@ -9,19 +9,13 @@ namespace relign::trials {
 
 class RunService {
  public:
-  explicit RunService(ServiceContext& shared);
+  explicit RunService(ServiceContext& shared) : shared_(&shared) {}
   RunService(const RunService&) = delete;
   RunService& operator=(const RunService&) = delete;
-  const relign_run_service* table() const { return &table_; }
-
- private:
-  static relign_status run(void* context, relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
-                           relign_run_outcome* outcome);
-  static relign_status why(void* context, const relign_text_sink* sentence);
   relign_status run_inner(const plugin_host::Choice& inner, std::uint32_t most_steps, relign_run_outcome& outcome);
 
+ private:
   ServiceContext* shared_;
-  relign_run_service table_{};
   std::uint64_t runs_ = 0;
   // What the last outcome points to.
   relign_observation last_{};

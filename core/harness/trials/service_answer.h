@@ -7,16 +7,20 @@
 
 namespace relign::trials {
 
+// Runs the body of one service function, body(ServiceContext&), which returns a status. Error(bad_input) becomes
+// RELIGN_BAD_ARGUMENT and Error(plugin_failed) RELIGN_FAILED, with the message in `why`; other exceptions propagate and
+// end the trial.
 template <class Body>
-relign_status ServiceContext::answer(Body&& body) {
-  if (std::this_thread::get_id() != thread) return RELIGN_BAD_ARGUMENT;
-  why.clear();
+relign_status answer(void* context, Body&& body) {
+  ServiceContext& shared = *static_cast<ServiceContext*>(context);
+  if (std::this_thread::get_id() != shared.thread) return RELIGN_BAD_ARGUMENT;
+  shared.why.clear();
   try {
-    return body();
+    return body(shared);
   } catch (const Error& error) {
     const bool own = error.kind() == ErrorKind::bad_input || error.kind() == ErrorKind::plugin_failed;
-    if (!own || host.host_failed()) throw;
-    why = error.what();
+    if (!own || shared.host.host_failed()) throw;
+    shared.why = error.what();
     return error.kind() == ErrorKind::bad_input ? RELIGN_BAD_ARGUMENT : RELIGN_FAILED;
   }
 }
@@ -28,18 +32,16 @@ inline relign_status stop(ServiceContext& shared) {
   return status;
 }
 
+// As answer, for work that may take long: returns RELIGN_STOP instead once the user has stopped the run.
 template <class Body>
-relign_status ServiceContext::answer_unless_stopped(Body&& body) {
-  return answer([&]() -> relign_status { return host.stop_requested() ? stop(*this) : body(); });
+relign_status answer_unless_stopped(void* context, Body&& body) {
+  return answer(context, [&](ServiceContext& shared) -> relign_status {
+    return shared.host.stop_requested() ? stop(shared) : body(shared);
+  });
 }
 
 inline std::string text_of(relign_text text) {
   return text.data ? std::string(text.data, static_cast<std::size_t>(text.size)) : std::string();
-}
-
-// The `why` of a service whose context is its ServiceContext.
-inline relign_status tell_why(void* context, const relign_text_sink* sentence) {
-  return write_text(sentence, static_cast<ServiceContext*>(context)->why);
 }
 
 }  // namespace relign::trials

@@ -6,7 +6,7 @@
 #include "base/json_source.h"
 #include "trials/measure_table.h"
 #include "trials/model_service.h"
-#include "trials/pretraining_service.h"
+#include "trials/pretraining.h"
 #include "trials/run_service.h"
 #include "trials/service_answer.h"
 #include "trials/trial_host.h"
@@ -19,97 +19,66 @@ relign_status write_text(const relign_text_sink* sink, std::string_view text) {
   return RELIGN_OK;
 }
 
+ServiceContext::ServiceContext(TrialHost& trial, TrialView& own) : host(trial), view(own) {}
+ServiceContext::~ServiceContext() = default;
+
 bool ServiceContext::is_pose(const double* values, std::uint32_t axes) const {
   return values && axes == view.table().task->axes &&
          std::all_of(values, values + axes, [](double value) { return std::isfinite(value); });
 }
 
-Services::Services(TrialHost& host, TrialView& view) : shared_(host, view) {}
-Services::~Services() = default;
-
-const void* Services::get(std::string_view id) {
-  if (std::this_thread::get_id() != shared_.thread) return nullptr;
-  if (id == RELIGN_SERVICE_REFERENCE) return reference();
-  if (id == RELIGN_SERVICE_MEASURES) return measures();
-  if (id == RELIGN_SERVICE_REGIONS) return regions();
-  if (id == RELIGN_SERVICE_PRIOR) return prior();
-  if (id == RELIGN_SERVICE_HISTORY) return history();
-  if (id == RELIGN_SERVICE_RUN) return run();
-  if (id == RELIGN_SERVICE_MODEL) return model();
-  if (id == RELIGN_SERVICE_PREPARED) return prepared();
-  return nullptr;
-}
-
-const SimulatedLens* Services::simulated_lens() const {
-  return std::get_if<SimulatedLens>(&shared_.host.setup().stage);
-}
-
-const void* Services::reference() {
-  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
-  reference_.struct_size = sizeof reference_;
-  reference_.image = &shared_.host.reference_image();
-  return &reference_;
-}
-
-const void* Services::measures() {
-  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
-  measures_.struct_size = sizeof measures_;
-  measures_.context = &shared_;
-  measures_.list = [](void* context, const relign_text_sink* sink) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer([&] { return write_text(sink, list_measures().dump()); });
-  };
-  measures_.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer([&]() -> relign_status {
-      if (!value) return shared.refuse("'value' is null");
-      const relign_image &capture = shared.host.last_capture(), &reference = shared.host.reference_image();
-      *value = measure({capture.pixels, capture.width, capture.height},
-                       {reference.pixels, reference.width, reference.height}, shared.host.shown_scene(), text_of(name),
-                       text_of(arguments_json));
-      return RELIGN_OK;
-    });
-  };
-  measures_.why = tell_why;
-  measures_.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer([&]() -> relign_status {
-      const relign_image& capture = shared.host.last_capture();
-      shared.fields = {
-          {capture.pixels, capture.width, capture.height}, shared.host.shown_scene(), text_of(arguments_json)};
-      shared.fields.write(fields);
-      return RELIGN_OK;
-    });
-  };
-  return &measures_;
-}
-
-const void* Services::regions() {
-  if (!shared_.grants(RELIGN_OBSERVES_IMAGES)) return nullptr;
-  regions_.struct_size = sizeof regions_;
-  regions_.most = kMaxRegions;
-  regions_.context = &shared_;
-  regions_.select = [](void* context, const std::uint32_t* numbers, std::uint32_t count) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer([&]() -> relign_status {
-      const SceneFacts& scene = shared.host.setup().scene;
-      if (!numbers && count > 0) return shared.refuse("'regions' is null");
-      PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
-      if (const std::string mistake = mistake_of(regions, scene.image_width, scene.image_height); !mistake.empty())
-        return shared.refuse(mistake);
-      if (!shared.host.captures_regions()) {
-        shared.why = "the scene '" + scene.name + "' captures whole frames only";
-        return RELIGN_UNSUPPORTED;
-      }
-      shared.host.select_regions(std::move(regions));
-      return RELIGN_OK;
-    });
-  };
-  regions_.why = tell_why;
-  return &regions_;
-}
+const SimulatedLens* ServiceContext::simulated_lens() const { return std::get_if<SimulatedLens>(&host.setup().stage); }
 
 namespace {
+
+images::View view_of(const relign_image& image) { return {image.pixels, image.width, image.height}; }
+
+bool offer(ServiceContext& shared, relign_reference_service& table) {
+  table.image = &shared.host.reference_image();
+  return shared.grants(RELIGN_OBSERVES_IMAGES);
+}
+
+bool offer(ServiceContext& shared, relign_measures_service& table) {
+  table.list = [](void* context, const relign_text_sink* sink) {
+    return answer(context, [&](ServiceContext&) { return write_text(sink, list_measures().dump()); });
+  };
+  table.measure = [](void* context, relign_text name, relign_text arguments_json, double* value) {
+    return answer(context, [&](ServiceContext& now) -> relign_status {
+      if (!value) return now.refuse("'value' is null");
+      *value = measure(view_of(now.host.last_capture()), view_of(now.host.reference_image()), now.host.shown_scene(),
+                       text_of(name), text_of(arguments_json));
+      return RELIGN_OK;
+    });
+  };
+  table.fields = [](void* context, relign_text arguments_json, relign_field_measures* fields) {
+    return answer(context, [&](ServiceContext& now) -> relign_status {
+      now.fields = {view_of(now.host.last_capture()), now.host.shown_scene(), text_of(arguments_json)};
+      now.fields.write(fields);
+      return RELIGN_OK;
+    });
+  };
+  return shared.grants(RELIGN_OBSERVES_IMAGES);
+}
+
+bool offer(ServiceContext& shared, relign_regions_service& table) {
+  table.most = kMaxRegions;
+  table.select = [](void* context, const std::uint32_t* numbers, std::uint32_t count) {
+    return answer(context, [&](ServiceContext& now) -> relign_status {
+      const SceneFacts& scene = now.host.setup().scene;
+      if (!numbers && count > 0) return now.refuse("'regions' is null");
+      PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
+      if (const std::string mistake = mistake_of(regions, scene.image_width, scene.image_height); !mistake.empty())
+        return now.refuse(mistake);
+      if (!now.host.captures_regions()) {
+        now.why = "the scene '" + scene.name + "' captures whole frames only";
+        return RELIGN_UNSUPPORTED;
+      }
+      now.host.select_regions(std::move(regions));
+      return RELIGN_OK;
+    });
+  };
+  return shared.grants(RELIGN_OBSERVES_IMAGES);
+}
 
 // The JSON form in which a noise level returns W.
 std::string perturbations_json(const Perturbations& perturbations) {
@@ -133,67 +102,99 @@ std::string perturbations_json(const Perturbations& perturbations) {
   return canonical_json(json);
 }
 
-}  // namespace
-
-const void* Services::prior() {
-  if (!shared_.grants(RELIGN_OBSERVES_LEVEL) || !simulated_lens()) return nullptr;
-  prior_.struct_size = sizeof prior_;
-  prior_.context = &shared_;
-  prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer_unless_stopped([&] {
+bool offer(ServiceContext& shared, relign_prior_service& table) {
+  table.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
+    return answer_unless_stopped(context, [&](ServiceContext& now) {
       // The training domain shares no seed with benchmark instances, whatever the number.
-      const SceneFacts& scene = shared.host.setup().scene;
-      plugin_host::NoiseLevel& level = std::get<SimulatedLens>(shared.host.setup().stage).level;
-      const Instance made = draw_instance(level, scene, 0, SeedDomain::training, number);
+      const Instance made =
+          draw_instance(now.simulated_lens()->level, now.host.setup().scene, 0, SeedDomain::training, number);
       return write_text(drawn, perturbations_json(made.perturbations));
     });
   };
-  prior_.why = tell_why;
-  return &prior_;
+  return shared.grants(RELIGN_OBSERVES_LEVEL) && shared.simulated_lens();
 }
 
-const void* Services::history() {
-  if (!shared_.grants(RELIGN_OBSERVES_HISTORY)) return nullptr;
-  history_.struct_size = sizeof history_;
-  history_.context = &shared_;
-  history_.modules = simulated_lens() ? earlier_modules(shared_.host.setup().instance) : 0;
-  history_.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
-    auto& shared = *static_cast<ServiceContext*>(context);
-    return shared.answer_unless_stopped([&]() -> relign_status {
-      const TrialSetup& setup = shared.host.setup();
-      const auto* lens = std::get_if<SimulatedLens>(&setup.stage);
-      const std::uint32_t modules = lens ? earlier_modules(setup.instance) : 0;
-      if (!shift || axes != setup.scene.axes.size()) return shared.refuse("expected room for one number per axis");
+std::uint32_t modules_before(const ServiceContext& shared) {
+  return shared.simulated_lens() ? earlier_modules(shared.host.setup().instance) : 0;
+}
+
+bool offer(ServiceContext& shared, relign_history_service& table) {
+  table.modules = modules_before(shared);
+  table.cure_shift = [](void* context, std::uint32_t back, double* shift, std::uint32_t axes) {
+    return answer_unless_stopped(context, [&](ServiceContext& now) -> relign_status {
+      const TrialSetup& setup = now.host.setup();
+      const std::uint32_t modules = modules_before(now);
+      if (!shift || axes != setup.scene.axes.size()) return now.refuse("expected room for one number per axis");
       if (back < 1 || back > modules)
-        return shared.refuse("found module " + std::to_string(back) + " before this one; expected 1 to " +
-                             std::to_string(modules));
-      const std::vector<double> measured = inspected_shift(lens->level, setup.scene, setup.instance, back);
+        return now.refuse("found module " + std::to_string(back) + " before this one; expected 1 to " +
+                          std::to_string(modules));
+      const std::vector<double> measured =
+          inspected_shift(now.simulated_lens()->level, setup.scene, setup.instance, back);
       std::copy(measured.begin(), measured.end(), shift);
       return RELIGN_OK;
     });
   };
-  history_.why = tell_why;
-  return &history_;
+  return shared.grants(RELIGN_OBSERVES_HISTORY);
 }
 
-const void* Services::run() {
-  if (shared_.view.algorithm().algorithms.empty()) return nullptr;
-  if (!run_) run_ = std::make_unique<RunService>(shared_);
-  return run_->table();
+constexpr std::uint64_t kMaxBytes = std::uint64_t{1} << 30;  // of pretrained data
+
+// Null outside of pretraining, and for an algorithm that another one runs.
+PretrainingState* pretraining_state(const ServiceContext& shared) {
+  const auto* pretraining = std::get_if<Pretraining>(&shared.host.setup().purpose);
+  return pretraining && &shared.view == &shared.host ? &pretraining->state : nullptr;
 }
 
-const void* Services::model() {
-  const SimulatedLens* lens = simulated_lens();
-  if (!shared_.grants(RELIGN_OBSERVES_DESIGN) || !lens) return nullptr;
-  if (!model_) model_ = std::make_unique<ModelService>(shared_, lens->model);
-  return model_->table();
+relign_status load(ServiceContext& shared, const relign_text_sink* data) {
+  if (const PretrainingState* now = pretraining_state(shared)) {
+    shared.why = "no data: no earlier source instance has saved any";
+    return now->bytes ? write_text(data, *now->bytes) : RELIGN_UNSUPPORTED;
+  }
+  const PreparedByIdentity& prepared = shared.host.setup().prepared;
+  const auto found = prepared.find(shared.view.algorithm().identity);
+  const bool known = found != prepared.end();
+  if (known && found->second.bytes) return write_text(data, *found->second.bytes);
+  if (known && !found->second.failure.empty()) {
+    shared.why = found->second.failure;
+    return RELIGN_FAILED;
+  }
+  shared.why = "no pretrained data for this trial";
+  return RELIGN_UNSUPPORTED;
 }
 
-const void* Services::prepared() {
-  if (shared_.view.algorithm().plugin->prepare.is_null()) return nullptr;
-  if (!prepared_) prepared_ = std::make_unique<PretrainingService>(shared_);
-  return prepared_->table();
+relign_status save(ServiceContext& shared, relign_text data) {
+  PretrainingState* now = pretraining_state(shared);
+  if (!now) return shared.refuse("cannot save in a benchmark trial, only in pretraining on a source instance");
+  if (data.size > kMaxBytes)
+    return shared.refuse("found " + std::to_string(data.size) + " bytes; expected at most 1 GiB");
+  if (!data.data && data.size > 0) return shared.refuse("'data' is null");
+  now->bytes = std::make_shared<const std::string>(text_of(data));
+  return RELIGN_OK;
+}
+
+bool offer(ServiceContext& shared, relign_prepared_service& table) {
+  const PretrainingState* now = pretraining_state(shared);
+  table.active = now ? 1 : 0;
+  table.source = now ? now->source : 0;
+  table.sources = now ? now->sources : 0;
+  table.load = [](void* context, const relign_text_sink* data) {
+    return answer(context, [&](ServiceContext& own) { return load(own, data); });
+  };
+  table.save = [](void* context, relign_text data) {
+    return answer(context, [&](ServiceContext& own) { return save(own, data); });
+  };
+  return !shared.view.algorithm().plugin->prepare.is_null();
+}
+
+}  // namespace
+
+const void* Services::get(std::string_view id) {
+  if (std::this_thread::get_id() != shared_.thread) return nullptr;
+  return plugin_host::find_service(tables_, id, [&](auto& table) {
+    table.struct_size = sizeof table;
+    table.context = &shared_;
+    return offer(shared_, table);
+  });
 }
 
 }  // namespace relign::trials

@@ -106,6 +106,7 @@ void TrialHost::describe_task() {
   table_.move = answer_move;
   table_.recommend = answer_recommend;
   table_.get_service = answer_service;
+  table_.why = [](void* context, const relign_text_sink* reason) { return self(context).services_.why(reason); };
 }
 
 // ---- functions that the algorithm calls -------------------------------------------------------

@@ -10,7 +10,7 @@
  *
  *   plugin.h    host, parameters, algorithms, noise levels, scenes, the library
  *   types.h     status, text, image
- *   services/   what a trial offers besides steps, one header for each service
+ *   services.h  what a trial offers besides steps
  *   scene/      optional abilities of a scene, one header for each
  *
  * Rules
@@ -18,7 +18,7 @@
  *    the writer's struct_size, and never copies more of a struct than that.
  *  - A plugin library exports one data symbol, `relign_plugin_entry`. Nothing runs at load. Libraries are never
  *    unloaded.
- *  - Major versions must be equal and the plugin's `min_host_minor` at most the host's minor.
+ *  - Major versions must be equal.
  *  - The side that creates an object destroys it, through its own table. The other side copies what it keeps. Views
  *    (relign_text, relign_image, arrays) are borrowed; each function states for how long.
  *  - Functions never throw and never unwind. They return a relign_status; before a plugin returns a failure it may call
@@ -33,8 +33,9 @@
  *    RELIGN_BAD_ARGUMENT. Tables, `context` and every pointer that they return are valid until run returns, unless the
  *    function states less.
  *  - They cost no step, except relign.run/1. Time spent in them is the algorithm's own time.
- *  - After RELIGN_BAD_ARGUMENT and RELIGN_FAILED `why` has the message, until the next call of a service of the same
- *    trial.
+ *  - After RELIGN_BAD_ARGUMENT and RELIGN_FAILED relign_trial::why has the message, until the next call of a service of
+ *    the same trial. A function whose result has nowhere to go (a null pointer) returns RELIGN_BAD_ARGUMENT. A text
+ *    `x_json` is a JSON object; empty text is "{}".
  *  - Where a function may return RELIGN_STOP: the user stopped the run, nothing was done. Return promptly.
  *
  * Threads: every function is marked with where it is called.
@@ -43,12 +44,8 @@
  *   [run-thread]     in the thread that called relign_algorithm_interface::run, until run returns
  *
  * Versions
- *  - Version 1 is frozen: a library built for it loads and runs in every host of version 1.
- *  - A change of the interface raises the minor version and may only append: a member at the end of a struct that has
- *    struct_size, a value at the end of an enum, an id with its struct. Nothing is removed, renamed, moved or given
- *    another type or meaning. A reader of a member that was added later checks struct_size first. relign_text never
- *    changes.
- *  - A plugin for a later minor loads in an older host, unless its min_host_minor forbids it.
+ *  - From the first release on, version 1 only grows (CONTRIBUTING.md): a library built for it runs in every host of
+ *    version 1. What a plugin may lack, or a host, is a table that is looked up by its id and may be null.
  */
 #ifndef RELIGN_PLUGIN_H
 #define RELIGN_PLUGIN_H
@@ -63,14 +60,7 @@
 #include "scene/optimum.h"
 #include "scene/regions.h"
 #include "scene/stage.h"
-#include "services/history.h"
-#include "services/measures.h"
-#include "services/model.h"
-#include "services/prepared.h"
-#include "services/prior.h"
-#include "services/reference.h"
-#include "services/regions.h"
-#include "services/run.h"
+#include "services.h"
 #include "types.h"
 
 #ifdef __cplusplus
@@ -78,7 +68,7 @@ extern "C" {
 #endif
 
 #define RELIGN_ABI_MAJOR 1
-#define RELIGN_ABI_MINOR 7
+#define RELIGN_ABI_MINOR 0
 
 /* ---- what the host offers to every plugin ------------------------------------------------- */
 
@@ -130,7 +120,7 @@ enum {
   RELIGN_OBSERVES_BOX = 1 << 3,   /* the box to search */
   RELIGN_OBSERVES_DESIGN = 1 << 4, /* the scene's design */
   RELIGN_OBSERVES_LEVEL = 1 << 5,  /* the noise level's distribution */
-  RELIGN_OBSERVES_HISTORY = 1 << 6 /* since 1.4: what inspection measured on earlier modules of the batch */
+  RELIGN_OBSERVES_HISTORY = 1 << 6 /* what inspection measured on earlier modules of the batch */
 };
 
 /* The facts of one trial. Valid during run. */
@@ -181,9 +171,11 @@ typedef struct relign_trial {
   /* Recommends a commanded pose (`axes` values) as the final pose. Costs no step and reveals nothing. Holds until the
    * next recommendation. [run-thread] */
   relign_status (*recommend)(void* context, const double* pose, uint32_t axes);
-  /* The table of a service by its id (services/), valid until run returns. Null when the host does not offer it or the
+  /* The table of a service by its id (services.h), valid until run returns. Null when the host does not offer it or the
    * manifest does not declare what it needs. [run-thread] */
   const void* (*get_service)(void* context, relign_text id);
+  /* Writes why the last service function of this trial failed. RELIGN_BAD_ARGUMENT: no sink. [run-thread] */
+  relign_status (*why)(void* context, const relign_text_sink* reason);
 } relign_trial;
 
 #define RELIGN_ALGORITHM_INTERFACE "relign.algorithm/1"
@@ -213,7 +205,7 @@ typedef struct relign_noise_level_interface {
   /* Writes one draw of the perturbations W, a pure function of its arguments. scene_json: what the scene's describe
    * wrote. Writes, for n axes, {"start": [n values in 0..1], "distortion": [[n x n]],
    * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and if glue matters
-   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Since 1.4, optionally errors
+   * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Optionally errors
    * of the stage beyond the distortion, "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n],
    * "drift": [n], "drift_seconds": s}, each member optional, in fractions of the travel: full width of the play,
    * standard deviation after a move, resolution of the encoder (0: not rounded), and drift in the end, signed, with the
@@ -283,7 +275,7 @@ typedef struct relign_plugin_description {
   uint32_t struct_size;
   uint32_t abi_major;
   uint32_t abi_minor;
-  uint32_t min_host_minor;
+  uint32_t reserved;
   const char* manifest_json; /* NUL-terminated; byte for byte the relign-plugin.json beside the library */
   const char* build_info;    /* NUL-terminated: compiler and its version */
   /* The table of a RELIGN_*_INTERFACE id, valid for ever; null for others. [any-thread] */

@@ -25,13 +25,6 @@
 // The manifest's bytes; relign_add_plugin generates their definition.
 extern "C" const char relign_manifest_text[];
 
-// The oldest minor version of the host that the plugin works with. What a later minor brought is asked for at run time
-// (a service that is null, a struct_size): define a higher one before this include only where the plugin cannot do
-// without.
-#ifndef RELIGN_MIN_HOST_MINOR
-#define RELIGN_MIN_HOST_MINOR 0
-#endif
-
 // Once, at the end of the plugin's main file.
 #define RELIGN_PLUGIN(Class)                                                                      \
   extern "C" {                                                                                    \
@@ -39,7 +32,7 @@ extern "C" const char relign_manifest_text[];
   const relign_plugin_description relign_plugin_entry = {sizeof(relign_plugin_description),       \
                                                          RELIGN_ABI_MAJOR,                        \
                                                          RELIGN_ABI_MINOR,                        \
-                                                         RELIGN_MIN_HOST_MINOR,                   \
+                                                         0,                                       \
                                                          relign_manifest_text,                    \
                                                          "compiler " __VERSION__,                 \
                                                          ::relign::border::get_interface<Class>}; \

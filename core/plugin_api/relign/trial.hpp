@@ -10,10 +10,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <relign/basics.hpp>
+#include <relign/services.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace relign {
@@ -36,22 +37,111 @@ struct Observation {
   const relign_image* image_ = nullptr;
 };
 
-class Measures;
-class Prior;
-class History;
-class Model;
-class Pretraining;
-struct RunOutcome;
+// "relign.model/1": a simulator of the scene's design, with offsets and seeds of one's own.
+class Model : public border::Service<relign_model_service> {
+ public:
+  // A lens in the model; unmounted by its destructor.
+  class Lens;
+
+  Model(const TrialTable& trial, const relign_model_service* table, std::weak_ptr<void> run)
+      : Service(trial, table), run_(std::move(run)) {}
+
+  std::string scene_json() const { return std::string(to_view(table_->scene_json)); }
+  std::size_t width() const { return table_->image_width; }
+  std::size_t height() const { return table_->image_height; }
+  // R"({"L2": {"shift_mm": [0.01, 0, 0]}})"; "{}" is the perfect lens.
+  inline Lens mount(std::string_view offsets_json) const;
+
+ private:
+  std::weak_ptr<void> run_;  // expired once run has returned
+};
+
+class Model::Lens {
+ public:
+  Lens(Model model, relign_model_lens* lens) : model_(std::move(model)), lens_(lens) {}
+  Lens(Lens&& other) noexcept : model_(std::move(other.model_)), lens_(std::exchange(other.lens_, nullptr)) {}
+  Lens& operator=(Lens&& other) noexcept {
+    std::swap(model_, other.model_);
+    std::swap(lens_, other.lens_);
+    return *this;
+  }
+  ~Lens() {
+    // After run the host has unmounted it already: an algorithm may have kept it in a member.
+    if (lens_ && !model_.run_.expired()) model_.table_->unmount(model_.table_->context, lens_);
+  }
+
+  // Pixels row by row, row 0 on top. true_pose: 0..1 per axis, without any stage.
+  std::vector<float> capture(const Pose& true_pose, std::uint64_t seed) const {
+    std::vector<float> pixels = image();
+    model_.check(model_.table_->capture(model_.table_->context, lens_, true_pose.data(), count_of(true_pose), seed,
+                                        pixels.data()),
+                 "model.capture");
+    return pixels;
+  }
+  // Nothing when the scene offers no noise-free images.
+  std::optional<std::vector<float>> noise_free(const Pose& true_pose) const {
+    std::vector<float> pixels = image();
+    if (!model_.done(model_.table_->noise_free(model_.table_->context, lens_, true_pose.data(), count_of(true_pose),
+                                               pixels.data()),
+                     "model.noise_free"))
+      return std::nullopt;
+    return pixels;
+  }
+
+ private:
+  std::vector<float> image() const { return std::vector<float>(model_.width() * model_.height()); }
+  Model model_;
+  relign_model_lens* lens_;
+};
+using ModelLens = Model::Lens;
+
+inline Model::Lens Model::mount(std::string_view offsets_json) const {
+  relign_model_lens* lens = nullptr;
+  check(table_->mount(table_->context, to_text(offsets_json), &lens), "model.mount");
+  return Lens(*this, lens);
+}
+
+// "relign.prepared/1": pretraining on source instances, which are never benchmark instances. Not offered to a plugin
+// whose manifest lacks "prepare": then there is nothing to load.
+class Pretraining : public border::Service<relign_prepared_service> {
+ public:
+  using Service::Service;
+
+  // On a source instance, where save() is possible.
+  bool active() const { return table_ && table_->active != 0; }
+  std::uint32_t source() const { return table_ ? table_->source : 0; }
+  std::uint32_t sources() const { return table_ ? table_->sources : 0; }
+
+  // In a trial the prepared data, on a source instance what the sources before left. Nothing when there is none; throws
+  // when the pretraining failed. The bytes come from a file that anybody may have touched: check them.
+  std::optional<std::string> load() const {
+    border::Collector data;
+    if (!table_ || !done(table_->load(table_->context, data.sink()), "prepared.load")) return std::nullopt;
+    return data.text();
+  }
+  // Any bytes, in the place of what was there. Only on a source instance.
+  void save(std::string_view data) const {
+    if (!table_) throw std::logic_error("this host pretrains nothing: ask active() first");
+    check(table_->save(table_->context, to_text(data)), "prepared.save");
+  }
+};
+
+// What another algorithm did with some of my steps. Poses are mine to use.
+struct RunOutcome {
+  unsigned steps = 0;                  // used of the budget; 0 when none was left
+  bool finished = false;               // it returned before its steps were used up
+  std::optional<Observation> last;     // where the stage is now; nothing when no step was left
+  std::optional<Observation> best;     // lowest merit; nothing unless "merit" is granted
+  std::optional<Pose> recommendation;  // its recommended pose; counts only when I recommend it
+};
 
 // The host's side of one trial. See relign_trial for the rules.
-class Trial {
+class Trial : public TrialServices {
  public:
-  explicit Trial(const relign_trial* trial) : trial_(trial) {}
+  using TrialServices::TrialServices;
 
-  std::size_t axes() const { return trial_->task->axes; }
   unsigned budget() const { return trial_->task->budget; }
   std::uint64_t seed() const { return trial_->task->seed; }
-  bool observes(std::uint32_t bits) const { return (trial_->task->observes & bits) == bits; }
   double largest_move() const { return trial_->task->largest_move; }
 
   // The box to search, in commanded coordinates, under every protocol.
@@ -64,8 +154,8 @@ class Trial {
 
   // Step 0: the capture at the start pose. Costs nothing.
   Observation first() {
-    relign_observation seen = empty();
-    check(trial_->first(trial_->context, &seen), "first");
+    auto seen = empty<relign_observation>();
+    check_pose(trial_->first(trial_->context, &seen), "first");
     return convert(seen);
   }
 
@@ -77,42 +167,50 @@ class Trial {
 
   // "I would glue here now."
   void recommend(const Pose& pose) {
-    check(trial_->recommend(trial_->context, pose.data(), static_cast<std::uint32_t>(pose.size())), "recommend");
+    check_pose(trial_->recommend(trial_->context, pose.data(), count_of(pose)), "recommend");
   }
 
-  // The next capture reads out these regions only, and takes only their readout time: the other pixels are 0. False,
-  // and nothing is selected: the scene captures whole frames only. Needs "images".
-  bool select_regions(const std::vector<Region>& regions);
-
-  // Services: what more a trial offers (relign/services.hpp). Each throws std::logic_error when the host does not offer
-  // it; the message names what the manifest lacks.
-  ImageView reference() const;      // O*; needs "images". Valid during run
-  Measures measures() const;        // MTF, contrast, centroid, ... of the last capture; needs "images"
-  Prior prior() const;              // draws from the noise level; needs "level"
-  History history() const;          // inspection of earlier modules of the batch; needs "history"
-  Model model() const;              // a simulator of the scene's design; needs "design"
-  Pretraining pretraining() const;  // data from source instances; needs "prepare". Never throws: older hosts have none
+  // O*; needs "images". Valid during run.
+  ImageView reference() const {
+    return ImageView(
+        *offered<relign_reference_service>(RELIGN_SERVICE_REFERENCE, RELIGN_OBSERVES_IMAGES, "images")->image);
+  }
+  // A simulator of the scene's design; needs "design".
+  Model model() const {
+    return {*this, offered<relign_model_service>(RELIGN_SERVICE_MODEL, RELIGN_OBSERVES_DESIGN, "design"), run_};
+  }
+  // Data from source instances; needs "prepare". Never throws.
+  Pretraining pretraining() const {
+    return {*this, static_cast<const relign_prepared_service*>(service(RELIGN_SERVICE_PREPARED))};
+  }
   // Hand-over: runs the algorithm that `parameter` (of type "algorithm") names for at most so many of my steps.
-  RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {});
-
-  // Any service by its id; null when the host does not offer it.
-  const void* service(std::string_view id) const {
-    return trial_->get_service ? trial_->get_service(trial_->context, to_text(id)) : nullptr;
+  RunOutcome run(std::string_view parameter, unsigned most_steps, std::string_view parameters_json = {}) {
+    const auto* service = static_cast<const relign_run_service*>(this->service(RELIGN_SERVICE_RUN));
+    if (!service)
+      throw std::logic_error("the service " RELIGN_SERVICE_RUN
+                             " is not offered: declare a parameter of type \"algorithm\" in the manifest");
+    auto written = empty<relign_run_outcome>();
+    const relign_status status =
+        service->run(service->context, to_text(parameter), to_text(parameters_json), most_steps, &written);
+    if (status == RELIGN_STOP) return {};
+    check(status, "run");
+    RunOutcome outcome;
+    outcome.steps = written.steps;
+    outcome.finished = written.end == RELIGN_RUN_FINISHED;
+    if (written.last) outcome.last = convert(*written.last);
+    if (written.best) outcome.best = convert(*written.best);
+    if (written.recommendation) outcome.recommendation = Pose(written.recommendation, written.recommendation + axes());
+    return outcome;
   }
 
  private:
   using Request = relign_status (*)(void*, const double*, std::uint32_t, relign_observation*);
 
-  static relign_observation empty() {
-    relign_observation seen{};
-    seen.struct_size = sizeof seen;
-    return seen;
-  }
   std::optional<Observation> request(Request ask, const Pose& pose, const char* what) {
-    relign_observation seen = empty();
-    const relign_status status = ask(trial_->context, pose.data(), static_cast<std::uint32_t>(pose.size()), &seen);
+    auto seen = empty<relign_observation>();
+    const relign_status status = ask(trial_->context, pose.data(), count_of(pose), &seen);
     if (status == RELIGN_STOP) return std::nullopt;
-    check(status, what);
+    check_pose(status, what);
     return convert(seen);
   }
   Observation convert(const relign_observation& seen) const {
@@ -126,16 +224,13 @@ class Trial {
     observation.image_ = seen.image;
     return observation;
   }
-  static void check(relign_status status, const char* what) {
+  static void check_pose(relign_status status, const char* what) {
     if (status == RELIGN_OK) return;
     if (status == RELIGN_BAD_ARGUMENT)
       throw std::invalid_argument(std::string(what) +
                                   ": the host refused the pose (wrong number of axes, or not finite)");
     throw std::runtime_error(std::string(what) + ": the host reports a failure");
   }
-  template <class Service>
-  const Service* offered(const char* id, std::uint32_t needed, const char* word) const;
-  const relign_trial* trial_;
   std::shared_ptr<char> run_ = std::make_shared<char>();  // lives as long as run: what is kept longer can tell
 };
 

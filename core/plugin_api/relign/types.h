@@ -15,7 +15,7 @@ typedef int32_t relign_status;
 enum {
   RELIGN_OK = 0,            /* done */
   RELIGN_STOP = 1,          /* budget spent or run stopped: return promptly, not an error */
-  RELIGN_FAILED = -1,       /* could not be done; host->fail or the service's `why` has the message */
+  RELIGN_FAILED = -1,       /* could not be done; host->fail or relign_trial::why has the message */
   RELIGN_BAD_ARGUMENT = -2, /* the caller broke a rule of this interface (wrong number of axes, NaN) */
   RELIGN_UNSUPPORTED = -3   /* this object does not offer what was requested */
 };

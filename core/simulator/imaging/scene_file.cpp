@@ -5,72 +5,61 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/json_members.h"
 #include "base/shared_keys.h"
 #include "base/text.h"
 #include "imaging/mounted_lens.h"
 #include "imaging/target.h"
 #include "optics/face_shape.h"
 
+extern "C" {
+extern const unsigned char relign_schema_scene[];
+extern const unsigned long relign_schema_scene_size;
+}
+
 namespace relign::imaging {
 namespace {
 
 namespace fs = std::filesystem;
 
-void read_emitter(ObjectReader& reader, const fs::path& folder, const SceneChoices& choices, SceneFile& scene) {
-  scene.emitter.z_mm = reader.required_number("z_mm", -1e7, -1e-3);
-  scene.emitter.side_mm = reader.required_number("side_mm", 1e-6, 1e7);
-  scene.emitter.target = reader.string("target", "siemens_star");
-  const auto texels = static_cast<int>(reader.integer("texels", 300, 2, 8192));
-  const std::string border = reader.string("border", "clamp");
-  if (border != "clamp" && border != "repeat")
-    reader.complain("border", "found '" + border + "'; allowed: clamp, repeat");
-  scene.emitter.repeats = border == "repeat";
+void read_emitter(const Json& file, const JsonSource& source, const fs::path& folder, const SceneChoices& choices,
+                  SceneFile& scene) {
+  scene.emitter.z_mm = file["z_mm"];
+  scene.emitter.side_mm = file["side_mm"];
+  scene.emitter.repeats = file["border"] == "repeat";
   // A path in the file is relative to the file's folder, one chosen by the user to the working directory.
   const bool chosen = !choices.target.empty();
-  if (chosen) scene.emitter.target = choices.target;
+  scene.emitter.target = chosen ? choices.target : file["target"].get<std::string>();
   std::optional<images::Image> drawn;
   try {
-    drawn = draw_target(scene.emitter.target, texels);
+    drawn = draw_target(scene.emitter.target, file["texels"]);
   } catch (const Error& error) {
     if (chosen) throw;
-    reader.complain("target", error.what());
-    return;
+    throw_if_any({source.problem("/emitter/target", error.what())});
   }
-  if (drawn) {
-    scene.emitter.show(std::move(*drawn));
-    return;
-  }
-  const fs::path file = chosen ? fs::path(scene.emitter.target) : folder / scene.emitter.target;
-  scene.emitter.show(target_from_file(file));
-  scene.files.push_back(file);
+  if (drawn) return scene.emitter.show(std::move(*drawn));
+  const fs::path image = chosen ? fs::path(scene.emitter.target) : folder / scene.emitter.target;
+  scene.emitter.show(target_from_file(image));
+  scene.files.push_back(image);
 }
 
 struct WeightedWavelength {
   double nm = 0, weight = 0;
 };
 
-std::vector<WeightedWavelength> read_wavelengths(const JsonSource& source, ObjectReader& top,
+// With weights whose sum is 1.
+std::vector<WeightedWavelength> read_wavelengths(const Json& file, const JsonSource& source,
                                                  std::vector<Problem>& problems) {
   std::vector<WeightedWavelength> found;
-  const Json* list = top.get("wavelengths");
-  if (!list) return found;
-  if (!list->is_array() || list->empty() || list->size() > kMaxWavelengths) {
-    top.complain("wavelengths", "expected a list of 1 to " + std::to_string(kMaxWavelengths) +
-                                    " wavelengths, each {\"nm\": ..., \"weight\": ...}");
-    return found;
-  }
   double sum = 0;
-  for (std::size_t i = 0; i < list->size(); ++i) {
-    ObjectReader reader(source, top.pointer_to("wavelengths") + "/" + std::to_string(i), problems);
-    WeightedWavelength one;
-    one.nm = reader.required_number("nm", 1, 1e6);
-    one.weight = reader.number("weight", 1, 1e-9, 1e9);
-    reader.reject_unknown();
+  for (const Json& one : list_of(file, "wavelengths")) {
+    const double nm = one["nm"];
     for (const WeightedWavelength& other : found)
-      if (other.nm == one.nm)
-        reader.complain("nm", "the wavelength " + shortest(one.nm) + " nm is listed twice; list each once");
-    sum += one.weight;
-    found.push_back(one);
+      if (other.nm == nm)
+        problems.push_back(source.problem("/wavelengths/" + std::to_string(found.size()) + "/nm",
+                                          "the wavelength " + shortest(nm) + " nm is listed twice; list each once"));
+    found.push_back({nm, one["weight"]});
+    sum += found.back().weight;
   }
   for (WeightedWavelength& one : found) one.weight /= sum;
   return found;
@@ -123,6 +112,11 @@ void check_work(const optics::Prescription& lens, const optics::PupilSearch& sea
 
 }  // namespace
 
+const Schema& scene_schema() {
+  static const Schema schema(relign_schema_scene, relign_schema_scene_size);
+  return schema;
+}
+
 SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   const JsonSource source = JsonSource::from_file(file);
   const fs::path folder = file.parent_path();
@@ -130,63 +124,36 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   SceneFile scene;
   scene.files.push_back(file);
 
-  ObjectReader top(source, "", problems);
-  top.string("use", "lens_system");
-  top.integer("format", 1, 1, 1);
-  scene.name = top.required_string("name");
-  scene.summary = top.string("summary", "");
-  const std::string lens_name = top.required_string("lens");
-  scene.pivot_behind_first_vertex_mm = top.required_number("pivot_behind_first_vertex_mm", -1e6, 1e6);
-  scene.diffraction = top.boolean("diffraction", false);
-  const std::vector<WeightedWavelength> wavelengths = read_wavelengths(source, top, problems);
-  for (const char* key : {"sensor", "emitter", "travel"})
-    if (!top.get(key)) top.complain_missing(key, "an object");
-
-  scene.sensor = read_sensor(source, "/sensor", choices.pixels, problems);
-
-  ObjectReader travel(source, "/travel", problems);
-  const std::vector<double> shift = travel.numbers("shift_mm", 3, {1, 1, 1});
-  scene.travel.tilt_deg = travel.numbers("tilt_deg", 2, {0, 0});
-  const double rz = travel.number("rotation_z_deg", 0, 0, 180);
-  travel.reject_unknown();
-  for (std::size_t i = 0; i < 3; ++i) {
-    scene.travel.shift_mm[i] = shift[i];
-    if (!(shift[i] >= 0))
-      travel.complain("shift_mm", "expected half travels of 0 or more, found " + shortest(shift[i]));
-  }
-  for (const double tilt : scene.travel.tilt_deg)
-    if (!(tilt >= 0 && tilt <= 45))
-      travel.complain("tilt_deg", "expected half travels from 0 to 45 degrees, found " + shortest(tilt));
+  const Json top = scene_schema().checked(source, problems);
+  scene.name = top["name"];
+  scene.summary = top["summary"];
+  const std::string lens_name = top["lens"];
+  scene.pivot_behind_first_vertex_mm = top["pivot_behind_first_vertex_mm"];
+  scene.diffraction = top["diffraction"];
+  const std::vector<WeightedWavelength> wavelengths = read_wavelengths(top, source, problems);
+  scene.sensor = read_sensor(top["sensor"], source, "/sensor", choices.pixels, problems);
+  const Json& travel = top["travel"];
+  std::copy_n(travel["shift_mm"].begin(), 3, scene.travel.shift_mm.begin());
+  scene.travel.tilt_deg = travel["tilt_deg"].get<std::vector<double>>();
   if (choices.rotation_z) {
-    if (rz <= 0) travel.complain("", "parameter 'rotation_z' is on, but 'rotation_z_deg' gives it no travel");
-    scene.travel.tilt_deg.push_back(rz);
+    scene.travel.tilt_deg.push_back(travel["rotation_z_deg"]);
+    if (scene.travel.tilt_deg.back() <= 0)
+      problems.push_back(
+          source.problem("/travel", "parameter 'rotation_z' is on, but 'rotation_z_deg' gives it no travel"));
   }
-  if (const Json* value = top.get("machine_time")) {
-    read_machine_time(source, "/machine_time", problems);
-    scene.machine_time = *value;
-  }
-  if (const Json* value = top.get("spec")) {
+  scene.machine_time = member(top, "machine_time");
+  if (const auto spec = top.find("spec"); spec != top.end()) {
     check_specification(source, "/spec", problems);
-    scene.spec = *value;
-    if (problems.empty() && value->contains("mtf"))
-      scene.diffraction_in_mtf = (*value)["mtf"].value("diffraction", false);
+    scene.spec = *spec;
+    if (problems.empty() && spec->contains("mtf"))
+      scene.diffraction_in_mtf = spec->at("mtf").value("diffraction", false);
   }
-  if (const Json* value = top.get("meshes")) scene.meshes = *value;
-  if (top.get("fields")) {
-    const bool as_in_file = choices.target.empty() && choices.pixels == 0;
-    const auto width = static_cast<std::size_t>(scene.sensor.width),
-               height = static_cast<std::size_t>(scene.sensor.height);
-    if (as_in_file) scene.fields = images::read_edge_fields(source, "/fields", width, height, problems);
-  }
-
-  ObjectReader emitter(source, "/emitter", problems);
-  if (problems.empty())
-    read_emitter(emitter, folder, choices, scene);
-  else
-    for (const char* key : {"z_mm", "side_mm", "target", "texels", "border"}) emitter.get(key);
-  emitter.reject_unknown();
-  top.reject_unknown();
+  scene.meshes = member(top, "meshes");
+  if (top.contains("fields") && choices.target.empty() && choices.pixels == 0)
+    scene.fields = images::read_edge_fields(source, "/fields", static_cast<std::size_t>(scene.sensor.width),
+                                            static_cast<std::size_t>(scene.sensor.height), problems);
   throw_if_any(problems);
+  read_emitter(top["emitter"], source, folder, choices, scene);
 
   scene.files.push_back(folder / lens_name);
   const JsonSource lens_source = JsonSource::from_file(folder / lens_name);

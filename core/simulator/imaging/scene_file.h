@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "base/schema.h"
 #include "images/edge_fields.h"
 #include "images/image.h"
 #include "imaging/sensor.h"
@@ -51,13 +51,11 @@ struct SceneWavelength {
   std::shared_ptr<const optics::PupilSearch> pupil;  // as SceneFile's
 };
 
-inline constexpr std::size_t kMaxWavelengths = 24;
-
 struct SceneFile {
   std::string name;
   std::string summary;
   optics::Prescription lens;  // at its own wavelength, or the only one of "wavelengths"
-  // Images and MTF are weighted sums over these, 2 to kMaxWavelengths; empty: only `lens`. Field points, the coarse
+  // Images and MTF are weighted sums over these, 2 to 24; empty: only `lens`. Field points, the coarse
   // optimum and first-order data use `lens`.
   std::vector<SceneWavelength> wavelengths;
   double pivot_behind_first_vertex_mm = 0;  // world origin, on the axis
@@ -87,6 +85,8 @@ struct SceneChoices {
   bool rotation_z = false;   // switches the sixth axis on
   int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
 };
+
+const Schema& scene_schema();  // docs/schemas/scene.schema.json
 
 // Throws Error(bad_input or io) that lists every mistake with its position.
 SceneFile read_scene_file(const std::filesystem::path& file, const SceneChoices& choices);

@@ -233,6 +233,7 @@ std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json
   return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
 }
 
+#if RELIGN_HAS_GPU
 std::string LensScene::open_gpu() {
   if (on_gpu_) return "";
   const std::string start = "scene '" + scene_.name + "': the GPU simulator does not support ";
@@ -274,6 +275,7 @@ std::vector<relign::Assembly::Truth> LensScene::mse_batch(const std::vector<Batc
     truths.push_back({estimate.mse, estimate.standard_error});
   return truths;
 }
+#endif
 
 // The scene file's; only pixels that are read out take time.
 Json LensScene::machine_time() const {

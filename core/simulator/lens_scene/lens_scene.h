@@ -9,7 +9,9 @@
 #include <string>
 #include <vector>
 
+#if RELIGN_HAS_GPU
 #include "gpu/gpu_camera.h"
+#endif
 #include "imaging/camera.h"
 #include "imaging/capture_errors.h"
 #include "imaging/field_mtf.h"
@@ -45,11 +47,13 @@ class LensScene : public Scene {
   relign_image reference() override;
   std::unique_ptr<relign::Assembly> mount(std::string_view offsets_json) override;
   bool captures_regions() const override { return !shared_.errors && shared_.camera.captures_regions(); }
+#if RELIGN_HAS_GPU
   bool captures_batches() const override { return true; }
   std::string open_gpu() override;
   std::vector<double> capture_batch(const std::vector<BatchItem>& items, const std::vector<std::uint32_t>& places,
                                     float* images) override;
   std::vector<relign::Assembly::Truth> mse_batch(const std::vector<BatchItem>& items) override;
+#endif
 
  private:
   class Mounted;
@@ -65,6 +69,7 @@ class LensScene : public Scene {
     std::vector<imaging::FieldPoint> points;
     imaging::FieldMtfMeter meter;
   };
+#if RELIGN_HAS_GPU
   struct OnGpu {
     explicit OnGpu(LensScene& of)
         : camera(gpu, of.scene_, of.settings_, of.parallel_,
@@ -75,6 +80,7 @@ class LensScene : public Scene {
     gpu::GpuCamera camera;
   };
   std::vector<imaging::BatchItem> on_gpu(const std::vector<BatchItem>& items);
+#endif
   float white() const;
   Json machine_time() const;
 
@@ -86,7 +92,9 @@ class LensScene : public Scene {
   std::optional<imaging::FieldMtfMeter> mtf_;  // made on first use
   std::optional<FieldMeter> field_meter_;      // the same
   SharedCamera shared_;
+#if RELIGN_HAS_GPU
   std::unique_ptr<OnGpu> on_gpu_;  // null: not open
+#endif
 };
 
 }  // namespace relign::lens_scene

@@ -193,39 +193,33 @@ std::optional<Glass> glass_of_code(const std::string& code) {
   return Glass{code, kNdVd, {nd, vd}};
 }
 
-std::optional<Glass> read_glass(const JsonSource& source, const std::string& pointer, const std::string& name,
-                                std::vector<Problem>& problems) {
+std::optional<Glass> glass_of(const Json& file, const JsonSource& source, const std::string& pointer,
+                              const std::string& name, std::vector<Problem>& problems) {
   const std::size_t before = problems.size();
-  ObjectReader reader(source, pointer, problems);
+  const auto complain = [&](const std::string& key, const std::string& message) {
+    problems.push_back(source.problem(pointer + key, message));
+  };
+  const auto has = [&file](const char* key) { return file.contains(key); };
   Glass glass;
   glass.name = name;
-  if (reader.has("nd") || reader.has("vd")) {
-    glass.coefficients = {reader.required_number("nd", 1.0001, 5), reader.required_number("vd", 1, 1000)};
-    if (reader.has("agf_formula") || reader.has("coefficients"))
-      reader.complain("", "give either 'nd' and 'vd' or 'agf_formula' and 'coefficients'");
-    for (const char* key : {"agf_formula", "coefficients"}) reader.get(key);
+  if (has("nd") || has("vd")) {
+    for (const char* key : {"nd", "vd"})
+      if (!has(key)) complain("", std::string("missing key '") + key + "' (number)");
+    if (has("agf_formula") || has("coefficients"))
+      complain("", "give either 'nd' and 'vd' or 'agf_formula' and 'coefficients'");
+    glass.coefficients = {file.value("nd", 0.0), file.value("vd", 0.0)};
+  } else if (!has("agf_formula") || !has("coefficients")) {
+    complain("", "the keys 'agf_formula' and 'coefficients', or 'nd' and 'vd', are missing");
   } else {
-    if (!reader.has("agf_formula"))
-      reader.complain("", "the keys 'agf_formula' and 'coefficients', or 'nd' and 'vd', are missing");
-    glass.agf_formula = static_cast<int>(reader.integer("agf_formula", 1, 1, kAgfFormulas));
-    const Json* list = reader.get("coefficients");
+    glass.agf_formula = file["agf_formula"];
+    glass.coefficients = file["coefficients"].get<std::vector<double>>();
     const std::size_t most = coefficient_count(glass.agf_formula);
-    bool numbers = list && list->is_array();
-    if (numbers)
-      for (const Json& value : *list) numbers = numbers && value.is_number();
-    if (!numbers) {
-      reader.complain(list ? "coefficients" : "", "expected 'coefficients' to be a list of numbers");
-    } else {
-      glass.coefficients = list->get<std::vector<double>>();
-      // Catalogues list ten coefficients, however many the formula has.
-      while (glass.coefficients.size() > most && glass.coefficients.back() == 0) glass.coefficients.pop_back();
-      if (glass.coefficients.empty() || glass.coefficients.size() > most)
-        reader.complain("coefficients", "formula " + std::to_string(glass.agf_formula) + " takes 1 to " +
-                                            std::to_string(most) + " coefficients, found " +
-                                            std::to_string(glass.coefficients.size()));
-    }
+    // Catalogues list ten coefficients, however many the formula has.
+    while (glass.coefficients.size() > most && glass.coefficients.back() == 0) glass.coefficients.pop_back();
+    if (glass.coefficients.empty() || glass.coefficients.size() > most)
+      complain("/coefficients", "formula " + std::to_string(glass.agf_formula) + " takes 1 to " + std::to_string(most) +
+                                    " coefficients, found " + std::to_string(glass.coefficients.size()));
   }
-  reader.reject_unknown();
   if (problems.size() > before) return std::nullopt;
   return glass;
 }

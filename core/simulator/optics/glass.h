@@ -40,8 +40,9 @@ std::vector<std::string> glass_names();
 // Fictitious glasses, nd and Vd in digits: 517642 is nd 1.517, Vd 64.2; 487490.704058 is nd 1.487490, Vd 70.4058.
 std::optional<Glass> glass_of_code(const std::string& code);
 
-// {"agf_formula": 2, "coefficients": [...]} or {"nd": 1.5, "vd": 60} at `pointer`. Appends mistakes to `problems`.
-std::optional<Glass> read_glass(const JsonSource& source, const std::string& pointer, const std::string& name,
-                                std::vector<Problem>& problems);
+// {"agf_formula": 2, "coefficients": [...]} or {"nd": 1.5, "vd": 60}, whose members the schema of lenses has checked;
+// `pointer`: its place in `source`. Appends mistakes to `problems`.
+std::optional<Glass> glass_of(const Json& file, const JsonSource& source, const std::string& pointer,
+                              const std::string& name, std::vector<Problem>& problems);
 
 }  // namespace relign::optics

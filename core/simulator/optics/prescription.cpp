@@ -3,9 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/json_members.h"
+#include "base/schema.h"
 #include "base/text.h"
 #include "optics/face_shape.h"
 #include "optics/glass.h"
+
+extern "C" {
+extern const unsigned char relign_schema_lens[];
+extern const unsigned long relign_schema_lens_size;
+}
 
 namespace relign::optics {
 namespace {
@@ -19,28 +26,25 @@ class Reader {
       : source_(source), other_nm_(other_nm) {}
 
   Prescription read() {
-    ObjectReader top(source_, "", problems_);
-    top.integer("format", 1, 1, 1);
-    lens_.name = top.required_string("name");
-    lens_.source = top.string("source", "");
-    lens_.wavelength_nm = top.number("wavelength_nm", 0, 1, 1e6);
-    if (other_nm_) lens_.wavelength_nm = *other_nm_;
-    lens_.pivot_z_mm = top.number("pivot_z_mm", 0, -1e6, 1e6);
-    lens_.image_z_mm = top.required_number("image_z_mm", -1e6, 1e6);
-    lens_.half_field_deg = top.number("half_field_deg", 0, 0, 89.9);
-    lens_.entrance_pupil_diameter_mm = top.number("entrance_pupil_diameter_mm", 0, 1e-9, 1e6);
-    if (top.get("glasses")) read_glasses(top.pointer_to("glasses"));
-    each(top, "elements", true, [this](const std::string& at) { read_element(at); });
-    each(top, "stops", false, [this](const std::string& at) { read_stop(at); });
-    if (top.get("mount")) read_barrel(top.pointer_to("mount"));
-    if (const Json* published = top.get("published"); published && published->is_object())
-      for (const auto& [name, value] : published->items()) {
-        if (value.is_number())
-          lens_.published.push_back({name, value.get<double>()});
-        else
-          problems_.push_back(source_.problem("/published/" + name, "expected a number"));
-      }
-    top.reject_unknown();
+    static const Schema schema(relign_schema_lens, relign_schema_lens_size);
+    const Json file = schema.checked(source_, problems_);
+    lens_.name = file["name"];
+    lens_.source = text_of(file, "source");
+    lens_.wavelength_nm = other_nm_ ? *other_nm_ : file.value("wavelength_nm", 0.0);
+    lens_.pivot_z_mm = file["pivot_z_mm"];
+    lens_.image_z_mm = file["image_z_mm"];
+    lens_.half_field_deg = file["half_field_deg"];
+    lens_.entrance_pupil_diameter_mm = file.value("entrance_pupil_diameter_mm", 0.0);
+    for (const auto& [name, glass] : object_of(file, "glasses").items()) read_own_glass(name, glass);
+    each(file, "elements", [this](const Json& element, const std::string& at) { read_element(element, at); });
+    each(file, "stops", [this](const Json& stop, const std::string& at) { read_stop(stop, at); });
+    if (const auto mount = file.find("mount"); mount != file.end()) {
+      lens_.barrel = {(*mount)["bore_radius_mm"], (*mount)["from_z_mm"], (*mount)["to_z_mm"]};
+      if (lens_.barrel->to_z_mm <= lens_.barrel->from_z_mm)
+        complain("/mount/to_z_mm", "the barrel ends at z = " + shortest(lens_.barrel->to_z_mm) +
+                                       " mm, before it begins; it must be larger than 'from_z_mm'");
+    }
+    for (const auto& [name, value] : object_of(file, "published").items()) lens_.published.push_back({name, value});
     if (problems_.empty()) check_whole();
     throw_if_any(problems_);
     return lens_;
@@ -48,35 +52,23 @@ class Reader {
 
  private:
   template <class Body>
-  void each(ObjectReader& parent, const std::string& key, bool required, Body&& body) {
-    const Json* list = parent.get(key);
-    if (!list) {
-      if (required) parent.complain_missing(key, "a list");
-      return;
-    }
-    if (!list->is_array() || (required && list->empty())) {
-      parent.complain(key, "expected a list with at least one entry");
-      return;
-    }
-    for (std::size_t i = 0; i < list->size(); ++i) body(parent.pointer_to(key) + "/" + std::to_string(i));
+  static void each(const Json& parent, const std::string& key, Body&& body, const std::string& at = "") {
+    const Json& list = parent[key];
+    for (std::size_t i = 0; i < list.size(); ++i) body(list[i], at + "/" + key + "/" + std::to_string(i));
   }
 
-  // The file's own glasses, which override built-in ones of the same name.
-  void read_glasses(const std::string& at) {
-    const Json& all = source_.root().at("glasses");
-    ObjectReader glasses(source_, at, problems_);
-    if (!all.is_object()) return;  // reported by the reader
-    for (const auto& [name, value] : all.items()) {
-      if (const std::optional<Glass> glass = read_glass(source_, glasses.pointer_to(name), name, problems_))
-        own_glasses_.push_back(*glass);
-      glass_names_.push_back(name);
-    }
+  // The file's own glasses override built-in ones of the same name.
+  void read_own_glass(const std::string& name, const Json& file) {
+    if (const std::optional<Glass> glass = glass_of(file, source_, "/glasses/" + pointer_word(name), name, problems_))
+      own_glasses_.push_back(*glass);
+    glass_names_.push_back(name);
   }
 
   // The index of a named glass; 1 after a mistake.
-  double index_of_glass(ObjectReader& face, const std::string& name) {
+  double index_of_glass(const std::string& face, const std::string& name) {
+    const std::string place = face + "/glass_after";
     if (lens_.wavelength_nm <= 0) {
-      face.complain("glass_after", "a glass needs the lens's wavelength: missing key 'wavelength_nm'");
+      complain(place, "a glass needs the lens's wavelength: missing key 'wavelength_nm'");
       return 1.5;
     }
     const Glass* glass = nullptr;
@@ -90,192 +82,148 @@ class Reader {
       known.insert(known.end(), glass_names_.begin(), glass_names_.end());
       // A mistake in the definition of the glass is reported already.
       if (std::find(glass_names_.begin(), glass_names_.end(), name) == glass_names_.end())
-        face.complain("glass_after", "unknown glass '" + name + "'" + suggestion(name, known) +
-                                         "; define it under 'glasses', or give its index as 'index_after'");
+        complain(place, "unknown glass '" + name + "'" + suggestion(name, known) +
+                            "; define it under 'glasses', or give its index as 'index_after'");
       return 1.5;
     }
     try {
       return refractive_index(*glass, lens_.wavelength_nm);
     } catch (const Error& error) {
-      face.complain("glass_after", error.what());
+      complain(place, error.what());
       return 1.5;
     }
   }
 
-  void read_element(const std::string& at) {
-    ObjectReader reader(source_, at, problems_);
+  void read_element(const Json& file, const std::string& at) {
     Element element;
-    element.name = reader.required_string("name");
+    element.name = file["name"];
     for (const Element& other : lens_.elements)
-      if (other.name == element.name) reader.complain("name", "duplicate name '" + element.name + "'");
-    reader.string("glass", "");
-    each(reader, "faces", true,
-         [&](const std::string& face) { element.faces.push_back(read_face(face, element.name)); });
+      if (other.name == element.name) complain(at + "/name", "duplicate name '" + element.name + "'");
+    each(
+        file, "faces",
+        [&](const Json& face, const std::string& place) {
+          element.faces.push_back(read_face(face, place, element.name));
+        },
+        at);
     if (element.faces.size() == 1 && !element.faces.front().mirror)
-      reader.complain("faces", "expected at least two faces, found 1");
-    if (!element.faces.empty()) {
-      if (std::fabs(element.faces.back().index_after) != 1 || !element.faces.back().glass.empty())
-        reader.complain("faces",
-                        "the last face must not have 'index_after' or 'glass_after': the ambient medium follows it");
-      for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
-        if (std::fabs(element.faces[i].index_after) == 1)
-          problems_.push_back(source_.problem(reader.pointer_to("faces") + "/" + std::to_string(i),
-                                              "missing key 'index_after' (refractive index of the glass) or "
-                                              "'glass_after' (its name)"));
-      if (reader.get("placement")) read_placement(reader.pointer_to("placement"), element);
+      complain(at + "/faces", "expected at least two faces, found 1");
+    if (std::fabs(element.faces.back().index_after) != 1 || !element.faces.back().glass.empty())
+      complain(at + "/faces",
+               "the last face must not have 'index_after' or 'glass_after': the ambient medium follows it");
+    for (std::size_t i = 0; i + 1 < element.faces.size(); ++i)
+      if (std::fabs(element.faces[i].index_after) == 1)
+        complain(at + "/faces/" + std::to_string(i),
+                 "missing key 'index_after' (refractive index of the glass) or 'glass_after' (its name)");
+    if (const auto placement = file.find("placement"); placement != file.end()) {
+      const Json& shift = (*placement)["shift_mm"];
+      // About the element's own front vertex.
+      element.placement = about({0, 0, element.faces.front().z_mm}, (*placement)["tilt_deg"].get<std::vector<double>>(),
+                                {shift[0], shift[1], shift[2]});
     }
-    reader.reject_unknown();
     lens_.elements.push_back(element);
   }
 
-  Face read_face(const std::string& at, const std::string& element) {
-    ObjectReader reader(source_, at, problems_);
+  Face read_face(const Json& file, const std::string& at, const std::string& element) {
+    const auto refuse = [&](const char* key, const std::string& message) { complain(at + "/" + key, message); };
     Face face;
-    face.z_mm = reader.required_number("z_mm", -1e6, 1e6);
-    if (const Json* radius = reader.get("radius_mm"); radius && radius->is_null()) {
-      face.curvature = 0;  // null: a plane
-    } else {
-      const double value = reader.required_number("radius_mm", -1e9, 1e9);
-      if (radius && std::fabs(value) < 1e-6)
-        reader.complain("radius_mm", "found a radius of " + shortest(value) + " mm; write null for a plane");
-      else if (radius)
-        face.curvature = 1 / value;
+    face.z_mm = file["z_mm"];
+    if (const Json& radius = file["radius_mm"]; radius.is_number()) {  // null: a plane
+      if (std::fabs(radius.get<double>()) < 1e-6)
+        refuse("radius_mm", "found a radius of " + shortest(radius) + " mm; write null for a plane");
+      else
+        face.curvature = 1 / radius.get<double>();
     }
-    face.conic = reader.number("conic", 0, -1e6, 1e6);
-    read_polynomials(reader, face);
-    face.index_after = reader.number("index_after", 1, 1, 5);
-    face.mirror = reader.boolean("mirror", false);
+    face.conic = file["conic"];
+    const double q_radius_mm = read_polynomials(file, at, face);
+    face.index_after = file.value("index_after", 1.0);
+    face.mirror = file["mirror"];
     if (other_nm_ && face.index_after != 1)
-      reader.complain("index_after", "an image at several wavelengths needs the glass of " + element +
-                                         ", found its index at one; give 'glass_after': a name, a code such as "
-                                         "517642, or one of the file's 'glasses'");
-    face.glass = reader.string("glass_after", "");
+      refuse("index_after", "an image at several wavelengths needs the glass of " + element +
+                                ", found its index at one; give 'glass_after': a name, a code such as "
+                                "517642, or one of the file's 'glasses'");
+    face.glass = text_of(file, "glass_after");
     if (!face.glass.empty()) {
-      if (reader.has("index_after")) reader.complain("glass_after", "give either 'index_after' or 'glass_after'");
-      face.index_after = index_of_glass(reader, face.glass);
+      if (file.contains("index_after")) refuse("glass_after", "give either 'index_after' or 'glass_after'");
+      face.index_after = index_of_glass(at, face.glass);
     }
-    if (face.mirror && (reader.has("index_after") || reader.has("glass_after")))
-      reader.complain("mirror", "a mirror has no medium behind it; remove 'index_after' or 'glass_after'");
+    if (face.mirror && (file.contains("index_after") || file.contains("glass_after")))
+      refuse("mirror", "a mirror has no medium behind it; remove 'index_after' or 'glass_after'");
     face.index_after = face.mirror ? -index_before_ : std::copysign(face.index_after, index_before_);
     index_before_ = face.index_after;
-    face.clear_radius_mm = reader.required_number("clear_radius_mm", 1e-6, 1e6);
-    face.listing_clear_radius_mm = reader.number("listing_clear_radius_mm", face.clear_radius_mm, 1e-6, 1e6);
-    put_q_bfs_on_conic(reader, face);
+    face.clear_radius_mm = file["clear_radius_mm"];
+    face.listing_clear_radius_mm = file.value("listing_clear_radius_mm", face.clear_radius_mm);
     const double largest = std::max(face.clear_radius_mm, face.listing_clear_radius_mm);
+    put_q_bfs_on_conic(face, std::max(q_radius_mm, largest), at);
     const double steepest = std::sqrt(std::max(0.0, 1 + face.conic)) * std::fabs(face.curvature);
     if (steepest * largest > 1)
-      reader.complain("clear_radius_mm", "the semi-diameter " + shortest(largest) + " mm exceeds the " +
-                                             (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
-                                             shortest(1 / steepest) + " mm");
+      refuse("clear_radius_mm", "the semi-diameter " + shortest(largest) + " mm exceeds the " +
+                                    (face.conic == 0 ? "sphere's radius " : "largest radius of the conic ") +
+                                    shortest(1 / steepest) + " mm");
     else if (!(std::fabs(sag(face, largest)) < kMaxDepth_mm))
-      reader.complain("clear_radius_mm", "the polynomial has no finite sag at the semi-diameter " + shortest(largest) +
-                                             " mm; check the coefficients and their unit");
-    reader.reject_unknown();
+      refuse("clear_radius_mm", "the polynomial has no finite sag at the semi-diameter " + shortest(largest) +
+                                    " mm; check the coefficients and their unit");
     return face;
   }
 
   static constexpr double kMaxDepth_mm = 1e6;
 
   // Trailing zeros change nothing and are dropped.
-  std::vector<double> read_terms(ObjectReader& reader, const std::string& key, std::size_t most,
-                                 const std::string& what) {
-    const Json* terms = reader.get(key);
-    if (!terms) return {};
-    bool numbers = terms->is_array() && !terms->empty() && terms->size() <= most;
-    if (numbers)
-      for (const Json& term : *terms) numbers = numbers && term.is_number() && std::isfinite(term.get<double>());
-    if (!numbers) {
-      reader.complain(key, "expected a list of 1 to " + std::to_string(most) + " numbers: " + what);
-      return {};
-    }
-    std::vector<double> values = terms->get<std::vector<double>>();
+  static std::vector<double> terms_of(const Json& file, const char* key) {
+    if (!file.contains(key)) return {};
+    auto values = file[key].get<std::vector<double>>();
     while (!values.empty() && values.back() == 0) values.pop_back();
     return values;
   }
 
-  // {"radius_mm": where u is 1, "coefficients": [a0, a1, ...]}
-  template <class Convert>
-  std::vector<double> read_q_terms(ObjectReader& face, const std::string& key, const Convert& convert) {
-    if (!face.get(key)) return {};
-    ObjectReader reader(source_, face.pointer_to(key), problems_);
-    const double radius = reader.required_number("radius_mm", 1e-6, 1e6);
-    q_radius_mm_ = radius;
-    if (!reader.get("coefficients")) reader.complain_missing("coefficients", "a list of numbers");
-    const std::vector<double> coefficients =
-        read_terms(reader, "coefficients", kMaxQTerms, "Forbes's a0, a1, ... in mm");
-    reader.reject_unknown();
-    return radius > 0 ? convert(coefficients, radius) : std::vector<double>();
-  }
-
-  void read_polynomials(ObjectReader& reader, Face& face) {
-    face.r2_term = reader.number("r2", 0, -1e6, 1e6);
-    face.even_asphere = read_terms(reader, "even_asphere", kMaxEvenTerms, "the coefficients of r^4, r^6, ... in mm");
-    face.odd_asphere = read_terms(reader, "odd_asphere", kMaxOddTerms, "the coefficients of r^3, r^5, ... in mm");
-    const std::vector<double> q_con = read_q_terms(reader, "q_con", even_terms_of_q_con);
-    face.even_asphere.resize(std::max(face.even_asphere.size(), q_con.size()));
-    for (std::size_t i = 0; i < q_con.size(); ++i) face.even_asphere[i] += q_con[i];
-    face.over_root = read_q_terms(reader, "q_bfs", over_root_terms_of_q_bfs);
+  // Returns the radius where u of the Q polynomials is 1, mm; 0 without them.
+  double read_polynomials(const Json& file, const std::string& at, Face& face) {
+    face.r2_term = file["r2"];
+    face.even_asphere = terms_of(file, "even_asphere");
+    face.odd_asphere = terms_of(file, "odd_asphere");
+    double radius_mm = 0;
+    if (const auto q = file.find("q_con"); q != file.end()) {
+      radius_mm = (*q)["radius_mm"];
+      const std::vector<double> even = even_terms_of_q_con(terms_of(*q, "coefficients"), radius_mm);
+      face.even_asphere.resize(std::max(face.even_asphere.size(), even.size()));
+      for (std::size_t i = 0; i < even.size(); ++i) face.even_asphere[i] += even[i];
+    }
+    if (const auto q = file.find("q_bfs"); q != file.end()) {
+      radius_mm = (*q)["radius_mm"];
+      face.over_root = over_root_terms_of_q_bfs(terms_of(*q, "coefficients"), radius_mm);
+    }
     if (!face.over_root.empty() && (face.r2_term != 0 || !face.even_asphere.empty()))
-      reader.complain("q_bfs", "the base of 'q_bfs' must be a sphere or a conic; remove the other even polynomials");
+      complain(at + "/q_bfs", "the base of 'q_bfs' must be a sphere or a conic; remove the other even polynomials");
+    return radius_mm;
   }
 
-  // Needs the semi-diameter.
-  void put_q_bfs_on_conic(ObjectReader& reader, Face& face) {
+  void put_q_bfs_on_conic(Face& face, double reach_mm, const std::string& at) {
     if (face.over_root.empty() || face.conic == 0) return;
-    const double reach = std::max(q_radius_mm_, std::max(face.clear_radius_mm, face.listing_clear_radius_mm));
-    const auto terms = over_root_terms_on_conic(face.over_root, face.curvature, face.conic, reach);
+    const auto terms = over_root_terms_on_conic(face.over_root, face.curvature, face.conic, reach_mm);
     if (!terms)
-      reader.complain("q_bfs", "terms up to r^32 cannot represent these 'q_bfs' coefficients on a conic of " +
-                                   shortest(face.conic) +
-                                   " to 1e-6 mm; describe the face by 'even_asphere' or 'q_con'");
+      complain(at + "/q_bfs", "terms up to r^32 cannot represent these 'q_bfs' coefficients on a conic of " +
+                                  shortest(face.conic) + " to 1e-6 mm; describe the face by 'even_asphere' or 'q_con'");
     face.over_root = terms.value_or(std::vector<double>());
   }
 
-  // About the element's own front vertex.
-  void read_placement(const std::string& at, Element& element) {
-    ObjectReader reader(source_, at, problems_);
-    const std::vector<double> tilt = reader.numbers("tilt_deg", 2, {0, 0});
-    const std::vector<double> shift = reader.numbers("shift_mm", 3, {0, 0, 0});
-    for (const double angle : tilt)
-      if (!(angle >= -90 && angle <= 90))
-        reader.complain("tilt_deg", "expected tilts from -90 to 90 degrees, found " + shortest(angle));
-    reader.reject_unknown();
-    element.placement = about({0, 0, element.faces.front().z_mm}, tilt, {shift[0], shift[1], shift[2]});
-  }
-
-  void read_stop(const std::string& at) {
-    ObjectReader reader(source_, at, problems_);
+  void read_stop(const Json& file, const std::string& at) {
     Stop stop;
-    stop.name = reader.required_string("name");
-    stop.z_mm = reader.required_number("z_mm", -1e6, 1e6);
-    stop.opening_radius_mm = reader.required_number("opening_radius_mm", 1e-9, 1e6);
-    stop.in_listing = reader.boolean("in_listing", false);
-    stop.aperture = reader.boolean("aperture", false);
-    const auto faces = static_cast<std::int64_t>(lens_.face_count());
-    for (const char* key : {"before_face", "on_face"}) reader.get(key);  // marked as known even if absent
-    if (reader.has("before_face") && reader.has("on_face"))
-      reader.complain("on_face", "give either 'before_face' or 'on_face'");
-    if (reader.has("before_face"))
-      stop.before_face = static_cast<std::size_t>(reader.integer("before_face", 1, 1, faces + 1) - 1);
-    if (reader.has("on_face")) {
-      stop.on_face = true;
-      stop.before_face = static_cast<std::size_t>(reader.integer("on_face", 1, 1, faces) - 1);
+    stop.name = file["name"];
+    stop.z_mm = file["z_mm"];
+    stop.opening_radius_mm = file["opening_radius_mm"];
+    stop.in_listing = file["in_listing"];
+    stop.aperture = file["aperture"];
+    stop.on_face = file.contains("on_face");
+    if (stop.on_face && file.contains("before_face"))
+      complain(at + "/on_face", "give either 'before_face' or 'on_face'");
+    const char* const key = stop.on_face ? "on_face" : "before_face";
+    if (file.contains(key)) {
+      const std::size_t face = file[key], last = lens_.face_count() + (stop.on_face ? 0 : 1);
+      if (face > last)
+        complain(at + "/" + key,
+                 "expected an integer from 1 to " + std::to_string(last) + ", found " + std::to_string(face));
+      stop.before_face = std::min(face, last) - 1;
     }
-    reader.reject_unknown();
     lens_.stops.push_back(stop);
-  }
-
-  void read_barrel(const std::string& at) {
-    ObjectReader reader(source_, at, problems_);
-    Barrel barrel;
-    barrel.bore_radius_mm = reader.required_number("bore_radius_mm", 1e-9, 1e6);
-    barrel.from_z_mm = reader.required_number("from_z_mm", -1e6, 1e6);
-    barrel.to_z_mm = reader.required_number("to_z_mm", -1e6, 1e6);
-    if (barrel.to_z_mm <= barrel.from_z_mm)
-      reader.complain("to_z_mm", "the barrel ends at z = " + shortest(barrel.to_z_mm) +
-                                     " mm, before it begins; it must be larger than 'from_z_mm'");
-    reader.reject_unknown();
-    lens_.barrel = barrel;
   }
 
   void complain(const std::string& pointer, const std::string& message) {
@@ -379,7 +327,6 @@ class Reader {
   std::vector<Problem> problems_;
   Prescription lens_;
   double index_before_ = 1;  // of the next face, signed
-  double q_radius_mm_ = 0;   // of the last Q-type terms
   std::vector<Glass> own_glasses_;
   std::vector<std::string> glass_names_;  // of the file's own, including those with mistakes
 };

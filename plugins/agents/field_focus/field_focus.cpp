@@ -5,9 +5,9 @@
 #include <string>
 
 #include "focus_curves.hpp"
+#include "least_squares/learnt_once.hpp"
+#include "least_squares/nominal_pose.hpp"
 #include "marks.hpp"
-#include "pictures/learnt_once.hpp"
-#include "pictures/nominal_pose.hpp"
 
 namespace {
 
@@ -148,7 +148,7 @@ class Study {
     Eigen::VectorXd pose = nominal_;
     if (axis >= 0) pose[axis] += step;
     pose[static_cast<Eigen::Index>(kFocusAxis)] += defocus;
-    return lens_.capture(pictures::to_pose(pose.cwiseMax(0.0).cwiseMin(1.0)), kDesignSeed);
+    return lens_.capture(least_squares::to_pose(pose.cwiseMax(0.0).cwiseMin(1.0)), kDesignSeed);
   }
   std::optional<Shift> shift_at(const Design& design, Eigen::Index axis, double step) const {
     return shift_of(design, find_marks(image(axis, step, 0), width_, height_));
@@ -226,10 +226,10 @@ class FieldFocus final : public relign::Agent {
   std::shared_ptr<const Design> study() const {
     const relign::Model model = trial_->model();
     const std::vector<float> reference = pixels_of(trial_->reference());
-    const Eigen::VectorXd nominal = pictures::nominal_pose(model.scene_json(), trial_->axes());
-    pictures::Origin origin;
+    const Eigen::VectorXd nominal = least_squares::nominal_pose(model.scene_json(), trial_->axes());
+    least_squares::Origin origin;
     origin.add(model.scene_json()).add(reference).add(stride_);
-    static pictures::LearntOnce<Design> designs(kMaxDesigns);
+    static least_squares::LearntOnce<Design> designs(kMaxDesigns);
     return designs(origin, [&] { return Study(model, nominal, stride_)(reference); });
   }
 

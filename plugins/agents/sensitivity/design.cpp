@@ -47,7 +47,7 @@ Eigen::MatrixXf differentiate(const Simulator& simulator, const Vector& nominal,
 // Splits the Jacobian into a shift of the whole image and the remainder.
 void split_motion(Design& design) {
   const Eigen::Index w = design.width, h = design.height;
-  const Picture soft = pictures::blurred(design.reference, w, h, kMotionBlur);
+  const Picture soft = least_squares::blurred(design.reference, w, h, kMotionBlur);
   Eigen::MatrixXf slopes = Eigen::MatrixXf::Zero(w * h, 2), changes = design.jacobian;
   for (Eigen::Index y = 1; y + 1 < h; ++y)
     for (Eigen::Index x = 1; x + 1 < w; ++x) {
@@ -55,7 +55,7 @@ void split_motion(Design& design) {
       slopes(y * w + x, 1) = 0.5F * (soft[(y + 1) * w + x] - soft[(y - 1) * w + x]);
     }
   for (Eigen::Index axis = 0; axis < design.axes(); ++axis)
-    changes.col(axis) = pictures::blurred(design.jacobian.col(axis), w, h, kMotionBlur);
+    changes.col(axis) = least_squares::blurred(design.jacobian.col(axis), w, h, kMotionBlur);
   const Matrix squares = (slopes.transpose() * slopes).cast<double>(),
                products = (slopes.transpose() * changes).cast<double>();
   design.motion = -squares.completeOrthogonalDecomposition().solve(products);
@@ -66,21 +66,21 @@ void split_motion(Design& design) {
 
 }  // namespace
 
-pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
-                                       Eigen::Index height, double blur, double noise) {
+least_squares::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
+                                            Eigen::Index height, double blur, double noise) {
   if (stray.size() == 0) return {};
   return {image, stray, {width, height}, noise * (1 + 4 * kPi * blur * blur)};
 }
 
 Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,
-                 const Vector& noise, pictures::Nuisance<float> nuisance) {
+                 const Vector& noise, least_squares::Nuisance<float> nuisance) {
   Level level;
   level.blur = blur;
   level.nuisance = std::move(nuisance);
   level.gain = jacobian;
   Matrix products(jacobian.cols(), jacobian.cols());
   for (Eigen::Index axis = 0; axis < jacobian.cols(); ++axis)
-    level.gain.col(axis) = pictures::blurred(level.nuisance.without(jacobian.col(axis)), width, height, blur);
+    level.gain.col(axis) = least_squares::blurred(level.nuisance.without(jacobian.col(axis)), width, height, blur);
   for (Eigen::Index axis = 0; axis < jacobian.cols(); ++axis)
     level.gain.col(axis) = level.nuisance.without(level.gain.col(axis));
   products = (jacobian.transpose() * level.gain).cast<double>();

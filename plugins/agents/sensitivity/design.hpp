@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "belief.hpp"
-#include "pictures/nuisance.hpp"
-#include "pictures/pictures.hpp"
+#include "least_squares/binning.hpp"
+#include "least_squares/nuisance.hpp"
 
 namespace sensitivity {
 
@@ -20,7 +20,7 @@ using Picture = Eigen::VectorXf;  // pixels row by row
 struct Level {
   Eigen::Index bin = 1;  // side of a bin, in pixels
   double blur = 0;       // standard deviation, in pixels before binning
-  pictures::Nuisance<float> nuisance;
+  least_squares::Nuisance<float> nuisance;
   Eigen::MatrixXf gain;  // pixels x axes: the blurred Jacobian
   Matrix squares;        // J' blur J
   Matrix inverse;        // (J' blur J)^-1
@@ -33,12 +33,12 @@ struct Level {
 // variance of a pixel.
 // Under a blur the errors of a Gauss-Newton step are correlated over its area, and less noise would let smooth fields
 // absorb shifts of the image.
-pictures::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
-                                       Eigen::Index height, double blur, double noise);
+least_squares::Nuisance<float> disturbances(const Picture& image, const Picture& stray, Eigen::Index width,
+                                            Eigen::Index height, double blur, double noise);
 
 // jacobian: pixels x axes. noise: variance of its entries, one per column, which is subtracted from `squares`.
 Level make_level(const Eigen::MatrixXf& jacobian, Eigen::Index width, Eigen::Index height, double blur,
-                 const Vector& noise, pictures::Nuisance<float> nuisance);
+                 const Vector& noise, least_squares::Nuisance<float> nuisance);
 
 struct Design {
   Vector nominal;     // the best true pose of the lens as designed

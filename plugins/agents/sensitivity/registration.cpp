@@ -94,12 +94,12 @@ Level Registration::linearise(const Vector& away, double blur) const {
     const Picture one = render(ahead, each).mean, other = render(behind, each).mean;
     ways.col(k) = ahead - behind;
     if (k == 0) middle = 0.5F * (one + other);  // along the direction of the smallest shift
-    changes.col(k) = pictures::means_over_squares(one - other, design.width, design.height, bin);
+    changes.col(k) = least_squares::means_over_squares(one - other, design.width, design.height, bin);
   }
   const Matrix back = ways.completeOrthogonalDecomposition().pseudoInverse();
   const double noise = 2 * design.noise / static_cast<double>(each * bin * bin);
   const auto binned = [&](const Picture& all) {
-    return pictures::means_over_squares(all, design.width, design.height, bin);
+    return least_squares::means_over_squares(all, design.width, design.height, bin);
   };
   const double wide = kBinBlur * static_cast<double>(bin);
   const Picture stray = stray_at(design, away);
@@ -123,7 +123,7 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   const auto power = static_cast<double>(residual.squaredNorm());
   if (far) {
-    residual = pictures::means_over_squares(residual, design.width, design.height, level.bin);
+    residual = least_squares::means_over_squares(residual, design.width, design.height, level.bin);
   } else {
     // The Jacobian was taken at the nominal pose: shift the residual to where the image would be there.
     const Eigen::Vector2d go = design.motion * estimate.linearised;
@@ -131,7 +131,7 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   }
   const auto binned = static_cast<double>(level.bin * level.bin);
   const double least = kMinLeft * design.noise;
-  const pictures::Nuisance<float>::Fit fit = level.nuisance.fit(residual);
+  const least_squares::Nuisance<float>::Fit fit = level.nuisance.fit(residual);
   const double left = std::max((power - binned * fit.explained) / pixels, least);
   // The variance of photon noise is proportional to the gain, that of an amplified image to its square.
   const double noise = std::max(shown.noise * std::pow(std::clamp(fit.gain, 0.5, 2.0), 1.5), least);

@@ -201,7 +201,7 @@ TEST(Registration, CovarianceMatchesErrors) {
 
 TEST(Registration, IgnoresGainOffsetAndSmoothStrayLight) {
   const Design design = toy_design(5, true);
-  const Eigen::MatrixXf fields = pictures::smooth_fields(toy::kSide, toy::kSide, 3);
+  const Eigen::MatrixXf fields = least_squares::smooth_fields(toy::kSide, toy::kSide, 3);
   const Vector away = 0.02 * Vector::Ones(5);
   const Belief before = Belief::around(Vector::Zero(5), 0.05);
   const float level = design.reference.norm() / std::sqrt(static_cast<float>(design.reference.size()));

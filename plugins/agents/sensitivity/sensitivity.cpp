@@ -2,15 +2,15 @@
 #include <relign/plugin.hpp>
 
 #include "design.hpp"
+#include "least_squares/learnt_once.hpp"
+#include "least_squares/nominal_pose.hpp"
 #include "memory.hpp"
-#include "pictures/learnt_once.hpp"
-#include "pictures/nominal_pose.hpp"
 #include "registration.hpp"
 
 namespace {
 
-using pictures::to_pose;
-using pictures::to_vector;
+using least_squares::to_pose;
+using least_squares::to_vector;
 using sensitivity::Belief;
 using sensitivity::Design;
 using sensitivity::Estimate;
@@ -36,7 +36,7 @@ struct ModelPixels {
 // The lens as designed, from the service `model`.
 class ModelledLens {
  public:
-  ModelledLens(const relign::Model& model, const pictures::Binning& binning)
+  ModelledLens(const relign::Model& model, const least_squares::Binning& binning)
       : lens_(model.mount("{}")), binning_(binning), width_(model.width()) {}
 
   Picture capture(const Vector& pose, std::uint64_t seed) const {
@@ -64,7 +64,7 @@ class ModelledLens {
   static relign::Pose inside(const Vector& pose) { return to_pose(pose.cwiseMax(0.0).cwiseMin(1.0)); }
 
   relign::ModelLens lens_;
-  pictures::Binning binning_;
+  least_squares::Binning binning_;
   std::size_t width_;
 };
 
@@ -91,7 +91,7 @@ class Sensitivity final : public relign::Agent {
                                std::to_string(model.height()) + " pixels, the reference image has " +
                                std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
                                "; must be equal");
-    const pictures::Binning binning(reference.width(), reference.height(), kMaxSide);
+    const least_squares::Binning binning(reference.width(), reference.height(), kMaxSide);
     const ModelledLens lens(model, binning);
     const auto design = study(model.scene_json(), binning, binning(reference), lens, trial.axes());
 
@@ -138,10 +138,10 @@ class Sensitivity final : public relign::Agent {
     memory.add(here, estimate.away);
   }
 
-  std::shared_ptr<const Design> study(const std::string& scene_json, const pictures::Binning& binning,
+  std::shared_ptr<const Design> study(const std::string& scene_json, const least_squares::Binning& binning,
                                       const Picture& reference, const ModelledLens& lens, std::size_t axes) const {
-    const Vector nominal = pictures::nominal_pose(scene_json, axes);
-    pictures::Origin origin;
+    const Vector nominal = least_squares::nominal_pose(scene_json, axes);
+    least_squares::Origin origin;
     origin.add(scene_json)
         .add(first_blur_)
         .add(stray_light_ ? 1.0 : 0.0)
@@ -150,7 +150,7 @@ class Sensitivity final : public relign::Agent {
     const sensitivity::Simulator simulator{
         [&](const Vector& pose) { return lens.clean(pose); },
         [&](const Vector& pose, std::uint64_t k) { return lens.capture(pose, kDesignSeed + k); }};
-    static pictures::LearntOnce<Design> designs(kMaxDesigns);
+    static least_squares::LearntOnce<Design> designs(kMaxDesigns);
     return designs(origin, [&] {
       return sensitivity::study(simulator, nominal, reference, binning.width(), binning.height(), first_blur_,
                                 stray_light_);

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "derivatives.hpp"
-#include "pictures/nuisance.hpp"
+#include "least_squares/nuisance.hpp"
 
 namespace tolerance_fit {
 
@@ -85,8 +85,8 @@ class JointFit {
     const Detail detail = derivatives.detail();
     // Errors of the linear model are correlated over the area of the blur (as in `sensitivity`).
     const double noise = 1 + 4 * kPi * detail.blur * detail.blur;
-    const pictures::Nuisance<double>::Size bins{static_cast<Eigen::Index>(size.width / detail.bin),
-                                                static_cast<Eigen::Index>(size.height / detail.bin)};
+    const least_squares::Nuisance<double>::Size bins{static_cast<Eigen::Index>(size.width / detail.bin),
+                                                     static_cast<Eigen::Index>(size.height / detail.bin)};
     for (const Site* site : sites) {
       Fitted fitted{site, site->mean(size, detail), {}, {}, layout.chain(site->commanded), {}, {}};
       const Vector picture = look(*site, x), variance = known.variance(picture, detail);
@@ -132,7 +132,7 @@ class JointFit {
   struct Fitted {
     const Site* site;
     Vector mean, weight;
-    pictures::Nuisance<double> nuisance;  // of weighted residuals
+    least_squares::Nuisance<double> nuisance;  // of weighted residuals
     Matrix chain;
     Matrix axes;    // bins x (pose, state): orthonormal basis of the derivatives at the last accepted x
     Matrix slopes;  // derivatives in that basis

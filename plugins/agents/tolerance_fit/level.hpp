@@ -12,15 +12,15 @@
 #include <utility>
 #include <vector>
 
-#include "pictures/poses.hpp"
+#include "least_squares/poses.hpp"
 
 namespace tolerance_fit {
 
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 
-using pictures::to_pose;
-using pictures::to_vector;
+using least_squares::to_pose;
+using least_squares::to_vector;
 
 // A shift or tilt of one element.
 struct Offset {

@@ -41,8 +41,8 @@ inline Matrix blur_kernel(Eigen::Index count, double std) {
 }  // namespace detail
 
 // Means over bins, then blurred; row by row. Incomplete bins at the right and lower border are dropped.
-// Not pictures::means_over_squares, which adds in another order: a difference in the last bit changes the result of a
-// fit along insensitive directions.
+// Not least_squares::means_over_squares, which adds in another order: a difference in the last bit changes the result
+// of a fit along insensitive directions.
 template <class Number>
 Vector binned(const std::vector<Number>& pixels, Size size, Detail detail) {
   using RowMajor = Eigen::Matrix<Number, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

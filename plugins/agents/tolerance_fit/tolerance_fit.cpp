@@ -3,8 +3,8 @@
 #include <relign/plugin.hpp>
 
 #include "aligner.hpp"
-#include "pictures/learnt_once.hpp"
-#include "pictures/nominal_pose.hpp"
+#include "least_squares/learnt_once.hpp"
+#include "least_squares/nominal_pose.hpp"
 
 namespace {
 
@@ -62,17 +62,17 @@ class ToleranceFit final : public relign::Agent {
     tolerance_fit::Pictures pictures(trial.model());
     tolerance_fit::KnowledgeSetup setup;
     const std::string scene = trial.model().scene_json();
-    setup.nominal = pictures::nominal_pose(scene, trial.axes());
+    setup.nominal = least_squares::nominal_pose(scene, trial.axes());
     setup.most_offsets = most_offsets_;
     setup.far_pictures = far_pictures_;
 
-    pictures::Origin origin;
+    least_squares::Origin origin;
     origin.add(scene).add(static_cast<double>(most_offsets_)).add(static_cast<double>(far_pictures_));
     for (const std::string& draw : draws) origin.add(draw);
     pictures.set_offsets({}, Vector(), tolerance_fit::Matrix::Zero(0, 0));
     for (const int captures : {0, 1}) origin.add(pictures.pixels(setup.nominal, Vector::Zero(0), captures));
 
-    static pictures::LearntOnce<Knowledge> kept(kMaxKept);
+    static least_squares::LearntOnce<Knowledge> kept(kMaxKept);
     return kept(origin,
                 [&] { return tolerance_fit::learn(tolerance_fit::summarise(draws, trial.axes()), setup, pictures); });
   }

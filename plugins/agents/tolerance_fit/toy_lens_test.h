@@ -166,7 +166,6 @@ class ToyTrial {
       drawn->write(drawn->context, {text.data(), text.size()});
       return relign_status{RELIGN_OK};
     };
-    prior_.why = [](void*, const relign_text_sink*) { return relign_status{RELIGN_OK}; };
     model_.struct_size = sizeof model_;
     model_.context = this;
     model_.scene_json = {scene_json_.data(), scene_json_.size()};
@@ -191,7 +190,6 @@ class ToyTrial {
       of(context).lenses_.remove_if([&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
       return relign_status{RELIGN_OK};
     };
-    model_.why = prior_.why;
   }
   static ToyTrial& of(relign_model_lens* lens) { return *reinterpret_cast<Lens*>(lens)->toy; }
 

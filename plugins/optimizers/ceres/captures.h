@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "pictures/pictures.hpp"
+#include "least_squares/binning.hpp"
 
 namespace ceres_plugin {
 
@@ -60,10 +60,10 @@ class Captures {
   }
 
   Eigen::VectorXf blur(const Eigen::VectorXf& pixels) const {
-    return pictures::blurred(pixels, binned_.width(), binned_.height(), sigma_);
+    return least_squares::blurred(pixels, binned_.width(), binned_.height(), sigma_);
   }
 
-  pictures::Binning binned_;
+  least_squares::Binning binned_;
   Eigen::VectorXf reference_;
   std::vector<Eigen::VectorXf> raw_;
   double sigma_ = 0;  // pixels

@@ -2,8 +2,8 @@
 #include <relign/plugin.hpp>
 
 #include "captures.h"
+#include "least_squares/poses.hpp"
 #include "local_model.h"
-#include "pictures/poses.hpp"
 #include "secant_solver.h"
 
 namespace {
@@ -13,8 +13,8 @@ using ceres_plugin::LocalModel;
 using ceres_plugin::Matrix;
 using ceres_plugin::SecantSolver;
 using ceres_plugin::Vector;
-using pictures::to_pose;
-using pictures::to_vector;
+using least_squares::to_pose;
+using least_squares::to_vector;
 
 constexpr double kSmallestShare = 0.02;  // of the first differences: smaller ones measure noise
 constexpr double kReach = 0.06;          // share of the travel: longest step of the local model

@@ -3,13 +3,13 @@
 #include <relign/plugin.hpp>
 
 #include "cma.h"
-#include "pictures/poses.hpp"
+#include "least_squares/poses.hpp"
 
 namespace {
 
 using cma_es::Vector;
-using pictures::to_pose;
-using pictures::to_vector;
+using least_squares::to_pose;
+using least_squares::to_vector;
 
 constexpr int kMaxRestarts = 9;  // as Auger and Hansen; each doubles the population
 constexpr int kMinPopulation = 4;

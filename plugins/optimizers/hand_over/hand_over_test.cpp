@@ -44,11 +44,6 @@ struct ScriptedTrial {
     service.run = [](void* self, relign_text parameter, relign_text, std::uint32_t steps, relign_run_outcome* outcome) {
       return static_cast<ScriptedTrial*>(self)->play({parameter.data, std::size_t(parameter.size)}, steps, *outcome);
     };
-    service.why = [](void*, const relign_text_sink* sink) {
-      const std::string text = "the stand-in is broken";
-      sink->write(sink->context, {text.data(), text.size()});
-      return relign_status{RELIGN_OK};
-    };
   }
 
   void run(const Json& parameters) {
@@ -79,6 +74,7 @@ struct ScriptedTrial {
     setup.service = [this](std::string_view id) -> const void* {
       return id == RELIGN_SERVICE_RUN ? &service : nullptr;
     };
+    setup.why = [] { return "the stand-in is broken"; };
     return setup;
   }
 

@@ -35,7 +35,8 @@ from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
 from .scenes import Assembly, Moved, Scene, Station
-from .services import Lens, Model, Outcome, Pretraining, Stopped
+from .service import Stopped
+from .services import Lens, Model, Outcome, Pretraining
 from .trial import Observation, Trial
 
 __all__ = [

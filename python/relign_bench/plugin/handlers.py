@@ -10,7 +10,7 @@ import math
 from .images import numpy_or_none
 from .pixels import ImageFile, float32_bytes
 from .scenes import Moved, Scene, Station
-from .services import Stopped
+from .service import Stopped
 from .trial import Trial
 
 TYPE_CHECKING = False

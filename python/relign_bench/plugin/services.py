@@ -1,4 +1,4 @@
-"""Services of a trial, besides moving and capturing (docs/services.md)."""
+"""Services of a trial whose classes are written by hand; service_classes.py has the others (docs/services.md)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 
 from .images import SharedImage
 from .pixels import write_all
+from .service import Service, TrialWithServices
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -13,15 +14,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from .scenes import Offsets
-    from .trial import Observation, Trial
-
-
-class Stopped(BaseException):
-    """Raised by long-running services (draw_prior, the model) once the user has stopped the run.
-
-    Let it pass: it ends `run` and is not a failure. It is not an Exception, so that an `except Exception` does not continue
-    by mistake.
-    """
+    from .trial import Observation
 
 
 class Outcome:
@@ -50,7 +43,7 @@ class Outcome:
                 f"recommendation={self.recommendation!r})")
 
 
-class Model:
+class Model(Service):
     """A simulator of the scene's design, independent of the trial's instance. `Trial.model` makes it.
 
     Attributes:
@@ -59,14 +52,17 @@ class Model:
         height: Rows of its images.
     """
 
-    SERVICE = "relign.model/1"
+    ID = "relign.model/1"
+    MEMBERS = ("scene", "image_width", "image_height")
+    scene: dict[str, Any]
+    image_width: int
+    image_height: int
 
-    def __init__(self, trial: Trial, answer: dict[str, Any]) -> None:
-        self.scene: dict[str, Any] = answer["scene"]
-        self.width: int = answer["image"]["width"]
-        self.height: int = answer["image"]["height"]
-        self._trial = trial
-        self._pixels = SharedImage(answer["image"])
+    def __init__(self, trial: TrialWithServices) -> None:
+        super().__init__(trial)
+        self.width: int = self.image_width
+        self.height: int = self.image_height
+        self._pixels: SharedImage | None = None
 
     def mount(self, offsets: Offsets | None = None) -> Lens:
         """Assembles a lens; at most 16 at a time. Use it in a `with` statement, or call its `unmount`.
@@ -79,8 +75,10 @@ class Model:
         """
         return Lens(self, self._ask("mount", offsets=offsets or {})["lens"])
 
-    def _ask(self, call: str, **arguments: Any) -> dict[str, Any]:
-        return self._trial._service(self.SERVICE, call, **arguments)
+    def _image(self, place: dict[str, Any]) -> Any:
+        if self._pixels is None:
+            self._pixels = SharedImage(dict(place, width=self.width, height=self.height))
+        return self._pixels.image()
 
 
 class Lens:
@@ -118,15 +116,14 @@ class Lens:
         if self._number is None:
             raise ValueError("this lens is no longer mounted")
         model = self._model
-        request = dict(arguments, lens=self._number, pose=model._trial._finite(pose))
-        answer = model._trial._answer(model.SERVICE, call, request)
+        pose = model._trial._finite(pose)
+        answer = model._trial._answer(model.ID, call, lens=self._number, pose=pose, **arguments)
         if call == "noise_free" and answer["message"] == "unsupported":
             return None
-        model._trial._offered(answer)
-        return model._pixels.image()
+        return model._image(model._trial._offered(answer)["pixels"])
 
 
-class Pretraining:
+class Pretraining(Service):
     """Pretraining: what the algorithm learns on source instances, which are not instances of trials.
 
     Needs the class attribute `prepare`. Where the host pretrains nothing, `active` is False and `load` returns None.
@@ -137,13 +134,13 @@ class Pretraining:
         sources: How many source instances there are; 0 unless active.
     """
 
-    SERVICE = "relign.prepared/1"
+    ID = "relign.prepared/1"
 
-    def __init__(self, trial: Trial) -> None:
+    def __init__(self, trial: TrialWithServices) -> None:
         self._trial = trial
-        answer = trial._answer(self.SERVICE, "source", {})
+        answer = trial._answer(self.ID, "open")
         self._offered = answer["message"] != "unsupported"
-        self.active: bool = answer["active"] if self._offered else False
+        self.active: bool = self._offered and answer["active"] != 0
         self.source: int = answer["source"] if self._offered else 0
         self.sources: int = answer["sources"] if self._offered else 0
 
@@ -160,9 +157,10 @@ class Pretraining:
         """
         if not self._offered:
             return None
-        place = self._trial._service(self.SERVICE, "load")
-        if place["bytes"] is None:
+        answer = self._trial._answer(self.ID, "load")
+        if answer["message"] == "unsupported":
             return None
+        place = answer["data"]
         with open(place["file"], "rb") as file:
             file.seek(place["offset"])
             return file.read(place["bytes"])
@@ -179,10 +177,10 @@ class Pretraining:
         view = memoryview(data).cast("B")
         if not self._offered:
             raise ValueError("this host pretrains nothing for a class without `prepare`; check `active` first")
-        place = self._trial._service(self.SERVICE, "room", bytes=len(view))
+        place = self._ask("room", bytes=len(view))["room"]
         descriptor = os.open(place["file"], os.O_WRONLY | os.O_CLOEXEC)
         try:
             write_all(descriptor, view, place["offset"])
         finally:
             os.close(descriptor)
-        self._trial._service(self.SERVICE, "save", bytes=len(view))
+        self._ask("save", data=len(view))

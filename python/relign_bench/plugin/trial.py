@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 from .images import Box, SharedImage
-from .services import Model, Outcome, Pretraining, Stopped
+from .service_classes import TrialServices
+from .services import Model, Outcome, Pretraining
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
     from typing import Any
 
     from .process import Host
@@ -66,7 +66,7 @@ class Observation:
         return f"Observation(step={self.step}, pose={self.pose!r}, merit={self.merit!r})"
 
 
-class Trial:
+class Trial(TrialServices):
     """One trial: the argument of `run`.
 
     Attributes:
@@ -79,8 +79,7 @@ class Trial:
     """
 
     def __init__(self, host: Host, task: dict[str, Any]) -> None:
-        self._host = host
-        self.axes: list[dict[str, Any]] = task["axes"]
+        super().__init__(host, task)
         self.budget: int = task["budget"]
         self.seed: int = task["seed"]
         self.observes: frozenset[str] = frozenset(task["observes"])
@@ -91,8 +90,6 @@ class Trial:
         self._first: Observation | None = None
         self._reference: Any = None
         self._latest = 0
-        self._model: Model | None = None
-        self._pretraining: Pretraining | None = None
         self._pixels = SharedImage(task["image"]) if task.get("image") else None
 
     @property
@@ -145,25 +142,6 @@ class Trial:
         """
         self._host.ask(f'{{"message":"recommend","pose":[{self._numbers(pose)}]}}\n')
 
-    def select_regions(self, regions: Iterable[Sequence[int]]) -> bool:
-        """Selects what the next capture reads out, and with it the readout time; later ones are whole frames again.
-
-        Inside the regions pixels are those of the whole frame; the others are 0. Needs "images".
-
-        Args:
-            regions: Rectangles of pixels (column, row, columns, rows), which may overlap; none: the whole frame.
-
-        Returns:
-            False when the scene captures whole frames only; then nothing is selected.
-
-        Raises:
-            ValueError: A rectangle is empty or not inside the image.
-        """
-        if self._pixels is None:
-            raise _not_observed("image", "images")
-        request = {"regions": [[int(value) for value in region] for region in regions]}
-        return self._answer("relign.regions/1", "select", request)["message"] != "unsupported"
-
     @property
     def reference(self) -> Any:
         """The reference image O*, as Observation.image.
@@ -178,78 +156,13 @@ class Trial:
             self._reference = self._pixels.next_image()
         return self._reference
 
-    def measures(self) -> list[dict[str, Any]]:
-        """The measures that `measure` offers: [{"name": "mtf", "summary": "...", "arguments": {...}}, ...]."""
-        return self._service("relign.measures/1", "list")["measures"]
-
-    def measure(self, name: str, **arguments: Any) -> float:
-        """A measure of the latest capture. Needs "images".
-
-        Args:
-            name: Name of the measure; see `measures`.
-            **arguments: Arguments of the measure.
-
-        Returns:
-            Its value; NaN when the capture does not allow it.
-
-        Raises:
-            ValueError: The name or an argument is unknown.
-        """
-        value = self._service("relign.measures/1", "measure", name=name, arguments=arguments)["value"]
-        return math.nan if value is None else float(value)
-
-    def measure_fields(self, **frequency: float) -> list[dict[str, Any]]:
-        """The slanted edges of the latest capture, all fields in the time of one. Needs "images" and a scene with fields.
-
-        Args:
-            **frequency: `cycles_per_pixel` (0 to 1) or `lp_per_mm`.
-
-        Returns:
-            For each field {"name", "mark_x_px", "mark_y_px", "tangential", "sagittal"}: the centre of its mark, and its
-            MTF with the pixel's; NaN where the capture does not show it.
-
-        Raises:
-            ValueError: Another argument, or a scene without fields.
-        """
-        fields = self._service("relign.measures/1", "fields", arguments=frequency)["fields"]
-        return [{key: math.nan if value is None else value for key, value in field.items()} for field in fields]
-
-    def draw_prior(self, number: int) -> dict[str, Any]:
-        """A draw of the noise level's distribution, never this trial's. Needs "level".
-
-        Args:
-            number: Number of the draw.
-
-        Returns:
-            {"start", "distortion", "elements"}, and "cure_shift", "stage" and "batch" where the level draws them.
-        """
-        return self._service("relign.prior/1", "draw", number=number)["drawn"]
-
-    def history(self, most: int = 1000) -> list[tuple[float, ...]]:
-        """What inspection measured on earlier modules of the batch. Needs "history".
-
-        Args:
-            most: Only the last so many modules.
-
-        Returns:
-            One tuple per module, newest first: its true pose after the glue cured minus that before, with the errors of
-            inspection, in shares of the travel. Empty for the first module of a batch, on a station, and at a noise level
-            without batches.
-        """
-        answer = self._service("relign.history/1", "cure_shifts", most=most)
-        return [tuple(shift) for shift in answer.get("cure_shifts", [])]
-
     def model(self) -> Model:
         """A simulator of the scene's design, for any offsets and seeds. Needs "design"."""
-        if self._model is None:
-            self._model = Model(self, self._service("relign.model/1", "scene"))
-        return self._model
+        return self._made(Model)
 
     def pretraining(self) -> Pretraining:
         """What the algorithm learnt on source instances. Needs the class attribute `prepare`."""
-        if self._pretraining is None:
-            self._pretraining = Pretraining(self)
-        return self._pretraining
+        return self._made(Pretraining)
 
     def run(self, parameter: str, steps: int, /, **parameters: Any) -> Outcome:
         """Hands over to another algorithm.
@@ -281,35 +194,6 @@ class Trial:
             Observation(best, self) if best else None,
             tuple(answer["recommendation"]) if answer["recommendation"] else None,
         )
-
-    def _service(self, service: str, call: str, **arguments: Any) -> dict[str, Any]:
-        return self._offered(self._answer(service, call, arguments))
-
-    def _answer(self, service: str, call: str, arguments: dict[str, Any]) -> dict[str, Any]:
-        """The host's answer, "unsupported" included."""
-        answer = self._host.ask(self._request(service, call, arguments))
-        if answer["message"] == "stop":
-            raise Stopped()
-        return answer
-
-    @staticmethod
-    def _request(service: str, call: str, arguments: dict[str, Any]) -> str:
-        request = dict(arguments, message="service", service=service, call=call)
-        return json.dumps(request, allow_nan=False) + "\n"
-
-    @staticmethod
-    def _offered(answer: dict[str, Any]) -> dict[str, Any]:
-        if answer["message"] == "unsupported":
-            raise RuntimeError(answer.get("text", "the host does not offer this service"))
-        return answer
-
-    def _finite(self, pose: Iterable[float]) -> list[float]:
-        values = [float(value) for value in pose]
-        if not all(map(math.isfinite, values)):
-            raise ValueError(f"a pose must be finite, found {values}")
-        if len(values) != len(self.axes):
-            raise ValueError(f"a pose must have {len(self.axes)} values, one per axis, found {len(values)}")
-        return values
 
     def _numbers(self, pose: Iterable[float]) -> str:
         return ",".join(map(repr, self._finite(pose)))

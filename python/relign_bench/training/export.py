@@ -95,8 +95,9 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         output: "way" or "move".
         trained: Recipe and cost of the training, for the side file.
         command: The command that repeats the training.
-        reproducible: "anywhere" for a graph of the operators that relign-bench runs itself (plugins/policies/README.md), as
-            those of relign-train are. OpenCV runs other graphs: "this_cpu", since the last digits then depend on the processor.
+        reproducible: "anywhere" for a graph of the operators that relign-bench runs itself
+            (core/training/policies/README.md), as those of relign-train are. OpenCV runs other graphs: "this_cpu", since the
+            last digits then depend on the processor.
         doubt: How answers are combined, for networks that predict their own errors.
         values: "bytes" or "irradiance".
         chosen_on: Instances that chose the checkpoint; "none" for the last one of a training.

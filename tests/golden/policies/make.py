@@ -1,4 +1,4 @@
-"""Writes the networks that tests of plugins/policies read: python3 make.py (needs torch and onnx).
+"""Writes the networks that tests of core/training/policies read: python3 make.py (needs torch and onnx).
 
 tiny: two frames of 20 x 20 bytes, two axes. Axis 0 is the mean of the newest frame over 255, axis 1 half that of the frame
 before. tiny-nan: the same with a weight of NaN, which the side file does not mention.

@@ -92,11 +92,7 @@ const relign_plugin_description ENTRY = {
 #else
     RELIGN_ABI_MINOR,
 #endif
-#if defined(FOREIGN_NEEDS_NEWER)
-    RELIGN_ABI_MINOR + 3,
-#else
     0,
-#endif
     R"({"id": "foreign", "kind": "optimizer", "summary": "For tests."})",
     "foreign compiler 1.0",
     get_interface};

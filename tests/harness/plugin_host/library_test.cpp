@@ -72,9 +72,6 @@ TEST_F(LibraryTest, RejectsOtherVersionsAndNamesBoth) {
             HasSubstr("supported:  plugin interface " + version(RELIGN_ABI_MAJOR, RELIGN_ABI_MINOR)),
             HasSubstr("update relign-bench")));
   EXPECT_THAT(refusal(bytes_of("older_major")), HasSubstr("rebuild the plugin"));
-  EXPECT_THAT(refusal(bytes_of("needs_newer")),
-              AllOf(HasSubstr("needs a host of at least " + version(RELIGN_ABI_MAJOR, RELIGN_ABI_MINOR + 3)),
-                    HasSubstr("update relign-bench")));
 }
 
 TEST_F(LibraryTest, RejectsIncompleteTables) {
@@ -141,7 +138,8 @@ TEST_F(LibraryTest, LoadsTheSameLibraryFromSeveralThreads) {
 }
 
 TEST_F(LibraryTest, ReportsFailuresOfObjectsAsPluginFailed) {
-  const relign_trial trial{sizeof(relign_trial), 0, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+  relign_trial trial{};
+  trial.struct_size = sizeof trial;
   const auto failure = [&](const char* variant) {
     const Choice choice = choice_of(bytes_of(variant));
     return test::error_text(ErrorKind::plugin_failed, [&] { Algorithm(choice, {}).run(trial); });

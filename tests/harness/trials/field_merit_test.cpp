@@ -129,7 +129,7 @@ TEST(FieldMeasures, OfAllFieldsEqualThoseOfEach) {
   all.write(&fields);
   ASSERT_EQ(fields.count, 9U);
   for (std::uint32_t i = 0; i < fields.count; ++i) {
-    EXPECT_EQ(std::string(fields.names[i].data, fields.names[i].size), scene.fields[i].name);
+    EXPECT_EQ(std::string(fields.name[i].data, fields.name[i].size), scene.fields[i].name);
     EXPECT_THAT(fields.mark_x_px[i], testing::NanSensitiveDoubleEq(measured(image, "mark_x_px", {{"field", i}})));
     EXPECT_THAT(fields.mark_y_px[i], testing::NanSensitiveDoubleEq(measured(image, "mark_y_px", {{"field", i}})));
     for (const auto& [direction, value] :

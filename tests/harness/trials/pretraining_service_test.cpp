@@ -1,12 +1,11 @@
 // "relign.prepared/1" within one trial: what is loaded, who may save, and what an inner algorithm gets.
-#include "trials/pretraining_service.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <cstdlib>
 
 #include "trials/fakes.h"
+#include "trials/pretraining.h"
 
 namespace relign::trials {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "plugin_host/test_folder.h"
 #include "trials/fakes.h"
-#include "trials/pretraining_service.h"
+#include "trials/pretraining.h"
 
 namespace relign::trials::process_services {
 namespace {
@@ -154,7 +154,7 @@ TEST_F(ProcessServices, ServesOnlyTheImagesOfTheCurrentStep) {
   ServiceTrial trial(python(R"py(before = trial.first
 mean = lambda image: float(image[1, 2])
 half = trial.run("then", 2, script=[["move", 0.1, 0, 0], ["move", 0.1, 0, 0]])
-assert abs(mean(half.last.image) - trial.measure("mean")) < 1e-6
+assert abs(mean(half.last.image) - trial.measures().measure("mean")) < 1e-6
 assert half.best.step == 2 and mean(half.best.image) == mean(half.last.image)
 try: before.image
 except RuntimeError as error: print("gone", json.dumps(str(error)))
@@ -202,7 +202,7 @@ assert float(image[0, 0]) > 0.59, "arrays survive later captures")py";
   EXPECT_THAT(alone.refusal(2), HasSubstr("16 lenses"));
   EXPECT_THAT(alone.refusal(3), HasSubstr("no longer mounted"));
   ServiceTrial with_images(python("seen = trial.first\nwanted = trial.reference\n" + body +
-                                  "\nassert abs(float(seen.image[0, 0]) - trial.measure('mean')) < 1e-6\n"
+                                  "\nassert abs(float(seen.image[0, 0]) - trial.measures().measure('mean')) < 1e-6\n"
                                   "assert float(wanted[0, 0]) == 0.5"),
                            Json::object());
   EXPECT_EQ(with_images.run().message, "");
@@ -216,7 +216,7 @@ before = float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0])
 def ask(call, **arguments):
     try: return trial._service("relign.prepared/1", call, **arguments)
     except ValueError as error: print("refused", json.dumps(str(error)))
-ask("save", bytes=5)
+ask("save", data=5)
 ask("room", bytes=(1 << 30) + 1)
 ask("room", bytes=-1)
 ask("room")
@@ -225,7 +225,7 @@ assert prepared.load() == bytes(range(256)) * 1000
 assert float(seen.image[0, 0]) == float(trial.first.image[0, 0]) and float(trial.reference[0, 0]) == 0.5
 assert float(lens.capture([0.5, 0.5, 0.5], 1)[0, 0]) == before
 assert prepared.load() == bytes(range(256)) * 1000
-ask("save", bytes=256001)
+ask("save", data=256001)
 prepared.save(memoryview(b""))
 assert prepared.load() == b""
 prepared.save(b"last"))py";
@@ -244,7 +244,7 @@ prepared.save(b"last"))py";
 }
 
 TEST_F(ProcessServices, NamesMissingManifestKeys) {
-  ServiceTrial trial(python(R"py(for ask in (trial.model, lambda: trial.draw_prior(1)):
+  ServiceTrial trial(python(R"py(for ask in (trial.model, lambda: trial.prior().draw(1)):
     try: ask()
     except RuntimeError as error: print("refused", json.dumps(str(error)))
     else: assert False)py",

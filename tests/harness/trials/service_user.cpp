@@ -72,7 +72,7 @@ class ServiceUser final : public relign::Optimizer {
       std::vector<relign::Region> regions;
       for (const auto& region : action.at(1).get<std::vector<std::array<std::uint32_t, 4>>>())
         regions.push_back({region[0], region[1], region[2], region[3]});
-      log(verb, trial.select_regions(regions));
+      log(verb, trial.regions().select(regions));
     } else if (verb == "list") {
       log(verb, Json::parse(trial.measures().list()));
     } else if (verb == "draw") {

@@ -57,7 +57,7 @@ TEST(Bounds, RegionsOfSuchALensMissNoLight) {
 
 TEST(Bounds, WavelengthsShareTheRegions) {
   SceneFile scene = relign_od_scene();
-  scene.wavelengths.resize(kMaxWavelengths);
+  scene.wavelengths.resize(24);
   EXPECT_EQ(search_pupil(scene, scene.lens).range().most_places, kMostPlaces / 25);
 }
 

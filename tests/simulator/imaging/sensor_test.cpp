@@ -1,5 +1,3 @@
-#include "imaging/sensor.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 
 #include "error_text.h"
 #include "imaging/read_out.h"
+#include "imaging/scene_file.h"
 #include "scene_under_test.h"
 
 namespace relign::imaging {
@@ -23,7 +22,8 @@ std::string refusal(Body&& body) {
 Sensor read(const std::string& text, int columns = 0) {
   const JsonSource source = JsonSource::from_text("{\"sensor\": " + text + "}", "scene.json");
   std::vector<Problem> problems;
-  const Sensor sensor = read_sensor(source, "/sensor", columns, problems);
+  const Json file = scene_schema().checked(source, "/sensor", "/properties/sensor", problems);
+  const Sensor sensor = read_sensor(file, source, "/sensor", columns, problems);
   throw_if_any(problems);
   return sensor;
 }

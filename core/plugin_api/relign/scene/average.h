@@ -1,5 +1,5 @@
 /*
- * relign/scene/average.h: optional ability of a scene, since 1.4: a noise-free image with its remaining noise stated. A
+ * relign/scene/average.h: optional ability of a scene: a noise-free image with its remaining noise stated. A
  * scene whose relign_scene_noise_free is exact does not need it.
  */
 #ifndef RELIGN_SCENE_AVERAGE_H

@@ -1,5 +1,5 @@
 /*
- * relign/scene/batch.h: optional ability of a scene, since 1.7: captures and noise-free MSE of many assemblies in one
+ * relign/scene/batch.h: optional ability of a scene: captures and noise-free MSE of many assemblies in one
  * call on an NVIDIA GPU, where images stay. Values are those of relign_scene_interface, bit for bit; a scene that
  * cannot keep this for its captures documents what is the same: those of `lens_system` with transport `ghost` have the
  * same distribution.

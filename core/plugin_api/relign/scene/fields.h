@@ -1,5 +1,5 @@
 /*
- * relign/scene/fields.h: optional ability of a scene, since 1.5: where a lens as built images the fields of its
+ * relign/scene/fields.h: optional ability of a scene: where a lens as built images the fields of its
  * description, and how sharply, for specifications by field. Algorithms never observe it.
  *
  * A field's point is a point of the target, the same for every lens and pose: the one that the design images onto the

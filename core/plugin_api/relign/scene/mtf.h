@@ -1,5 +1,5 @@
 /*
- * relign/scene/mtf.h: optional ability of a scene, since 1.3: the MTF of a lens as built, for specifications such as
+ * relign/scene/mtf.h: optional ability of a scene: the MTF of a lens as built, for specifications such as
  * {"mtf": {"lp_per_mm": 80, "centre": 0.5, "corner": 0.35}}. Algorithms never observe it.
  *
  * This is the geometric MTF of the lens itself, from rays: without noise, diffraction, pixels and reflections. At a

@@ -1,5 +1,5 @@
 /*
- * relign/scene/optimum.h: optional ability of a scene, since 1.1: the pose at which a lens as built is best. Results
+ * relign/scene/optimum.h: optional ability of a scene: the pose at which a lens as built is best. Results
  * are compared with it ("excess": what an algorithm could still gain). Algorithms never observe it.
  */
 #ifndef RELIGN_SCENE_OPTIMUM_H

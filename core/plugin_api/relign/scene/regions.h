@@ -1,5 +1,5 @@
 /*
- * relign/scene/regions.h: optional ability of a scene, since 1.6: captures of some regions of the image, as sensors
+ * relign/scene/regions.h: optional ability of a scene: captures of some regions of the image, as sensors
  * with regions of interest read them out. A scene without it captures whole frames only.
  */
 #ifndef RELIGN_SCENE_REGIONS_H

@@ -5,10 +5,6 @@
 #include <string>
 #include <vector>
 
-#ifdef RELIGN_HEADER_HAS_GROWN
-static_assert(RELIGN_ABI_MINOR == 77 && sizeof(relign_image) == 80, "this scene must be built with a later header");
-#endif
-
 namespace {
 
 constexpr std::uint32_t kSide = 8;

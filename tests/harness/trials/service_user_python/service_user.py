@@ -46,23 +46,24 @@ class ServiceUser(Optimizer):
         log("reference", [width, height, sum(float(image[y, x]) for y in range(height) for x in range(width))])
 
     def on_measure(self, trial, name, arguments={}):
-        log("measure", number(trial.measure(name, **arguments)))
+        log("measure", number(trial.measures().measure(name, arguments)))
 
     def on_fields(self, trial, arguments):
         log("fields", [{key: value if key == "name" else number(value) for key, value in field.items()}
-                       for field in trial.measure_fields(**arguments)])
+                       for field in trial.measures().fields(arguments)])
 
     def on_select(self, trial, regions):
-        log("select", trial.select_regions(regions))
+        log("select", trial.regions().select(regions))
 
     def on_list(self, trial):
-        log("list", trial.measures())
+        log("list", trial.measures().list())
 
     def on_draw(self, trial, which):
-        log("draw", json.dumps(trial.draw_prior(which), separators=(",", ":"), sort_keys=True))
+        log("draw", json.dumps(trial.prior().draw(which), separators=(",", ":"), sort_keys=True))
 
     def on_history(self, trial):
-        log("history", trial.history())
+        history = trial.history()
+        log("history", [history.cure_shift(back) for back in range(1, history.modules + 1)])
 
     def on_model(self, trial, offsets, pose, seed):
         with trial.model().mount(offsets) as lens:
