@@ -1,52 +1,39 @@
 #include "base/shared_keys.h"
 
-#include <limits>
 #include <map>
 #include <string>
 
-#include "base/criteria.h"
+#include "base/json_members.h"
+#include "base/schema.h"
+
+extern "C" {
+extern const unsigned char relign_schema_spec[];
+extern const unsigned long relign_schema_spec_size;
+}
 
 namespace relign {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// {"lp_per_mm", "tangential", "sagittal", "fields": [name or {"name", "tangential", "sagittal"}, ...]}
+// What relates several keys: some limit, and no field twice.
 void check_field_mtf(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
-  constexpr double kCoarsest = 1e-6, kFinest = 1e6;
-  ObjectReader reader(source, pointer, problems);
-  reader.required_number("lp_per_mm", kCoarsest, kFinest);
-  const auto limits = [](ObjectReader& of) {
-    for (const char* direction : {"tangential", "sagittal"}) of.number(direction, 0, 0, 1);
-    return of.has("tangential") || of.has("sagittal");
-  };
-  bool any = limits(reader);
-  if (const Json* fields = reader.get("fields")) {
-    if (!fields->is_array() || fields->empty()) {
-      reader.complain("fields", "expected a list of fields, each a name or {\"name\": ..., \"tangential\": ...}");
-    } else {
-      std::map<std::string, std::string> places;  // pointers by name
-      for (std::size_t i = 0; i < fields->size(); ++i) {
-        const Json& value = (*fields)[i];
-        const std::string place = reader.pointer_to("fields") + "/" + std::to_string(i);
-        std::string name = value.is_string() ? value.get<std::string>() : "";
-        if (!value.is_string()) {
-          ObjectReader field(source, place, problems);
-          name = field.required_string("name");
-          any = limits(field) || any;
-          field.reject_unknown();
-        }
-        const auto [first, is_new] = places.emplace(name, place);
-        if (is_new || name.empty()) continue;
-        const Problem before = source.problem(first->second, "");
-        problems.push_back(source.problem(place, "duplicate field '" + name + "', already listed at line " +
-                                                     std::to_string(before.line) + ", column " +
-                                                     std::to_string(before.column)));
-      }
-    }
+  const Json& field_mtf = source.root().at(Json::json_pointer(pointer));
+  const auto has_limit = [](const Json& of) { return of.contains("tangential") || of.contains("sagittal"); };
+  bool any = has_limit(field_mtf);
+  std::map<std::string, std::string> places;  // pointers by name
+  const Json& fields = list_of(field_mtf, "fields");
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const std::string place = pointer + "/fields/" + std::to_string(i);
+    const std::string name = fields[i].is_string() ? fields[i].get<std::string>() : text_of(fields[i], "name");
+    any = any || has_limit(fields[i]);
+    const auto [first, is_new] = places.emplace(name, place);
+    if (is_new || name.empty()) continue;
+    const Problem before = source.problem(first->second, "");
+    problems.push_back(source.problem(place, "duplicate field '" + name + "', already listed at line " +
+                                                 std::to_string(before.line) + ", column " +
+                                                 std::to_string(before.column)));
   }
-  if (!any) reader.complain("", "expected a limit: 'tangential' or 'sagittal', here or in 'fields'");
-  reader.reject_unknown();
+  if (!any)
+    problems.push_back(source.problem(pointer, "expected a limit: 'tangential' or 'sagittal', here or in 'fields'"));
 }
 
 }  // namespace
@@ -73,21 +60,10 @@ MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& p
 }
 
 void check_specification(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems) {
-  ObjectReader reader(source, pointer, problems);
-  reader.number("rmse", 0, 0, kInfinity);
-  if (reader.get("mtf")) {
-    ObjectReader mtf(source, reader.pointer_to("mtf"), problems);
-    constexpr double kCoarsest = 1e-6, kFinest = 1e6;
-    mtf.required_number("lp_per_mm", kCoarsest, kFinest);
-    mtf.number("centre", 0, 0, 1);
-    mtf.number("corner", 0, 0, 1);
-    mtf.boolean("diffraction", false);
-    mtf.reject_unknown();
-  }
-  if (reader.get("field_mtf")) check_field_mtf(source, reader.pointer_to("field_mtf"), problems);
-  for (const Criterion one : kCriteria)
-    if (one != Criterion::field_mtf) reader.number(std::string(entry_of(one).key), 0, 0, kInfinity);
-  reader.reject_unknown();
+  static const Schema schema(relign_schema_spec, relign_schema_spec_size);
+  schema.checked(source, pointer, "", problems);
+  if (const std::string place = pointer + "/field_mtf"; source.root().contains(Json::json_pointer(place)))
+    check_field_mtf(source, place, problems);
 }
 
 }  // namespace relign
