@@ -16,8 +16,8 @@
 #include "cli/exit_codes.h"
 #include "cli/progress.h"
 #include "plugin_host/catalog.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/objects.h"
-#include "plugin_host/sandbox.h"
 
 namespace relign::cli {
 

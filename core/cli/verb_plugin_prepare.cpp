@@ -7,7 +7,7 @@
 #include "cli/app.h"
 #include "cli/interrupt.h"
 #include "cli/pretraining_job.h"
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 
 namespace relign::cli {
 namespace {

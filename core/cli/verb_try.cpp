@@ -16,7 +16,7 @@
 #include "cli/interrupt.h"
 #include "cli/pretraining_job.h"
 #include "cli/workbench.h"
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 #include "runner/merits.h"
 #include "trials/trial.h"
 

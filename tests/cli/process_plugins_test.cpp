@@ -238,12 +238,12 @@ class Asks(Optimizer):
         assert image.shape == wanted.shape
         squares = sum((float(image[y, x]) - float(wanted[y, x])) ** 2 for y in range(height) for x in range(width))
         print("rmse", (squares / (height * width)) ** 0.5)
-        names = [entry["name"] for entry in trial.measures()]
-        print("measures", names, trial.measure(names[0]))
-        drawn = trial.draw_prior(3)
-        assert drawn == trial.draw_prior(3) != trial.draw_prior(4)
+        names = [entry["name"] for entry in trial.measures().list()]
+        print("measures", names, trial.measures().measure(names[0]))
+        drawn = trial.prior().draw(3)
+        assert drawn == trial.prior().draw(3) != trial.prior().draw(4)
         print("prior", sorted(drawn))
-        for wrong in (lambda: trial.measure("beauty"), lambda: trial.draw_prior(-1), lambda: trial.box):
+        for wrong in (lambda: trial.measures().measure("beauty"), lambda: trial.prior().draw(-1), lambda: trial.box):
             try: wrong()
             except (ValueError, RuntimeError) as error: print("refused", error)
             else: assert False

@@ -17,9 +17,9 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SETTINGS = ROOT / "python" / "pyproject.toml"
 PACKAGE = ROOT / "python" / "relign_bench"
-SCRIPTS = (".ci/tidy", "docs/site", "examples", "python/build_wheel.py", "reports/paper", "templates", "tests/format",
-           "tests/licences", "tests/peers", "tests/plugin_api", "tests/python", "tests/python_style", "tests/release",
-           "tests/workflows")
+SCRIPTS = (".ci/tidy", "core/plugin_api", "docs/site", "examples", "python/build_wheel.py", "reports/paper",
+           "templates", "tests/format", "tests/licences", "tests/peers", "tests/python", "tests/python_style",
+           "tests/release", "tests/workflows")
 OLDEST = (3, 9)
 PYTHONS = (ROOT / ".python" / "bin" / "python", pathlib.Path(sys.executable))
 

@@ -16,7 +16,7 @@
 #include "base/json_source.h"
 #include "conformance/fake_services.h"
 #include "conformance/synthetic.h"
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 
 extern char** environ;
 

@@ -53,6 +53,14 @@ class LibraryObject {
     if (status != RELIGN_OK) host_.throw_failure(what, if_not);
   }
 
+  // The same for a function that a plugin may lack: false when it returned RELIGN_UNSUPPORTED.
+  template <class Body>
+  bool offers(const char* what, const char* if_not, Body&& body) {
+    const relign_status status = host_.call(what, [&](const FloatingPointState&) -> relign_status { return body(); });
+    if (status == RELIGN_STOP) host_.throw_failure(what, if_not);
+    return status == RELIGN_OK;
+  }
+
   // Runs `body` and ignores failures, for destructors.
   template <class Body>
   void quietly(Body&& body) noexcept {

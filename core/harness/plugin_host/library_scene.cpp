@@ -20,6 +20,12 @@ const relign_scene_interface& scene_table(const Manifest& manifest) {
   return table;
 }
 
+// Whether a table has all of these functions.
+template <class Table, class... Functions>
+bool is_complete(const Table& table, Functions... functions) {
+  return table.struct_size >= sizeof(Table) && ((table.*functions != nullptr) && ...);
+}
+
 std::uint32_t axes_of(const std::vector<double>& pose) { return static_cast<std::uint32_t>(pose.size()); }
 
 // Null for abilities that the scene does not offer.
@@ -87,12 +93,9 @@ class LibraryAssembly final : public AssemblyBackend {
     if (!can_.average) return std::nullopt;
     relign_average reached{};
     reached.struct_size = sizeof reached;
-    bool offered = true;
-    scene_.demand("render_average", "it returned no image and no reason", [&] {
-      const relign_status status =
-          can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error, samples, pixels, &reached);
-      offered = status != RELIGN_UNSUPPORTED;
-      return offered ? status : RELIGN_OK;
+    const bool offered = scene_.offers("render_average", "it returned no image and no reason", [&] {
+      return can_.average->render(object_, true_pose.data(), axes_of(true_pose), seed, error, samples, pixels,
+                                  &reached);
     });
     if (!offered) return std::nullopt;
     return MountedAssembly::Average{reached.standard_error, reached.samples};
@@ -102,13 +105,9 @@ class LibraryAssembly final : public AssemblyBackend {
     if (!can_.optimum) return std::nullopt;
     MountedAssembly::Optimum found;
     found.true_pose.resize(axes);
-    bool offered = true;
-    scene_.demand("own_optimum", "it returned no optimum and no reason", [&] {
-      const relign_status status =
-          can_.optimum->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes), &found.truth.mse,
-                             &found.truth.standard_error);
-      offered = status != RELIGN_UNSUPPORTED;
-      return offered ? status : RELIGN_OK;
+    const bool offered = scene_.offers("own_optimum", "it returned no optimum and no reason", [&] {
+      return can_.optimum->find(object_, seed, found.true_pose.data(), static_cast<std::uint32_t>(axes),
+                                &found.truth.mse, &found.truth.standard_error);
     });
     return offered ? std::optional(found) : std::nullopt;
   }
@@ -117,11 +116,8 @@ class LibraryAssembly final : public AssemblyBackend {
     if (!can_.mtf) return std::nullopt;
     relign_field_mtf told{};
     told.struct_size = sizeof told;
-    bool offered = true;
-    scene_.demand("mtf", "it returned no MTF and no reason", [&] {
-      const relign_status status = can_.mtf->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &told);
-      offered = status != RELIGN_UNSUPPORTED;
-      return offered ? status : RELIGN_OK;
+    const bool offered = scene_.offers("mtf", "it returned no MTF and no reason", [&] {
+      return can_.mtf->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &told);
     });
     if (!offered) return std::nullopt;
     return MountedAssembly::FieldMtf{told.centre, told.corner};
@@ -139,12 +135,8 @@ class LibraryAssembly final : public AssemblyBackend {
     values.y_px = y.data();
     values.tangential = tangential.data();
     values.sagittal = sagittal.data();
-    bool offered = true;
-    scene_.demand("fields", "it returned no fields and no reason", [&] {
-      const relign_status status =
-          can_.fields->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &values);
-      offered = status != RELIGN_UNSUPPORTED;
-      return offered ? status : RELIGN_OK;
+    const bool offered = scene_.offers("fields", "it returned no fields and no reason", [&] {
+      return can_.fields->measure(object_, true_pose.data(), axes_of(true_pose), lp_per_mm, &values);
     });
     std::vector<MountedAssembly::FieldValues> found;
     for (std::size_t i = 0; offered && i < which.size(); ++i) found.push_back({x[i], y[i], tangential[i], sagittal[i]});
@@ -164,29 +156,19 @@ class LibraryScene final : public SceneBackend {
     const relign_scene_interface& table = object_.table();
     if (!RELIGN_HAS_MEMBER(&table, get_extension) || !table.get_extension) return;
     object_.demand("get_extension", "", [&] {
-      const auto ask = [&](const char* id) { return table.get_extension(object_.get(), {id, std::strlen(id)}); };
-      can_.noise_free = static_cast<const relign_scene_noise_free*>(ask(RELIGN_SCENE_NOISE_FREE));
-      can_.optimum = static_cast<const relign_scene_optimum*>(ask(RELIGN_SCENE_OPTIMUM));
-      can_.mtf = static_cast<const relign_scene_mtf*>(ask(RELIGN_SCENE_MTF));
-      can_.average = static_cast<const relign_scene_average*>(ask(RELIGN_SCENE_AVERAGE));
-      can_.fields = static_cast<const relign_scene_fields*>(ask(RELIGN_SCENE_FIELDS));
-      can_.regions = static_cast<const relign_scene_regions*>(ask(RELIGN_SCENE_REGIONS));
-      can_.batch = static_cast<const relign_scene_batch*>(ask(RELIGN_SCENE_BATCH));
-      stage_ = static_cast<const relign_scene_stage*>(ask(RELIGN_SCENE_STAGE));
+      find(can_.noise_free, RELIGN_SCENE_NOISE_FREE, &relign_scene_noise_free::render);
+      find(can_.optimum, RELIGN_SCENE_OPTIMUM, &relign_scene_optimum::find);
+      find(can_.mtf, RELIGN_SCENE_MTF, &relign_scene_mtf::measure);
+      find(can_.average, RELIGN_SCENE_AVERAGE, &relign_scene_average::render);
+      find(can_.fields, RELIGN_SCENE_FIELDS, &relign_scene_fields::measure);
+      find(can_.regions, RELIGN_SCENE_REGIONS, &relign_scene_regions::capture);
+      find(can_.batch, RELIGN_SCENE_BATCH, &relign_scene_batch::open, &relign_scene_batch::capture,
+           &relign_scene_batch::noise_free_mse);
+      stage_ = static_cast<const relign_scene_stage*>(extension(RELIGN_SCENE_STAGE));
       return RELIGN_OK;
     });
-    if (can_.noise_free && (!RELIGN_HAS_MEMBER(can_.noise_free, render) || !can_.noise_free->render))
-      can_.noise_free = nullptr;
-    if (can_.optimum && (!RELIGN_HAS_MEMBER(can_.optimum, find) || !can_.optimum->find)) can_.optimum = nullptr;
-    if (can_.mtf && (!RELIGN_HAS_MEMBER(can_.mtf, measure) || !can_.mtf->measure)) can_.mtf = nullptr;
-    if (can_.average && (!RELIGN_HAS_MEMBER(can_.average, render) || !can_.average->render)) can_.average = nullptr;
-    if (can_.fields && (!RELIGN_HAS_MEMBER(can_.fields, measure) || !can_.fields->measure)) can_.fields = nullptr;
-    if (can_.regions && (!RELIGN_HAS_MEMBER(can_.regions, capture) || !can_.regions->capture)) can_.regions = nullptr;
-    if (can_.batch && (!RELIGN_HAS_MEMBER(can_.batch, noise_free_mse) || !can_.batch->open || !can_.batch->capture ||
-                       !can_.batch->noise_free_mse))
-      can_.batch = nullptr;
     if (!stage_) return;
-    if (!RELIGN_HAS_MEMBER(stage_, capture) || !stage_->begin || !stage_->move_by || !stage_->capture)
+    if (!is_complete(*stage_, &relign_scene_stage::begin, &relign_scene_stage::move_by, &relign_scene_stage::capture))
       refuse("get_extension", std::string(RELIGN_SCENE_STAGE) + " lacks begin, move_by or capture");
   }
 
@@ -214,12 +196,8 @@ class LibraryScene final : public SceneBackend {
   std::string open_gpu() override {
     if (!can_.batch) return SceneBackend::open_gpu();
     const TextSink why;
-    bool offered = true;
-    object_.demand("open", "it returned no reason", [&] {
-      const relign_status status = can_.batch->open(object_.get(), why.sink());
-      offered = status != RELIGN_UNSUPPORTED;
-      return offered ? status : RELIGN_OK;
-    });
+    const bool offered =
+        object_.offers("open", "it returned no reason", [&] { return can_.batch->open(object_.get(), why.sink()); });
     if (offered) return "";
     return why.text().empty() ? "it gave no reason" : why.text();
   }
@@ -278,6 +256,14 @@ class LibraryScene final : public SceneBackend {
   }
 
  private:
+  const void* extension(const char* id) { return object_.table().get_extension(object_.get(), {id, std::strlen(id)}); }
+  // Null unless the scene offers the ability with all of its functions.
+  template <class Table, class... Functions>
+  void find(const Table*& ability, const char* id, Functions... functions) {
+    ability = static_cast<const Table*>(extension(id));
+    if (ability && !is_complete(*ability, functions...)) ability = nullptr;
+  }
+
   // Calls body(the batch as the plugin gets it, number of axes).
   template <class Body>
   void with_table(const Batch& batch, const Body& body) {

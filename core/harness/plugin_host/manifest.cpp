@@ -10,7 +10,6 @@
 
 #include "base/inside.h"
 #include "base/text.h"
-#include "plugin_host/pretraining.h"
 #include "plugin_host/training.h"
 
 namespace relign::plugin_host {
@@ -373,6 +372,18 @@ Manifest read_manifest(const std::filesystem::path& file) {
 
 Manifest read_manifest_text(const std::string& text, const std::filesystem::path& file) {
   return read_or_refuse(file, [&] { return JsonSource::from_text(text, file.string() + " --manifest"); });
+}
+
+std::string nesting_mistake(const Manifest& outer, const Manifest& inner, bool start_is_hidden) {
+  const auto observes = [](const Manifest& manifest, std::uint32_t what) {
+    return (manifest.observed_bits() & what) != 0;
+  };
+  const bool outer_has_start = outer.oracle || (!start_is_hidden && observes(outer, RELIGN_OBSERVES_START));
+  if (inner.oracle && !outer_has_start)
+    return "'" + inner.id + "' cannot run inside '" + outer.id +
+           "': it is an oracle, which needs the start pose, and '" + outer.id + "' does not get it here; list '" +
+           inner.id + "' as a method of its own, or use the protocol 'paper'";
+  return "";
 }
 
 }  // namespace relign::plugin_host

@@ -96,4 +96,7 @@ Manifest read_manifest_text(const std::string& text, const std::filesystem::path
 // Checks a value against a parameter. Returns a message, or an empty string when it is valid.
 std::string check_parameter(const Parameter& parameter, const Json& value);
 
+// Why `inner` cannot run inside `outer`, as a sentence; "" if it can. start_is_hidden: by the protocol or a station.
+std::string nesting_mistake(const Manifest& outer, const Manifest& inner, bool start_is_hidden);
+
 }  // namespace relign::plugin_host

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "plugin_host/process_numbers.h"
+#include "plugin_host/process_child.h"
 
 namespace relign::plugin_host {
 namespace {

@@ -12,13 +12,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <thread>
 #include <utility>
 
 #include "base/error.h"
+#include "plugin_host/confinement_status.h"
 #include "plugin_host/process_session.h"
-#include "plugin_host/sandbox_status.h"
 
 namespace relign::plugin_host {
 namespace {
@@ -367,6 +368,17 @@ void ChildProcess::take_reason_of_sandbox() {
   how_it_ended_ = "was " + (last_output_.empty() ? kEndedPrefix : last_output_.back());
   if (!last_output_.empty()) last_output_.pop_back();
   if (!last_output_.empty() && last_output_.back().empty()) last_output_.pop_back();  // separates it from others
+}
+
+void append_number(std::string& text, double value) { text += std::isfinite(value) ? shortest(value) : "null"; }
+
+void append_numbers(std::string& text, const double* values, std::size_t count) {
+  text += '[';
+  for (std::size_t i = 0; i < count; ++i) {
+    if (i > 0) text += ',';
+    append_number(text, values[i]);
+  }
+  text += ']';
 }
 
 }  // namespace relign::plugin_host

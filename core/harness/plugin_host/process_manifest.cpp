@@ -8,8 +8,8 @@
 #include "base/hash.h"
 #include "base/json_members.h"
 #include "base/text.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/process_plugin.h"
-#include "plugin_host/sandbox.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;

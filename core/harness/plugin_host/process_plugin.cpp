@@ -7,8 +7,8 @@
 
 #include "base/files.h"
 #include "base/text.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/process_manifest.h"
-#include "plugin_host/sandbox.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;

@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cmath>
 
-#include "plugin_host/process_numbers.h"
+#include "plugin_host/process_child.h"
 #include "plugin_host/process_plugin.h"
 #include "plugin_host/scene_backend.h"
 

@@ -1,7 +1,7 @@
 #include "runner/plan_pretraining.h"
 
 #include "base/error.h"
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 
 namespace relign::runner {
 

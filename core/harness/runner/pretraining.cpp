@@ -6,7 +6,7 @@
 
 #include "base/hash.h"
 #include "base/text.h"
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 #include "runner/pretraining_store.h"
 #include "runner/provenance.h"
 

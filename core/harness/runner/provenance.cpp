@@ -8,9 +8,9 @@
 #include "base/hash.h"
 #include "base/json_members.h"
 #include "base/machine.h"
-#include "plugin_host/choice_json.h"
+#include "plugin_host/catalog.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/objects.h"
-#include "plugin_host/sandbox.h"
 #include "plugin_host/training.h"
 #include "records/record.h"
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "plugin_host/sandbox.h"
+#include "plugin_host/confinement.h"
 
 namespace relign::runner {
 

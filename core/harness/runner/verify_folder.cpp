@@ -10,7 +10,7 @@
 #include "base/hash.h"
 #include "base/json_members.h"
 #include "base/text.h"
-#include "plugin_host/choice_json.h"
+#include "plugin_host/catalog.h"
 #include "records/manifest_check.h"
 #include "records/processor.h"
 #include "records/results_folder.h"

@@ -22,8 +22,8 @@
 #include <tuple>
 
 #include "base/fault.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/process_session.h"
-#include "plugin_host/sandbox.h"
 #include "runner/pictures.h"
 #include "runner/pretraining.h"
 #include "runner/trial_journal.h"

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "base/error.h"
-#include "plugin_host/choice_json.h"
+#include "plugin_host/catalog.h"
 #include "plugin_host/objects.h"
 
 namespace relign::runner {

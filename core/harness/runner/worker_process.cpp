@@ -7,8 +7,8 @@
 
 #include "base/machine.h"
 #include "base/text.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/process_session.h"
-#include "plugin_host/sandbox.h"
 #include "runner/trial_journal.h"
 #include "runner/trial_log.h"
 #include "runner/trial_runner.h"

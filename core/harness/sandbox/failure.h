@@ -8,7 +8,7 @@
 #include <cstring>
 #include <string>
 
-#include "plugin_host/sandbox_status.h"
+#include "plugin_host/confinement_status.h"
 
 namespace relign::sandbox {
 

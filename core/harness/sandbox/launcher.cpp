@@ -1,5 +1,5 @@
 // relign-sandbox: runs a command as `--sandbox` promises (docs/sandbox.md), in name spaces of its own, without rights,
-// with limits. Started by plugin_host/sandbox.cpp, which gives it the descriptors and the environment of a plugin.
+// with limits. Started by plugin_host/confinement.cpp, which gives it the descriptors and the environment of a plugin.
 //
 //   relign-sandbox [show|hide PATH | folder DIR | memory|processes|disk COUNT]... -- COMMAND...
 //   relign-sandbox -- (without a command)      builds a sandbox, and ends: exit status 0 where the system allows it
@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "plugin_host/sandbox_status.h"
+#include "plugin_host/confinement_status.h"
 #include "sandbox/failure.h"
 #include "sandbox/file_view.h"
 #include "sandbox/supervisor.h"

@@ -7,9 +7,9 @@
 
 #include "base/error.h"
 #include "base/fault.h"
+#include "plugin_host/confinement.h"
 #include "plugin_host/manifest.h"
 #include "plugin_host/objects.h"
-#include "plugin_host/sandbox.h"
 #include "sandbox/connection.h"
 #include "sandbox/remote_trial.h"
 

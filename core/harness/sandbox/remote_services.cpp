@@ -8,7 +8,7 @@
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/pixel_region.h"
-#include "plugin_host/process_numbers.h"
+#include "plugin_host/process_child.h"
 
 namespace relign::sandbox {
 namespace {
@@ -124,6 +124,7 @@ const relign_image* RemoteServices::latest_image() {
 }
 
 Json RemoteServices::ask(const char* service, const char* call, Json::initializer_list_t arguments) {
+  if (std::this_thread::get_id() != thread_) return {{"message", "refused"}};
   Json request = Json::object(arguments);
   request["message"] = "service";
   request["service"] = service;

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "plugin_host/service_tables.h"
@@ -59,7 +60,7 @@ class RemoteServices {
 
   // For the functions of each table, whose context is this object.
   static RemoteServices& self(void* context) { return *static_cast<RemoteServices*>(context); }
-  // Sends a request of a service, and keeps the text of a failure for why().
+  // Sends a request of a service, and keeps the text of a failure for why(). Refused in another thread than run's.
   Json ask(const char* service, const char* call, Json::initializer_list_t arguments);
   bool has_axes(std::uint32_t axes);
   relign_status put(relign_text data);  // where the host reads it
@@ -76,6 +77,7 @@ class RemoteServices {
   Connection& connection_;
   std::uint32_t width_ = 0, height_ = 0;  // of the trial's images; 0: none
   std::size_t axes_;
+  const std::thread::id thread_ = std::this_thread::get_id();
   std::string why_;
   relign_image latest_{}, reference_{};
   std::map<std::string, std::string> kept_;

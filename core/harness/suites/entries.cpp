@@ -8,7 +8,7 @@
 #include "base/characters.h"
 #include "base/limits.h"
 #include "base/text.h"
-#include "plugin_host/nesting.h"
+#include "plugin_host/manifest.h"
 #include "plugin_host/training.h"
 
 namespace relign::suites {

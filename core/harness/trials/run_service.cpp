@@ -6,7 +6,7 @@
 #include "base/json_source.h"
 #include "base/seeds.h"
 #include "base/text.h"
-#include "plugin_host/nesting.h"
+#include "plugin_host/manifest.h"
 #include "trials/nested.h"
 #include "trials/service_answer.h"
 #include "trials/trial_host.h"

@@ -106,16 +106,24 @@ class History : public border::Service<relign_history_service> {
   }
 };
 
-// The services as members of Trial. Each throws std::logic_error when the host does not offer it; the message names what
-// the manifest lacks.
+// The services as members of Trial. Each throws std::logic_error when the host does not offer it; the message names
+// what the manifest lacks.
 class TrialServices : public border::TrialTable {
  public:
   using TrialTable::TrialTable;
 
-  Measures measures() const { return {*this, offered<relign_measures_service>(RELIGN_SERVICE_MEASURES, RELIGN_OBSERVES_IMAGES, "images")}; }
-  Regions regions() const { return {*this, offered<relign_regions_service>(RELIGN_SERVICE_REGIONS, RELIGN_OBSERVES_IMAGES, "images")}; }
-  Prior prior() const { return {*this, offered<relign_prior_service>(RELIGN_SERVICE_PRIOR, RELIGN_OBSERVES_LEVEL, "level")}; }
-  History history() const { return {*this, offered<relign_history_service>(RELIGN_SERVICE_HISTORY, RELIGN_OBSERVES_HISTORY, "history")}; }
+  Measures measures() const {
+    return {*this, offered<relign_measures_service>(RELIGN_SERVICE_MEASURES, RELIGN_OBSERVES_IMAGES, "images")};
+  }
+  Regions regions() const {
+    return {*this, offered<relign_regions_service>(RELIGN_SERVICE_REGIONS, RELIGN_OBSERVES_IMAGES, "images")};
+  }
+  Prior prior() const {
+    return {*this, offered<relign_prior_service>(RELIGN_SERVICE_PRIOR, RELIGN_OBSERVES_LEVEL, "level")};
+  }
+  History history() const {
+    return {*this, offered<relign_history_service>(RELIGN_SERVICE_HISTORY, RELIGN_OBSERVES_HISTORY, "history")};
+  }
 };
 
 }  // namespace relign

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 
-#include "plugin_host/choice_json.h"
 #include "plugin_host/objects.h"
 #include "test_folder.h"
 

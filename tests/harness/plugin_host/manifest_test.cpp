@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <relign/plugin.h>
 
-#include "plugin_host/pretraining.h"
+#include "plugin_host/training.h"
 #include "test_folder.h"
 
 namespace relign::plugin_host {

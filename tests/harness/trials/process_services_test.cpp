@@ -5,6 +5,7 @@
 
 #include <cstdlib>
 
+#include "plugin_host/confinement.h"
 #include "plugin_host/test_folder.h"
 #include "trials/fakes.h"
 #include "trials/pretraining.h"
@@ -77,8 +78,13 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
       ["run", "then", 10], ["step", [0.5, 0.5, 0.5]]])");
   ServiceTrial library(kLibrary, {{"script", script}}, {{"noise", 0.05}, {"regions", true}});
   ServiceTrial python(kPython, {{"script", script}}, {{"noise", 0.05}, {"regions", true}});
-  library.terms.budget = python.terms.budget = 5;
-  for (ServiceTrial* trial : {&library, &python}) {
+  // The same library in a process of its own.
+  ServiceTrial sandboxed(kLibrary, {{"script", script}}, {{"noise", 0.05}, {"regions", true}});
+  sandboxed.algorithm_services.sandbox = std::make_shared<plugin_host::Sandbox>();
+  std::vector<ServiceTrial*> processes = {&python};
+  if (plugin_host::sandbox_problem().empty()) processes.push_back(&sandboxed);
+  for (ServiceTrial* trial : {&library, &python, &sandboxed}) {
+    trial->terms.budget = 5;
     trial->level = std::make_unique<plugin_host::NoiseLevel>(
         fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
     trial->instance.perturbations.batch = ModuleBatch{5, {0, 0.01, 0}, {0.001, 0.001, 0}};
@@ -86,18 +92,19 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
                            {"right", {}, {}, images::Region{2, 0, 1, 2}}};
   }
   const TrialResult in_library = library.run();
-  expect_equal(in_library, python.run());
+  for (ServiceTrial* trial : processes) expect_equal(in_library, trial->run());
   EXPECT_THAT(in_library.steps, SizeIs(6));
   EXPECT_EQ(in_library.steps[1].regions, (PixelRegions{{1, 0, 2, 1}})) << "the last selection";
   EXPECT_THAT(library.logged("refused"), IsEmpty());
   EXPECT_THAT(library.logged("run"), SizeIs(4));
   EXPECT_THAT(library.logged("model"), SizeIs(2));
   EXPECT_THAT(library.answer("history"), SizeIs(3));
-  for (const char* word : {"reference", "measure", "select", "list", "draw", "history", "model", "step", "run", "seen",
-                           "answer", "refused"})
-    EXPECT_EQ(library.logged(word), python.logged(word)) << word;
-  // The inner algorithm's seeds are equal, too.
-  EXPECT_EQ(library.logged("task"), python.logged("task"));
+  for (const ServiceTrial* trial : processes)
+    for (const char* word :
+         {"reference", "measure", "select", "list", "draw", "history", "model", "step", "run", "seen", "answer",
+          "refused", "task"})  // "task": the inner algorithm's seeds are equal, too
+      EXPECT_EQ(library.logged(word), trial->logged(word))
+          << word << (trial == &python ? " in Python" : " in a sandbox");
 }
 
 TEST_F(ProcessServices, RejectWithTheSameMessages) {

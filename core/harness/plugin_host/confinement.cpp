@@ -1,4 +1,4 @@
-#include "plugin_host/sandbox.h"
+#include "plugin_host/confinement.h"
 
 #include <algorithm>
 #include <cstdlib>
