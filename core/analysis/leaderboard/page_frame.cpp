@@ -62,11 +62,6 @@ main:focus { outline: none; }
 .board ul.plain { margin: 6px 0; padding-left: 20px; overflow-wrap: anywhere; }
 .board .scroll { padding-bottom: 2px; }
 .board footer { margin-top: 44px; padding-top: 10px; border-top: 1px solid var(--line); color: var(--quiet); font-size: 13px; }
-.costs .axis { color: var(--quiet); }
-.costs .front { color: var(--accent); }
-.costs .behind { color: var(--s-oracle); }
-.costs .staircase { color: var(--accent); stroke-opacity: .55; }
-.costs .labels text { paint-order: stroke; stroke: var(--paper); stroke-width: 3px; }
 @media (max-width: 640px) {
   .board .ranking thead th.name, .board .ranking tbody tr:not(.group) th { min-width: 150px; width: 150px; max-width: 150px; }
   .board dl { grid-template-columns: minmax(0, 1fr); gap: 0; }
@@ -74,14 +69,6 @@ main:focus { outline: none; }
   .board .who { margin-left: 0; }
 }
 @media print { .skip, .board nav { display: none; } }
-)";
-
-constexpr const char* kStart = R"('use strict';
-(() => {
-  relignSorting.start();
-  const data = JSON.parse(document.getElementById('report-data').textContent);
-  if (data) relignReplay.start(data);
-})();
 )";
 
 std::string navigation_html(const SitePage& page) {
@@ -107,26 +94,13 @@ std::string footer_html(const SitePage& page) {
 }  // namespace
 
 std::string framed(const SitePage& page) {
-  std::vector<std::string> scripts = {std::string(assets::sorting_js())};
-  if (!page.data.is_null()) {
-    scripts.emplace_back(assets::curves_js());  // number formats of the replay
-    scripts.emplace_back(assets::replay_js());
-  }
-  scripts.emplace_back(kStart);
-  std::string sources, elements;
-  for (const std::string& script : scripts) {
-    sources += (sources.empty() ? "" : " ") + report::script_source(script);
-    elements += "<script>" + script + "</script>\n";
-  }
-  return report::filled(kFrame, {{"script_sources", sources},
-                                 {"title", html_escaped(page.title)},
-                                 {"style", std::string(assets::page_css()) + std::string(kStyle)},
-                                 {"navigation", navigation_html(page)},
-                                 {"main", page.main},
-                                 {"footer", footer_html(page)},
-                                 {"definitions", page.definitions},
-                                 {"data", json_for_script(page.data)},
-                                 {"scripts", elements}});
+  return report::document(kFrame,
+                          {{"title", html_escaped(page.title)},
+                           {"navigation", navigation_html(page)},
+                           {"main", page.main},
+                           {"footer", footer_html(page)},
+                           {"definitions", page.definitions}},
+                          page.data, kStyle);
 }
 
 std::string replay_html(const std::string& strips) {

@@ -63,7 +63,7 @@ struct ShownFirst {
   std::string scene, noise_level, protocol, algorithm;
 };
 
-inline constexpr std::size_t kMaxPictureBytes = 400'000;  // of the page, to keep that of a quick suite under 1 MB
+inline constexpr std::size_t kMaxPictureBytes = 340'000;  // of the page, to keep that of a quick suite under 700 kB
 
 // Pictures of `first` are embedded before all others. Does not throw for errors inside the folder, which are listed in
 // Gallery::problems.

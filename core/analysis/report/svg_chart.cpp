@@ -65,7 +65,7 @@ double last_y(const ChartSeries& series) {
 
 class Drawing {
  public:
-  Drawing(HtmlWriter& html, const Chart& chart, ChartUse use) : html_(html), chart_(chart), use_(use) {
+  Drawing(HtmlWriter& html, const Chart& chart) : html_(html), chart_(chart) {
     std::vector<double> xs, ys;
     double longest = 0;
     for (const ChartSeries& series : chart.series) {
@@ -77,7 +77,7 @@ class Drawing {
     }
     for (const ChartLevel& level : chart.levels) ys.push_back(level.y);
     right_ = chart.width - kMargin - 8 - kCharacter * std::min(longest, kMaxLabelCharacters);
-    top_ = kMargin + (use == ChartUse::alone ? kTitle : 0);
+    top_ = kMargin + kTitle;
     bottom_ = chart.height - kBottom;
     const Range x = range_of(chart.x, xs, false), y = range_of(chart.y, ys, true);
     x_.emplace(x.low, x.high, x.logarithmic, kLeft, right_);
@@ -86,22 +86,22 @@ class Drawing {
 
   void draw() {
     const std::string width = pixels_text(chart_.width), height = pixels_text(chart_.height);
-    Attributes attributes = {{"class", "figure"}, {"viewBox", "0 0 " + width + " " + height},
-                             {"role", "img"},     {"aria-label", chart_.title},
-                             {"font-size", "11"}, {"fill", "none"}};
-    if (use_ == ChartUse::alone) {
-      attributes.insert(attributes.begin(), {"xmlns", "http://www.w3.org/2000/svg"});
-      attributes.insert(attributes.end(),
-                        {{"width", width}, {"height", height}, {"font-family", "Helvetica, Arial, sans-serif"}});
-    }
-    html_.open("svg", attributes).text("\n");
-    if (use_ == ChartUse::alone) {
-      html_.element("title", chart_.title);
-      html_.empty("rect", {{"width", width}, {"height", height}, {"fill", "#ffffff"}}).text("\n");
-      group("axis", kInk);
-      text(kLeft, kMargin + 11, chart_.title, "start", {{"font-weight", "600"}, {"font-size", "13"}});
-      html_.close();
-    }
+    html_
+        .open("svg", {{"xmlns", "http://www.w3.org/2000/svg"},
+                      {"viewBox", "0 0 " + width + " " + height},
+                      {"role", "img"},
+                      {"aria-label", chart_.title},
+                      {"font-size", "11"},
+                      {"fill", "none"},
+                      {"width", width},
+                      {"height", height},
+                      {"font-family", "Helvetica, Arial, sans-serif"}})
+        .text("\n");
+    html_.element("title", chart_.title);
+    html_.empty("rect", {{"width", width}, {"height", height}, {"fill", "#ffffff"}}).text("\n");
+    group(kInk);
+    text(kLeft, kMargin + 11, chart_.title, "start", {{"font-weight", "600"}, {"font-size", "13"}});
+    html_.close();
     axes();
     // Bands below all lines.
     for (const ChartSeries& series : chart_.series) band(series);
@@ -112,19 +112,10 @@ class Drawing {
   }
 
  private:
-  void group(const std::string& name, const std::string& colour) {
-    if (use_ == ChartUse::in_page)
-      html_.open("g", {{"class", name}});
-    else
-      html_.open("g", {{"color", colour}});
-  }
+  void group(const std::string& colour) { html_.open("g", {{"color", colour}}); }
   void series_group(const ChartSeries& series) {
-    const auto count = static_cast<int>(series_colours().size());
-    if (series.style < 0)
-      group("s-oracle", "#6a7380");
-    else
-      group("s" + std::to_string(series.style % count),
-            series_colours()[static_cast<std::size_t>(series.style % count)]);
+    const std::size_t count = series_colours().size();
+    group(series.style < 0 ? "#6a7380" : series_colours()[static_cast<std::size_t>(series.style) % count]);
   }
 
   void text(double x, double y, const std::string& words, const char* anchor, const Attributes& more = {}) {
@@ -143,7 +134,7 @@ class Drawing {
   void axes() {
     std::string grid, frame = "M" + pixels_text(kLeft) + " " + pixels_text(top_) + "V" + pixels_text(bottom_) + "H" +
                               pixels_text(right_);
-    group("axis", kInk);
+    group(kInk);
     const auto mark_x = [&](double value, const std::string& words) {
       const double place = (*x_)(value);
       frame += "M" + pixels_text(place) + " " + pixels_text(bottom_) + "v4";
@@ -247,7 +238,7 @@ class Drawing {
   void draw_level(const ChartLevel& level) {
     if (!drawable(level.y)) return;
     const double y = (*y_)(level.y);
-    group("axis", kInk);
+    group(kInk);
     path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
          {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
     // Below its line if another line is close above, whose label is between the two.
@@ -277,18 +268,15 @@ class Drawing {
 
   HtmlWriter& html_;
   const Chart& chart_;
-  ChartUse use_;
   double right_ = 0, top_ = 0, bottom_ = 0;
   std::optional<ChartScale> x_, y_;
 };
 
 }  // namespace
 
-void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use) { Drawing(html, chart, use).draw(); }
-
 std::string chart_svg(const Chart& chart) {
   HtmlWriter html;
-  draw_chart(html, chart, ChartUse::alone);
+  Drawing(html, chart).draw();
   return html.take();
 }
 

@@ -1,12 +1,13 @@
-// Charts as SVG: lines, step functions and marks with bands or intervals, on linear, logarithmic or categorical axes.
-// Equal charts give equal bytes. In a page they use its colours (page.css), which follow dark mode and print;
-// standalone files have their own colours on white.
+// Charts: lines, step functions and marks with bands or intervals, on linear, logarithmic or categorical axes.
+// A page has their specifications, which chart.js draws; files are drawn here, on white, and equal charts give equal
+// bytes.
 #pragma once
 
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "base/json_source.h"
 #include "markup/html_writer.h"
 
 namespace relign::report {
@@ -49,15 +50,14 @@ struct Chart {
   double width = 460, height = 280;
 };
 
-enum class ChartUse { in_page, alone };
-
 inline constexpr int kOracleStyle = -1;
 
 // The colours of styles 0, 1, ... on white; they repeat with the next dash pattern.
 const std::vector<std::string>& series_colours();
 std::string series_dash(int style);  // an SVG dash array; "" for a plain line
 
-void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use);
+// The specification, as chart.js reads it.
+Json chart_json(const Chart& chart);
 
 // A standalone file.
 std::string chart_svg(const Chart& chart);
