@@ -8,7 +8,7 @@
 #include "leaderboard/pareto.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
-#include "leaderboard/standings_html.h"
+#include "leaderboard/standings.h"
 
 namespace relign::leaderboard {
 namespace {

@@ -8,7 +8,8 @@
 #include "leaderboard/page_frame.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
-#include "leaderboard/standings_html.h"
+#include "leaderboard/standings.h"
+#include "report/page.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
 
@@ -296,15 +297,14 @@ std::string method_html(const Board& board, const std::string& method) {
   const std::set<std::string> names = names_of(*latest.round, method);
   const report::Gallery films = films_of(latest.round->gallery, names);
   const report::PageModel groups = groups_with(latest.round->page, names);
-  report::PageWriter strips(charts), versions(charts);
-  report::replay_section(strips, {groups, films, {}});
-  if (const std::string html = strips.take(); !html.empty()) {
-    page.main += replay_html(html);
+  if (const std::string replay = report::replay_html({groups, films, {}}); !replay.empty()) {
+    page.main += replay;
     page.definitions = report::picture_definitions(films);
     page.data["replay"] = report::replay_data(groups, films);
     for (const report::Group& group : groups.groups)
       page.data["groups"].push_back({{"label", group.label}, {"curves", Json::array()}});
   }
+  report::PageWriter versions(charts);
   if (const History* history = history_of(board, places)) history_section(versions, board, *history);
   page.main += versions.take();
   page.data["charts"] = std::move(charts);

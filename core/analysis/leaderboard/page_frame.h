@@ -22,7 +22,4 @@ struct SitePage {
 // The page is self-contained, and its policy allows its own scripts only.
 std::string framed(const SitePage& page);
 
-// The viewer of the report's page around `strips`, its HTML without scripts.
-std::string replay_html(const std::string& strips);
-
 }  // namespace relign::leaderboard

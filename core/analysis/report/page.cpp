@@ -64,6 +64,14 @@ std::string document(std::string_view page_template, std::map<std::string, std::
   return filled(page_template, parts);
 }
 
+std::string replay_html(const PageParts& parts) {
+  Json charts;
+  PageWriter out(charts);
+  film_strips(out, parts);
+  const std::string strips = out.take();
+  return strips.empty() ? "" : filled(assets::replay_html(), {{"strips", strips}});
+}
+
 std::string page_html(const PageModel& page, const Gallery& gallery, const FinalErrors& rmse) {
   const PageParts parts = {page, gallery, rmse};
   Json charts = Json::array();
@@ -81,15 +89,13 @@ std::string page_html(const PageModel& page, const Gallery& gallery, const Final
     }
     return html;
   };
-  const std::string replay = written(replay_section);
   std::map<std::string, std::string> places = {
       {"document_title", html_escaped((page.title.empty() ? "results" : page.title) + " - relign-bench")},
       {"title", written(title_section)},
       {"before", all(kBefore)},
       {"curve_cards", written(curve_cards)},
       {"curves_hidden", page.groups.empty() ? "hidden" : ""},
-      {"replay", replay},
-      {"replay_hidden", replay.empty() ? "hidden" : ""},
+      {"replay", replay_html(parts)},
       {"after", all(kAfter)},
       {"picture_definitions", picture_definitions(gallery)}};
   Json data = curve_data(page);

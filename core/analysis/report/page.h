@@ -10,6 +10,9 @@ namespace relign::report {
 
 std::string page_html(const PageModel& page, const Gallery& gallery, const FinalErrors& rmse);
 
+// The viewer of films with its strips, whose data is replay_data(); "" without films.
+std::string replay_html(const PageParts& parts);
+
 // A template (assets/) with its parts, besides style and scripts, which are the same on every page. `style`: more
 // rules; `data`: of the scripts. The content security policy allows exactly these scripts, so that injected markup
 // cannot run.

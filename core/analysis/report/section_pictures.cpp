@@ -146,7 +146,7 @@ Json replay_data(const PageModel& page, const Gallery& gallery) {
   return {{"trials", std::move(trials)}, {"references", std::move(references)}, {"axes", std::move(axes)}};
 }
 
-void replay_section(PageWriter& out, const PageParts& parts) {
+void film_strips(PageWriter& out, const PageParts& parts) {
   const auto& [page, gallery, rmse] = parts;
   std::size_t shown = 0, missing = 0, last_group = page.groups.size();
   each_film(page, gallery, [&](std::size_t group, const TrialPictures& trial) {

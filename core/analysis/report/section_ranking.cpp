@@ -44,99 +44,111 @@ std::string error_unit(const PageModel& page) {
 }
 
 // Columns without any value are left out, as are those of noise-free errors without ground truth.
-std::vector<RankingColumn> columns_of(const PageModel& page) {
-  const bool ground_truth = !every_group(page, &Group::measured_only), spec = any_row(page, &Row::yield);
+struct RankingColumns {
+  const PageModel& page;
+  std::vector<RankingColumn> list = {};
+
+  void add(bool shown, RankingColumn column) {
+    if (shown) list.push_back(std::move(column));
+  }
+  void add_specification();
+  void add_errors();
+  void add_effort();
+};
+
+void RankingColumns::add_specification() {
   const bool times = any_row(page, &Row::to_spec);
   const bool mtf = any_group(page, [](const Group& group) { return group.spec.limits_mtf(); });
   const auto of_time = [](double TimeToSpec::*seconds) {
     return [seconds](const Row& row) { return row.to_spec ? number_cell((*row.to_spec).*seconds) : no_cell(); };
   };
-  struct Listed {
-    bool shown;
-    RankingColumn column;
-  };
-  const Listed all[] = {
-      {true,
-       {{"method", "", "The name given in the suite", "name"},
-        [](const Row& row) { return method_cell(row.method, row.oracle(), row.training_tag); }}},
-      {spec,
-       {{"in spec", "of instances (95 %)",
-         "Yield: share of all instances whose final pose meets the specification; failed trials count as missed",
-         "number"},
-        yield_cell}},
-      {times,
-       {{"moves to spec", "median (95 %)",
-         std::string("Number of moves, each with an image, until the recommended pose first meets the specification") +
-             (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
-                  : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
-             "'not reached': fewer than half of the instances reach it",
-         "number"},
-        moves_cell}},
-      {times, {{"time to spec", "s", "Machine time until then, median", "number"}, of_time(&TimeToSpec::seconds)}},
-      {any_row(page, [](const Row& row) { return row.to_spec && !std::isnan(row.to_spec->cycle); }),
-       {{"cycle", "s",
-         "Time to spec with load, dispense, cure and inspect of the suite's cycle, and the method's own computing time "
-         "if the cycle counts it; median",
-         "number"},
-        of_time(&TimeToSpec::cycle)}},
-      {true,
-       {{ground_truth ? "final error" : "lowest measured error", error_unit(page),
-         ground_truth ? "Noise-free RMSE to the reference image at " + std::string(rule_text(page.rule)) +
-                            " after the last step. Lower is better, 0 is identical"
-                      : "Lowest RMSE between an image of the trial and the reference image, camera noise included. "
-                        "Lower is better",
-         "number"},
-        error_cell}},
-      {any_row(page, &Row::mtf),
-       {{"MTF", "centre / corner, median",
-         std::string("MTF of the lens, ") + (page.groups.empty() ? "" : mtf_kind(page.groups.front().spec)) +
-             ", at the frequency of the specification and the final pose: at the centre of the field, and at the worst "
-             "of its corners. Higher is better",
-         "number"},
-        mtf_cell}},
-      {any_row(page, [](const Row& row) { return !row.residual.empty(); }),
-       {{"residual misalignment", "position / tilt, worst axis",
-         "Distance of the recommended pose from the instance's own optimum, on the axis with the largest median. "
-         "Tooltips list all axes",
-         "number"},
-        residual_cell}},
-      {!spec,
-       {{"", "middle half of the instances", "Dot: median. Bar: interquartile range. The scale of a block starts at 0",
-         "range"},
-        [](const Row& row) {
-          return Cell{"", sort_value(row.score().median), "range"};
-        }}},
-      {!spec && ground_truth,
-       {{"last commanded pose", "median error", "Noise-free RMSE at the pose commanded last", "number"},
-        [](const Row& row) { return row.has_score() ? number_cell(row.commanded.median) : no_cell(); }}},
-      {true,
-       {{"machine time", "s",
-         every_group(page, &Group::station) ? "Of all moves and images, as recorded by the station; median"
-                                            : "Simulated travel, settling, exposure, readout and the move to the "
-                                              "recommended pose; median",
-         "number"},
-        [](const Row& row) { return number_cell(row.machine_seconds); }}},
-      {true,
-       {{"compute time", "ms per step", "Host time of the algorithm, median; comparable on one machine only", "number"},
-        [](const Row& row) { return number_cell(row.algorithm_ms_per_step, 2); }}},
-      {true,
-       {{"steps", "",
-         "Step budget, after which the error is evaluated. A step is one move and one image; the image at the start is "
-         "step 0. A method that ends earlier keeps its last recommendation",
-         "number"},
-        [](const Row& row) { return number_cell(row.has_score() ? std::to_string(row.step) : "-"); }}},
-      {true,
-       {{"failed", "trials", "Trials that ended in an error; excluded from the medians", "number"},
-        [](const Row& row) {
-          return Cell{std::to_string(row.failed), std::nullopt, row.failed == 0 ? "number" : "number bad"};
-        }}},
-      {true, {{"observes", "", "What the method may observe besides its own moves", "observes"}, [](const Row& row) {
-                return Cell{join(row.observes, ", "), std::nullopt, "observes"};
-              }}}};
-  std::vector<RankingColumn> columns;
-  for (const Listed& one : all)
-    if (one.shown) columns.push_back(one.column);
-  return columns;
+  add(true, {{"method", "", "The name given in the suite", "name"},
+             [](const Row& row) { return method_cell(row.method, row.oracle(), row.training_tag); }});
+  add(any_row(page, &Row::yield),
+      {{"in spec", "of instances (95 %)",
+        "Yield: share of all instances whose final pose meets the specification; failed trials count as missed",
+        "number"},
+       yield_cell});
+  add(times,
+      {{"moves to spec", "median (95 %)",
+        std::string("Number of moves, each with an image, until the recommended pose first meets the specification") +
+            (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
+                 : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
+            "'not reached': fewer than half of the instances reach it",
+        "number"},
+       moves_cell});
+  add(times, {{"time to spec", "s", "Machine time until then, median", "number"}, of_time(&TimeToSpec::seconds)});
+  add(any_row(page, [](const Row& row) { return row.to_spec && !std::isnan(row.to_spec->cycle); }),
+      {{"cycle", "s",
+        "Time to spec with load, dispense, cure and inspect of the suite's cycle, and the method's own computing time "
+        "if the cycle counts it; median",
+        "number"},
+       of_time(&TimeToSpec::cycle)});
+}
+
+void RankingColumns::add_errors() {
+  const bool ground_truth = !every_group(page, &Group::measured_only), spec = any_row(page, &Row::yield);
+  add(true,
+      {{ground_truth ? "final error" : "lowest measured error", error_unit(page),
+        ground_truth ? "Noise-free RMSE to the reference image at " + std::string(rule_text(page.rule)) +
+                           " after the last step. Lower is better, 0 is identical"
+                     : "Lowest RMSE between an image of the trial and the reference image, camera noise included. "
+                       "Lower is better",
+        "number"},
+       error_cell});
+  for (std::size_t k = 0; k < statistics::kFinalStatistics.size(); ++k) {
+    const statistics::FinalStatistic& one = statistics::kFinalStatistics[k];
+    add(one.in_ranking, {{one.title, one.unit, one.hint, "number"}, [k](const Row& row) {
+                           return estimate_cell(row.finals[k].estimate, number_text(row.finals[k].estimate, 3),
+                                                interval_text(row.finals[k].interval, 3, kDash));
+                         }});
+  }
+  add(any_row(page, &Row::mtf),
+      {{"MTF", "centre / corner, median",
+        std::string("MTF of the lens, ") + (page.groups.empty() ? "" : mtf_kind(page.groups.front().spec)) +
+            ", at the frequency of the specification and the final pose: at the centre of the field, and at the worst "
+            "of its corners. Higher is better",
+        "number"},
+       mtf_cell});
+  add(any_row(page, [](const Row& row) { return !row.residual.empty(); }),
+      {{"residual misalignment", "position / tilt, worst axis",
+        "Distance of the recommended pose from the instance's own optimum, on the axis with the largest median. "
+        "Tooltips list all axes",
+        "number"},
+       residual_cell});
+  add(!spec, {{"", "middle half of the instances",
+               "Dot: median. Bar: interquartile range. The scale of a block starts at 0", "range"},
+              [](const Row& row) {
+                return Cell{"", sort_value(row.score().median), "range"};
+              }});
+  add(!spec && ground_truth,
+      {{"last commanded pose", "median error", "Noise-free RMSE at the pose commanded last", "number"},
+       [](const Row& row) { return row.has_score() ? number_cell(row.commanded.median) : no_cell(); }});
+}
+
+void RankingColumns::add_effort() {
+  add(true, {{"machine time", "s",
+              every_group(page, &Group::station) ? "Of all moves and images, as recorded by the station; median"
+                                                 : "Simulated travel, settling, exposure, readout and the move to the "
+                                                   "recommended pose; median",
+              "number"},
+             [](const Row& row) { return number_cell(row.machine_seconds); }});
+  add(true,
+      {{"compute time", "ms per step", "Host time of the algorithm, median; comparable on one machine only", "number"},
+       [](const Row& row) { return number_cell(row.algorithm_ms_per_step, 2); }});
+  add(true,
+      {{"steps", "",
+        "Step budget, after which the error is evaluated. A step is one move and one image; the image at the start is "
+        "step 0. A method that ends earlier keeps its last recommendation",
+        "number"},
+       [](const Row& row) { return number_cell(row.has_score() ? std::to_string(row.step) : "-"); }});
+  add(true,
+      {{"failed", "trials", "Trials that ended in an error; excluded from the medians", "number"}, [](const Row& row) {
+         return Cell{std::to_string(row.failed), std::nullopt, row.failed == 0 ? "number" : "number bad"};
+       }});
+  add(true, {{"observes", "", "What the method may observe besides its own moves", "observes"}, [](const Row& row) {
+               return Cell{join(row.observes, ", "), std::nullopt, "observes"};
+             }});
 }
 
 Words group_title(const Group& group) {
@@ -178,7 +190,11 @@ Cell moves_cell(const Row& row) {
 void ranking_section(PageWriter& out, const PageParts& parts) {
   const PageModel& page = parts.page;
   if (page.groups.empty()) return;
-  const std::vector<RankingColumn> columns = columns_of(page);
+  RankingColumns all{page};
+  all.add_specification();
+  all.add_errors();
+  all.add_effort();
+  const std::vector<RankingColumn>& columns = all.list;
   Table table{"ranking", "", {columns.begin(), columns.end()}};
   std::size_t index = 0, count = 0;
   for (const Group& group : page.groups) count += group.rows.size();

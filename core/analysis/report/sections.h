@@ -38,8 +38,8 @@ void pairs_section(PageWriter& out, const PageParts& parts);
 void training_section(PageWriter& out, const PageParts& parts);
 
 // section_pictures.cpp
-void curve_cards(PageWriter& out, const PageParts& parts);  // a card per group, within the template's section
-void replay_section(PageWriter& out, const PageParts& parts);
+void curve_cards(PageWriter& out, const PageParts& parts);        // a card per group, within the template's section
+void film_strips(PageWriter& out, const PageParts& parts);        // within the viewer
 Json replay_data(const PageModel& page, const Gallery& gallery);  // data of replay.js
 void scene_section(PageWriter& out, const PageParts& parts);
 void gallery_section(PageWriter& out, const PageParts& parts);

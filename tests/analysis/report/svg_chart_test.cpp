@@ -7,7 +7,6 @@
 
 #include "base/files.h"
 #include "report/assets.h"
-#include "report/chart_scale.h"
 #include "report/made_results.h"
 
 namespace relign::report {

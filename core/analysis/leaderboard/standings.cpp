@@ -1,4 +1,4 @@
-#include "leaderboard/standings_html.h"
+#include "leaderboard/standings.h"
 
 #include <algorithm>
 #include <cmath>
