@@ -106,14 +106,6 @@ if(RELIGN_HAS_plugins AND NOT RELIGN_CERES_INCLUDE_DIR)
   message(STATUS "The optimizer ceres is left out: Ceres was not found (Debian and Ubuntu: libceres-dev)")
 endif()
 
-find_file(RELIGN_DYGRAPHS_JS NAMES dygraph.min.js
-          PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
-find_file(RELIGN_DYGRAPHS_CSS NAMES dygraph.min.css
-          PATHS /usr/share/javascript/dygraphs/dist /usr/share/javascript/dygraphs NO_DEFAULT_PATH)
-if(NOT RELIGN_DYGRAPHS_JS OR NOT RELIGN_DYGRAPHS_CSS)
-  message(FATAL_ERROR "dygraphs was not found (Debian and Ubuntu: libjs-dygraphs). ${RELIGN_INSTALL_HINT}")
-endif()
-
 if(RELIGN_BUILD_TESTS)
   relign_require(GTest "libgtest-dev libgmock-dev")
 endif()

@@ -23,7 +23,7 @@ SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
 # Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
 SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
 # Debian packages whose headers are compiled into the program, or whose files are embedded in it.
-EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libjs-dygraphs", "nlohmann-json3-dev",
+EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "nlohmann-json3-dev",
             "pybind11-dev")
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main

@@ -8,11 +8,12 @@
 #include "leaderboard/pareto.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
-#include "leaderboard/standings_html.h"
-#include "report/svg_chart.h"
+#include "leaderboard/standings.h"
 
 namespace relign::leaderboard {
 namespace {
+
+using report::Words;
 
 constexpr std::size_t kMostCurves = 12;
 
@@ -25,53 +26,39 @@ std::string strata_text(const Round& round) {
   return join(parts, ", ");
 }
 
-void round_facts(HtmlWriter& html, const Board& board, const Round& round) {
-  html.open("dl");
-  fact(html, "suite", round.suite.name + ", " + counted(round.steps, "step") + " per alignment");
-  fact(html, "scenes", strata_text(round));
-  fact(html, "baseline", round.about_baseline);
-  fact(html, "latest evaluation", round.date);
-  if (round.commitment.empty())
-    fact(html, "instances", "open: anybody could draw them before the evaluation; set " + round.suite.instance_set);
-  else if (round.secret.empty())
-    fact(html, "instances", "sealed, commitment " + round.commitment + "; the secret is not published yet");
-  else
-    fact(html, "instances",
-         "were sealed, commitment " + round.commitment + "; secret, published since: " + round.secret);
+void round_facts(report::PageWriter& out, const Board& board, const Round& round) {
+  const std::string instances =
+      round.commitment.empty() ? "open: anybody could draw them before the evaluation; set " + round.suite.instance_set
+      : round.secret.empty()
+          ? "sealed, commitment " + round.commitment + "; the secret is not published yet"
+          : "were sealed, commitment " + round.commitment + "; secret, published since: " + round.secret;
   std::set<std::string> checked;
-  for (const std::size_t index : round.entries) checked.insert(board.entries[index].checked);
-  fact(html, "checks", join({checked.begin(), checked.end()}, "; "));
-  html.element("dt", "submissions").open("dd");
-  bool first = true;
+  Words submissions;
   for (const std::size_t index : round.entries) {
     const Entry& entry = board.entries[index];
-    html.text(first ? "" : ", ").open("a", {{"href", entry.report}});
-    html.element("bdi", entry.evaluation.name + " " + entry.evaluation.version).close();
-    condition_flags(html, entry);
-    first = false;
+    checked.insert(entry.checked);
+    submissions.add(submissions.empty() ? "" : ", ");
+    submissions.push_back({entry.evaluation.name + " " + entry.evaluation.version, "name", "", entry.report});
+    add_condition_flags(submissions, entry);
   }
-  html.close().close();
+  const auto fact = [](const char* name, const std::string& value) {
+    return std::pair<std::string, Words>(name, Words{{value, "name"}});
+  };
+  out.facts({fact("suite", round.suite.name + ", " + counted(round.steps, "step") + " per alignment"),
+             fact("scenes", strata_text(round)),
+             fact("baseline", round.about_baseline),
+             fact("latest evaluation", round.date),
+             fact("instances", instances),
+             fact("checks", join({checked.begin(), checked.end()}, "; ")),
+             {"submissions", submissions}});
 }
 
-void round_alarms(HtmlWriter& html, const Round& round) {
-  if (round.alarms.empty()) return;
-  html.open("div", {{"class", "broken"}, {"role", "note"}});
-  html.element("p", "Failed checks; do not rely on these results:").open("ul");
-  for (const std::string& alarm : round.alarms) html.element("li", alarm);
-  html.close().close();
-}
-
-void missing_ranking(HtmlWriter& html, const Round& round) {
-  const std::vector<std::string> reasons = reasons_without_ranking(round);
-  if (reasons.empty()) return;
-  html.open("div", {{"class", "broken"}, {"role", "note"}});
-  html.element("p", "No method of this round is ranked:").open("ul");
-  for (const std::string& reason : reasons) html.element("li", reason);
-  html.close().close();
+void alarms(report::PageWriter& out, const std::string& what, const std::vector<std::string>& reasons) {
+  if (!reasons.empty()) out.open("broken").text(what).list({reasons.begin(), reasons.end()}).close();
 }
 
 // Mean error after each image, of the best methods of a protocol.
-void image_curves(HtmlWriter& html, const std::vector<const Standing*>& best, const std::string& protocol) {
+void image_curves(report::PageWriter& out, const std::vector<const Standing*>& best, const std::string& protocol) {
   report::Chart chart;
   chart.title = "Mean normalised error after each image, protocol " + protocol;
   chart.x = {"images", false, true, {}};
@@ -87,13 +74,11 @@ void image_curves(HtmlWriter& html, const std::vector<const Standing*>& best, co
     chart.series.push_back(std::move(series));
   }
   if (chart.series.empty()) return;
-  html.open("figure", {{"class", "plot"}});
-  report::draw_chart(html, chart, report::ChartUse::in_page);
-  html.element("figcaption", chart.title + "; the first image is at the start. At the end: " + join(words, "; ") + ".");
-  html.close();
+  const std::string caption = chart.title + "; the first image is at the start. At the end: " + join(words, "; ") + ".";
+  out.chart({"error-by-image-" + protocol, caption, std::move(chart)});
 }
 
-void cost_pictures(HtmlWriter& html, const Round& round, const std::string& protocol) {
+void cost_charts(report::PageWriter& out, const Round& round, const std::string& protocol) {
   std::vector<const Standing*> ranked;
   for (const BoardClass& of_class : round.classes)
     if (!of_class.oracles && of_class.protocol == protocol)
@@ -110,77 +95,67 @@ void cost_pictures(HtmlWriter& html, const Round& round, const std::string& prot
     seconds.points.push_back({standing->method, standing->seconds(), standing->error});
     training.points.push_back({standing->method, standing->training ? standing->training->hours : 0, standing->error});
   }
-  html.element("h3", "Error against cost, protocol " + protocol);
-  html.element(
-      "p", {{"class", "quiet"}},
-      "Methods of all classes except oracles; they do not observe the same. Filled: on the Pareto front. Bars: "
-      "95 % confidence intervals.");
-  html.open("div", {{"class", "figures"}});
-  draw_costs(html, images);
-  draw_costs(html, seconds);
-  draw_costs(html, training);
+  out.heading(3, "Error against cost, protocol " + protocol)
+      .text(
+          "Methods of all classes except oracles; they do not observe the same. The line is the Pareto front. Bars: "
+          "95 % confidence intervals.",
+          "quiet");
+  out.open("figures");
+  for (const CostPicture* picture : {&images, &seconds, &training})
+    if (const auto figure = cost_figure(*picture)) out.chart(*figure);
   ranked.resize(std::min(ranked.size(), kMostCurves));
-  image_curves(html, ranked, protocol);
-  html.close();
+  image_curves(out, ranked, protocol);
+  out.close();
 }
 
-void round_section(HtmlWriter& html, const Board& board, std::size_t index) {
+void round_section(report::PageWriter& out, const Board& board, std::size_t index) {
   const Round& round = board.rounds[index];
-  html.open("section", {{"aria-labelledby", round_id(index)}});
-  html.open("h2", {{"id", round_id(index)}})
-      .text("Round of ")
-      .element("bdi", round.date.substr(0, 10))
-      .text(": suite ");
-  html.element("bdi", round.suite.name).close();
-  round_alarms(html, round);
-  missing_ranking(html, round);
-  round_facts(html, board, round);
+  out.heading(2, {{"Round of "}, {round.date.substr(0, 10), "name"}, {": suite "}, {round.suite.name, "name"}},
+              round_id(index));
+  alarms(out, "Failed checks; do not rely on these results:", round.alarms);
+  alarms(out, "No method of this round is ranked:", reasons_without_ranking(round));
+  round_facts(out, board, round);
   std::vector<std::string> protocols;
   for (const BoardClass& of_class : round.classes) {
     if (std::find(protocols.begin(), protocols.end(), of_class.protocol) == protocols.end())
       protocols.push_back(of_class.protocol);
     const std::string title = class_title(of_class);
-    html.open("h3").element("bdi", title);
-    html.element("span", {{"class", "quiet"}},
-                 " \u00b7 protocol " + of_class.protocol +
-                     (of_class.oracles ? " \u00b7 not ranked: they observe the true start" : ""))
-        .close();
-    class_table(html, board, of_class, title + ", protocol " + of_class.protocol);
+    out.heading(3, {{title, "name"},
+                    {" \u00b7 protocol " + of_class.protocol +
+                         (of_class.oracles ? " \u00b7 not ranked: they observe the true start" : ""),
+                     "quiet"}});
+    report::Table table = standings_table(board, title + ", protocol " + of_class.protocol);
+    for (const Standing& standing : of_class.standings) add_standing(table, board, of_class, standing, "");
+    out.table(table);
   }
-  for (const std::string& protocol : protocols) cost_pictures(html, round, protocol);
-  html.close();
+  for (const std::string& protocol : protocols) cost_charts(out, round, protocol);
 }
 
-void left_out_section(HtmlWriter& html, const Board& board) {
+void left_out_section(report::PageWriter& out, const Board& board) {
   if (board.left_out.empty()) return;
-  html.open("section", {{"aria-labelledby", "left-out"}});
-  html.element("h2", {{"id", "left-out"}}, "Left out");
-  html.element("p", counted(board.left_out.size(), "evaluation") +
-                        " cannot be shown, because parts are damaged or contradict each other, or a check failed.");
-  html.open("ul", {{"class", "plain"}});
-  for (const LeftOut& one : board.left_out) {
-    html.open("li").element("bdi", one.folder).open("ul");
-    for (const std::string& reason : one.reasons) html.element("li", reason);
-    html.close().close();
-  }
-  html.close().close();
+  out.heading(2, "Left out", "left-out")
+      .text(counted(board.left_out.size(), "evaluation") +
+            " cannot be shown, because parts are damaged or contradict each other, or a check failed.");
+  for (const LeftOut& one : board.left_out)
+    out.text(Words{{one.folder, "name"}}).list({one.reasons.begin(), one.reasons.end()}, "plain");
 }
 
 }  // namespace
 
 std::string index_html(const Board& board) {
-  HtmlWriter html;
-  html.open("h1").element("bdi", board.title).close();
-  html.element("p", {{"class", "intro"}},
-               "Alignment methods, each on the same instances with the same number of images. A class has the methods "
-               "that observe the same; methods of different classes are not ranked against each other. Every method "
-               "has a page with its replay, its versions and its failures.");
-  for (std::size_t index = 0; index < board.rounds.size(); ++index) round_section(html, board, index);
-  left_out_section(html, board);
   SitePage page;
+  report::PageWriter out(page.data["charts"] = Json::array());
+  out.heading(1, Words{{board.title, "name"}})
+      .text(
+          "Alignment methods, each on the same instances with the same number of images. A class has the methods that "
+          "observe the same; methods of different classes are not ranked against each other. Every method has a page "
+          "with its replay, its versions and its failures.",
+          "intro");
+  for (std::size_t index = 0; index < board.rounds.size(); ++index) round_section(out, board, index);
+  left_out_section(out, board);
   page.title = board.title + " - relign-bench";
   page.board_title = board.title;
-  page.main = html.take();
+  page.main = out.take();
   for (std::size_t index = 0; index < board.rounds.size() && board.rounds.size() > 1; ++index)
     page.links.emplace_back("#" + round_id(index),
                             board.rounds[index].suite.name + ", " + board.rounds[index].date.substr(0, 10));

@@ -8,16 +8,16 @@
 #include "leaderboard/page_frame.h"
 #include "leaderboard/round.h"
 #include "leaderboard/site.h"
-#include "leaderboard/standings_html.h"
+#include "leaderboard/standings.h"
+#include "report/page.h"
 #include "report/picture_html.h"
 #include "report/sections.h"
-#include "report/svg_chart.h"
 
 namespace relign::leaderboard {
 namespace {
 
-using report::interval_cell;
 using report::number_text;
+using report::Words;
 
 constexpr std::size_t kMaxPagePictureBytes = 4'000'000;
 constexpr const char* kRoot = "../";
@@ -51,27 +51,24 @@ std::set<std::string> names_of(const Round& round, const std::string& method) {
 // Only addresses that a browser opens as a page; others are shown as text.
 bool is_web_address(const std::string& text) { return text.rfind("https://", 0) == 0 || text.rfind("http://", 0) == 0; }
 
-void submission_facts(HtmlWriter& html, const Entry& entry) {
+using Facts = std::vector<std::pair<std::string, Words>>;
+
+void add_fact(Facts& facts, const char* name, const std::string& value) {
+  facts.emplace_back(name, Words{{value, "name"}});
+}
+
+void add_submission(Facts& facts, const Entry& entry) {
   const Submission& submission = entry.submission;
-  fact(html, "version", entry.evaluation.version);
-  fact(html, "authors", join(submission.authors, ", "));
-  fact(html, "licence", submission.licence);
-  fact(html, "citation", submission.citation);
-  if (is_web_address(submission.homepage)) {
-    html.element("dt", "homepage").open("dd");
-    html.element("a", {{"href", submission.homepage}, {"rel", "nofollow noopener noreferrer"}}, submission.homepage);
-    html.close();
-  } else {
-    fact(html, "homepage", submission.homepage);
-  }
-  fact(html, "archive", "sha256 " + entry.evaluation.archive_sha256);
-  fact(html, "evaluated", entry.evaluation.date + " by relign-bench " + entry.evaluation.program_version);
-  for (const Caution& caution : entry.cautions) {
-    html.open("dt").element("span", {{"class", "flag"}}, caution.tag).close();
-    html.element("dd", caution.text);
-  }
-  html.element("dt", "report").open("dd");
-  html.element("a", {{"href", kRoot + entry.report}}, "all results of this evaluation").close();
+  add_fact(facts, "version", entry.evaluation.version);
+  add_fact(facts, "authors", join(submission.authors, ", "));
+  add_fact(facts, "licence", submission.licence);
+  add_fact(facts, "citation", submission.citation);
+  add_fact(facts, "homepage", submission.homepage);
+  if (is_web_address(submission.homepage)) facts.back().second[0].link = submission.homepage;
+  add_fact(facts, "archive", "sha256 " + entry.evaluation.archive_sha256);
+  add_fact(facts, "evaluated", entry.evaluation.date + " by relign-bench " + entry.evaluation.program_version);
+  for (const Caution& caution : entry.cautions) add_fact(facts, caution.tag, caution.text);
+  facts.push_back({"report", Words{{"all results of this evaluation", "", "", kRoot + entry.report}}});
 }
 
 const report::Method* described(const Round& round, const std::string& method) {
@@ -81,99 +78,82 @@ const report::Method* described(const Round& round, const std::string& method) {
   return nullptr;
 }
 
-void facts_section(HtmlWriter& html, const Board& board, const Place& latest) {
+void facts_section(report::PageWriter& out, const Board& board, const Place& latest) {
   const report::Method* method = described(*latest.round, latest.standing->method);
   const Entry* entry = latest.standing->entry ? &board.entries[*latest.standing->entry] : nullptr;
   if (entry && !entry->submission.summary.empty())
-    html.open("p").element("bdi", entry->submission.summary).close();
+    out.text(Words{{entry->submission.summary, "name"}});
   else if (method && !method->summary.empty())
-    html.open("p").element("bdi", method->summary).close();
-  html.open("dl");
-  fact(html, "observes",
-       latest.of_class->observes.empty() ? "nothing but its own moves" : join(latest.of_class->observes, ", "));
-  fact(html, "training", training_text(latest.standing->training));
-  if (method) fact(html, "plugin", method->id + (method->plugin_hash.empty() ? "" : ", sha256 " + method->plugin_hash));
+    out.text(Words{{method->summary, "name"}});
+  Facts facts;
+  add_fact(facts, "observes",
+           latest.of_class->observes.empty() ? "nothing but its own moves" : join(latest.of_class->observes, ", "));
+  add_fact(facts, "training", training_text(latest.standing->training));
+  if (method)
+    add_fact(facts, "plugin", method->id + (method->plugin_hash.empty() ? "" : ", sha256 " + method->plugin_hash));
   if (entry)
-    submission_facts(html, *entry);
+    add_submission(facts, *entry);
   else
-    fact(html, "origin", "baseline: part of relign-bench, or of the organiser");
-  html.close();
+    add_fact(facts, "origin", "baseline: part of relign-bench, or of the organiser");
+  out.facts(facts);
 }
 
-void standing_sections(HtmlWriter& html, const Board& board, const std::vector<Place>& places) {
-  html.element("h2", "Standings");
+void standing_sections(report::PageWriter& out, const Board& board, const std::vector<Place>& places) {
+  out.heading(2, "Standings");
   for (const Place& place : places) {
-    std::size_t ranked = 0;
-    for (const Standing& one : place.of_class->standings) ranked += one.rank > 0 ? 1 : 0;
+    const auto ranked = std::count_if(place.of_class->standings.begin(), place.of_class->standings.end(),
+                                      [](const Standing& one) { return one.rank > 0; });
     const std::string rank = place.standing->rank > 0
                                  ? "rank " + std::to_string(place.standing->rank) + " of " + std::to_string(ranked)
                                  : "not ranked: " + place.standing->not_ranked;
-    standing_table(html, board, *place.of_class, *place.standing,
-                   "Suite " + place.round->suite.name + " of " + place.round->date.substr(0, 10) + ", " +
-                       class_title(*place.of_class) + ", protocol " + place.of_class->protocol + ": " + rank,
-                   kRoot);
+    report::Table table = standings_table(
+        board, "Suite " + place.round->suite.name + " of " + place.round->date.substr(0, 10) + ", " +
+                   class_title(*place.of_class) + ", protocol " + place.of_class->protocol + ": " + rank);
+    table.sortable = false;
+    add_standing(table, board, *place.of_class, *place.standing, kRoot);
+    out.table(table);
   }
 }
 
-void score_cell(HtmlWriter& html, const report::Score& score) {
-  interval_cell(html, "number", report::sort_value(score.median), number_text(score.median, 3),
-                report::interval_text(score.interval, 3, kTo));
-}
-
-void stratum_row(HtmlWriter& html, const report::Group& group, const report::Row& row) {
-  html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}});
-  html.element("bdi", group.scene + ", " + group.noise_level).text(", protocol " + group.protocol);
-  if (row.training_tag != "" && row.training_tag != report::kOneTraining)
-    html.text(" \u00b7 ").element("bdi", row.method);
-  html.close();
-  score_cell(html, row.score());
-  if (row.yield)
-    interval_cell(
-        html, "number", report::sort_value(row.yield->share), report::whole_percent(row.yield->share) + " %",
-        report::whole_percent(row.yield->interval.low) + kTo + report::whole_percent(row.yield->interval.high));
-  else
-    interval_cell(html, "number", "", "-", "");
-  const double steps = row.to_spec ? row.to_spec->steps : report::kMissing;
-  html.element("td", {{"class", "number"}, {"data-sort", report::sort_value(steps)}},
-               std::isinf(steps) ? "not reached" : number_text(steps, 3));
-  html.element("td", {{"class", "number"}}, number_text(row.machine_seconds, 3));
-  html.element("td", {{"class", "number"}}, number_text(row.algorithm_ms_per_step, 2));
-  html.element("td", {{"class", row.failed > 0 ? "number bad" : "number"}},
-               std::to_string(row.failed) + " of " + std::to_string(row.trials + row.failed));
-  html.close();
-}
-
-void strata_section(HtmlWriter& html, const Round& round, const std::set<std::string>& names) {
-  const std::string caption = "Final results, suite " + round.suite.name + " of " + round.date.substr(0, 10);
-  open_scroll(html, caption);
-  html.open("table", {{"class", "ranking sortable"}}).element("caption", caption).open("thead").open("tr");
-  report::column_head(html, "name", "scene, noise level", "", "");
-  report::column_head(html, "number", "final error", "RMSE, median (95 %)", "Noise-free, at the recommended pose");
-  report::column_head(html, "number", "in spec", "of instances (95 %)", "Failed trials count as missed");
-  report::column_head(html, "number", "moves to spec", "median",
-                      "Moves, each with an image, until the specification is first met");
-  report::column_head(html, "number", "machine time", "s, median", "Of one alignment");
-  report::column_head(html, "number", "compute time", "ms per step", "Of the method; depends on the machine");
-  report::column_head(html, "number", "failed", "trials", "");
-  html.close().close().open("tbody");
+void strata_section(report::PageWriter& out, const Round& round, const std::set<std::string>& names) {
+  report::Table table = {
+      "ranking",
+      "Final results, suite " + round.suite.name + " of " + round.date.substr(0, 10),
+      {{"scene, noise level", "", "", "name"},
+       {"final error", "RMSE, median (95 %)", "Noise-free, at the recommended pose", "number"},
+       {"in spec", "of instances (95 %)", "Failed trials count as missed", "number"},
+       {"moves to spec", "median", "Moves, each with an image, until the specification is first met", "number"},
+       {"machine time", "s, median", "Of one alignment", "number"},
+       {"compute time", "ms per step", "Of the method; depends on the machine", "number"},
+       {"failed", "trials", "", "number"}}};
   for (const report::Group& group : round.page.groups)
-    for (const report::Row& row : group.rows)
-      if (names.count(row.method)) stratum_row(html, group, row);
-  html.close().close().close();
+    for (const report::Row& row : group.rows) {
+      if (!names.count(row.method)) continue;
+      Words place = {{group.scene + ", " + group.noise_level, "name"}, {", protocol " + group.protocol}};
+      if (row.training_tag != "" && row.training_tag != report::kOneTraining)
+        place.add(" \u00b7 ").add(row.method, "name");
+      const report::Score& score = row.score();
+      table.add({{place, std::nullopt, "name"},
+                 report::estimate_cell(score.median, number_text(score.median, 3),
+                                       report::interval_text(score.interval, 3, report::kDash)),
+                 row.yield ? report::share_cell(row.yield->share, row.yield->interval) : report::no_cell(),
+                 report::arrival_cell(row.to_spec ? row.to_spec->steps : report::kMissing, {}),
+                 report::number_cell(row.machine_seconds, 3),
+                 report::number_cell(row.algorithm_ms_per_step, 2),
+                 failed_cell(row.failed, row.trials + row.failed)});
+    }
+  out.table(table);
 }
 
-void failures_section(HtmlWriter& html, const Round& round, const std::set<std::string>& names) {
+void failures_section(report::PageWriter& out, const Round& round, const std::set<std::string>& names) {
   std::set<std::string> labels;
   for (const report::Method& method : round.page.methods)
     if (names.count(method.name)) labels.insert(method.label);
-  bool first = true;
-  for (const report::Failure& failure : round.page.failures) {
-    if (!labels.count(failure.method)) continue;
-    if (first) html.element("h2", "Failures").open("ul", {{"class", "plain"}});
-    first = false;
-    html.open("li").text(counted(failure.count, "trial") + ": ").element("bdi", failure.message).close();
-  }
-  if (!first) html.close();
+  std::vector<Words> failures;
+  for (const report::Failure& failure : round.page.failures)
+    if (labels.count(failure.method))
+      failures.push_back({{counted(failure.count, "trial") + ": "}, {failure.message, "name"}});
+  if (!failures.empty()) out.heading(2, "Failures").list(failures, "plain");
 }
 
 // The films of these methods only, within the limit of a page.
@@ -223,7 +203,7 @@ report::PageModel groups_with(const report::PageModel& all, const std::set<std::
   return page;
 }
 
-void history_chart(HtmlWriter& html, const Board& board, const History& history) {
+void history_chart(report::PageWriter& out, const Board& board, const History& history) {
   report::Chart chart;
   chart.title = "Normalised error of the versions of " + history.name;
   chart.x.title = "version";
@@ -241,46 +221,40 @@ void history_chart(HtmlWriter& html, const Board& board, const History& history)
             {x, result.error.estimate, result.error.interval.low, result.error.interval.high});
     }
   }
-  html.open("figure", {{"class", "plot"}});
-  report::draw_chart(html, chart, report::ChartUse::in_page);
-  html.element("figcaption", chart.title +
-                                 ", oldest first; the table has the numbers. Versions of different rounds "
-                                 "met different instances.");
-  html.close();
+  const std::string caption = chart.title +
+                              ", oldest first; the table has the numbers. Versions of different rounds met different "
+                              "instances.";
+  out.chart({"versions-of-" + report::figure_file_name(history.name), caption, std::move(chart)});
 }
 
-void history_section(HtmlWriter& html, const Board& board, const History& history) {
-  html.element("h2", "Versions");
-  const std::string caption = "Evaluations of " + history.name + ", latest first";
-  open_scroll(html, caption);
-  html.open("table", {{"class", "ranking"}}).element("caption", caption).open("thead").open("tr");
-  report::column_head(html, "name", "version", "", "");
-  report::column_head(html, "plain", "evaluated", "", "");
-  report::column_head(html, "plain", "suite", "", "");
-  report::column_head(html, "plain", "method, protocol", "", "");
-  report::column_head(html, "number", "normalised error", "IQM (95 %)", "");
-  report::column_head(html, "number", "rank", "in its class", "");
-  report::column_head(html, "number", "failed", "trials", "");
-  html.close().close().open("tbody");
+void history_section(report::PageWriter& out, const Board& board, const History& history) {
+  report::Table table = {"ranking",
+                         "Evaluations of " + history.name + ", latest first",
+                         {{"version", "", "", "name"},
+                          {"evaluated"},
+                          {"suite"},
+                          {"method, protocol"},
+                          {"normalised error", "IQM (95 %)", "", "number"},
+                          {"rank", "in its class", "", "number"},
+                          {"failed", "trials", "", "number"}}};
+  table.sortable = false;
   for (const Version& version : history.versions) {
     const Entry& entry = board.entries[version.entry];
     for (const Version::Result& result : version.results) {
-      html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}});
-      html.open("a", {{"href", kRoot + entry.report}}).element("bdi", entry.evaluation.version).close();
-      condition_flags(html, entry);
-      html.close().element("td", entry.evaluation.date.substr(0, 10));
-      html.open("td").element("bdi", entry.evaluation.suite.name).close();
-      html.open("td").element("bdi", result.method).text(", " + result.protocol).close();
-      html.element("td", {{"class", "number"}}, error_text(result.error));
-      html.element("td", {{"class", "number"}},
-                   result.rank > 0 ? std::to_string(result.rank) + " of " + std::to_string(result.of) : "-");
-      html.element("td", {{"class", result.failed > 0 ? "number bad" : "number"}},
-                   std::to_string(result.failed) + " of " + std::to_string(result.trials));
-      html.close();
+      report::Cell name = {Words{{entry.evaluation.version, "name", "", kRoot + entry.report}}, std::nullopt, "name"};
+      add_condition_flags(name.words, entry);
+      table.add({std::move(name),
+                 {entry.evaluation.date.substr(0, 10)},
+                 {Words{{entry.evaluation.suite.name, "name"}}},
+                 {Words{{result.method, "name"}, {", " + result.protocol}}},
+                 report::number_cell(error_text(result.error)),
+                 report::number_cell(result.rank > 0 ? std::to_string(result.rank) + " of " + std::to_string(result.of)
+                                                     : "-"),
+                 failed_cell(result.failed, result.trials)});
     }
   }
-  html.close().close().close();
-  if (history.versions.size() > 1) history_chart(html, board, history);
+  out.heading(2, "Versions").table(table);
+  if (history.versions.size() > 1) history_chart(out, board, history);
 }
 
 const History* history_of(const Board& board, const std::vector<Place>& places) {
@@ -296,43 +270,44 @@ const History* history_of(const Board& board, const std::vector<Place>& places) 
 std::string method_html(const Board& board, const std::string& method) {
   const std::vector<Place> places = places_of(board, method);
   const Place& latest = places.at(0);
-  HtmlWriter html;
-  html.open("h1").element("bdi", method).close();
+  SitePage page;
+  Json charts = Json::array();
+  report::PageWriter out(charts);
+  Words title = {{method, "name"}};
   if (latest.standing->submitted) {
-    const Entry& entry = board.entries[*latest.standing->entry];
-    html.text(" ").element("span", {{"class", "mine"}}, "submitted");
-    condition_flags(html, entry);
+    title.add(" ").add("submitted", "mine");
+    add_condition_flags(title, board.entries[*latest.standing->entry]);
   }
-  failure_flag(html, latest.standing->failed, latest.standing->trials);
-  facts_section(html, board, latest);
-  standing_sections(html, board, places);
-  html.element("h2", "Results by scene and noise level");
+  add_failure_flag(title, latest.standing->failed, latest.standing->trials);
+  out.heading(1, title);
+  facts_section(out, board, latest);
+  standing_sections(out, board, places);
+  out.heading(2, "Results by scene and noise level");
   const Round* before = nullptr;
   for (const Place& place : places) {
     if (place.round == before) continue;
     before = place.round;
-    strata_section(html, *place.round, names_of(*place.round, method));
+    strata_section(out, *place.round, names_of(*place.round, method));
   }
-  failures_section(html, *latest.round, names_of(*latest.round, method));
-  SitePage page;
+  failures_section(out, *latest.round, names_of(*latest.round, method));
   page.title = method + " - " + board.title;
   page.root = kRoot;
   page.board_title = board.title;
-  page.main = html.take();
+  page.main = out.take();
   const std::set<std::string> names = names_of(*latest.round, method);
   const report::Gallery films = films_of(latest.round->gallery, names);
   const report::PageModel groups = groups_with(latest.round->page, names);
-  if (const std::string strips = report::replay_section(groups, films); !strips.empty()) {
-    page.main += replay_html(strips);
+  if (const std::string replay = report::replay_html({groups, films, {}}); !replay.empty()) {
+    page.main += replay;
     page.definitions = report::picture_definitions(films);
-    page.data = {{"replay", report::replay_data(groups, films)}, {"groups", Json::array()}};
-    for (const report::Group& group : groups.groups) page.data["groups"].push_back({{"label", group.label}});
+    page.data["replay"] = report::replay_data(groups, films);
+    for (const report::Group& group : groups.groups)
+      page.data["groups"].push_back({{"label", group.label}, {"curves", Json::array()}});
   }
-  if (const History* history = history_of(board, places)) {
-    HtmlWriter versions;
-    history_section(versions, board, *history);
-    page.main += versions.take();
-  }
+  report::PageWriter versions(charts);
+  if (const History* history = history_of(board, places)) history_section(versions, board, *history);
+  page.main += versions.take();
+  page.data["charts"] = std::move(charts);
   return framed(page);
 }
 

@@ -16,13 +16,10 @@ struct SitePage {
   std::vector<std::pair<std::string, std::string>> links;  // of the navigation: address, text
   std::string main;                                        // HTML
   std::string definitions;                                 // HTML: pictures that the main part uses
-  Json data;                                               // of the scripts; null: no replay
+  Json data = Json::object();                              // of the scripts: charts, and perhaps the replay
 };
 
 // The page is self-contained, and its policy allows its own scripts only.
 std::string framed(const SitePage& page);
-
-// The viewer of the report's page around `strips`, its HTML without scripts.
-std::string replay_html(const std::string& strips);
 
 }  // namespace relign::leaderboard

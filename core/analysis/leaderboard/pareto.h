@@ -1,10 +1,11 @@
-// Error against a cost: which methods no other beats in both, and the picture.
+// Error against a cost: which methods no other beats in both, and the chart.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "markup/html_writer.h"
+#include "report/figures.h"
 #include "statistics/band.h"
 
 namespace relign::leaderboard {
@@ -26,8 +27,8 @@ struct CostPicture {
   std::vector<CostPoint> points;
 };
 
-// A figure with points, intervals and the front as a line; the caption names the front, so that nothing is in the
-// picture alone. Nothing with fewer than two points.
-void draw_costs(HtmlWriter& html, const CostPicture& picture);
+// Points, intervals and the front as a line; the caption names the front, so that nothing is in the chart alone.
+// Nothing with fewer than two points.
+std::optional<report::Figure> cost_figure(const CostPicture& picture);
 
 }  // namespace relign::leaderboard

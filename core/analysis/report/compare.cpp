@@ -12,10 +12,10 @@
 #include "base/json_members.h"
 #include "base/text.h"
 #include "records/instances.h"
-#include "report/compare_yield.h"
 #include "report/loaded_results.h"
 #include "report/statistics_data.h"
 #include "statistics/paired.h"
+#include "statistics/passes.h"
 #include "statistics/study.h"
 #include "statistics/track_columns.h"
 
@@ -44,6 +44,37 @@ struct SeriesPair {
   const statistics::Series* a;
   const statistics::Series* b;
 };
+
+struct ComparedSeries {
+  const LoadedResults& results;
+  const statistics::Series& series;
+};
+
+records::Specification spec_of(const ComparedSeries& of) {
+  const statistics::StudyOptions options = study_options(of.results, statistics::Rule::own);
+  const auto found = options.spec_of_scene.find(of.series.scene);
+  return found == options.spec_of_scene.end() ? options.spec : found->second;
+}
+
+bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+
+bool equal(const records::Specification& a, const records::Specification& b) {
+  return equal(a.rmse, b.rmse) && equal(a.lp_per_mm, b.lp_per_mm) && equal(a.mtf_centre, b.mtf_centre) &&
+         equal(a.mtf_corner, b.mtf_corner) && a.diffraction == b.diffraction;
+}
+
+statistics::Passes passes_of(const ComparedSeries& of, const records::Specification& spec, statistics::Rule rule) {
+  const auto place = static_cast<std::size_t>(&of.series - of.results.trials.series.data());
+  return statistics::passes_of(of.results.trials, {place}, spec, rule).front();
+}
+
+// On common instances, at the last recommendation by the rule; failed trials count as missed. `first` is A. n is 0
+// without a specification, if the two specifications differ, or if the required values are not recorded.
+statistics::PairedShares compare_yield(const ComparedSeries& a, const ComparedSeries& b, statistics::Rule rule) {
+  const records::Specification spec = spec_of(a);
+  if (!spec.limits_anything() || !equal(spec, spec_of(b))) return {};
+  return statistics::compare_passes(passes_of(a, spec, rule), passes_of(b, spec, rule));
+}
 
 class Comparer {
  public:

@@ -13,18 +13,19 @@ namespace {
 constexpr std::size_t kMaxCurveBytes = 2'400'000;
 constexpr std::size_t kFewSteps = 16;
 
+constexpr int kDigits = 3;  // as the page shows them
+
 // Limits of one stage.
 struct Thinning {
   std::size_t most_steps;
   std::size_t most_tracks;
-  int digits;
   bool quartiles;
 };
-constexpr Thinning kThinnings[] = {{static_cast<std::size_t>(-1), 9, 5, true},
-                                   {static_cast<std::size_t>(-1), 3, 4, true},
-                                   {kFewSteps, 3, 4, true},
-                                   {kFewSteps, 1, 4, true},
-                                   {kFewSteps, 1, 3, false}};
+constexpr Thinning kThinnings[] = {{static_cast<std::size_t>(-1), 9, true},
+                                   {static_cast<std::size_t>(-1), 3, true},
+                                   {kFewSteps, 3, true},
+                                   {kFewSteps, 1, true},
+                                   {kFewSteps, 1, false}};
 using statistics::Track;
 // Most important first.
 constexpr Track kByImportance[] = {Track::recommended, Track::commanded,        Track::measured,           Track::best,
@@ -51,27 +52,29 @@ std::vector<std::size_t> kept_places(const Curve& curve, std::size_t count, std:
   return {places.begin(), places.end()};
 }
 
-Json values_at(const std::vector<double>& list, const std::vector<std::size_t>& places, int digits) {
+Json values_at(const std::vector<double>& list, const std::vector<std::size_t>& places) {
   Json values = Json::array();
   for (const std::size_t place : places)
-    values.push_back(place < list.size() && std::isfinite(list[place]) ? Json(rounded(list[place], digits)) : Json());
+    values.push_back(place < list.size() && std::isfinite(list[place]) ? Json(rounded(list[place], kDigits)) : Json());
   return values;
 }
 
-Json thinned(const CurveTrack& track, const std::vector<std::size_t>& places, const Thinning& thinning) {
+Json thinned(const CurveTrack& track, const std::vector<std::size_t>& places,
+             const std::vector<std::size_t>& with_intervals, const Thinning& thinning) {
   Json values;
-  const auto put = [&](const char* name, const std::vector<double>& list) {
-    values[name] = values_at(list, places, thinning.digits);
+  const auto put_at = [&](const char* name, const std::vector<double>& list, const std::vector<std::size_t>& at) {
+    values[name] = values_at(list, at);
   };
+  const auto put = [&](const char* name, const std::vector<double>& list) { put_at(name, list, places); };
   put("median", track.median);
   if (track.low.empty() || thinning.quartiles) {
     put("q25", track.q25);
     put("q75", track.q75);
   }
-  if (!track.low.empty()) {
-    put("lo95", track.low);
-    put("hi95", track.high);
-  }
+  if (track.low.empty()) return values;
+  // At the steps with intervals of any track only.
+  put_at("lo95", track.low, with_intervals);
+  put_at("hi95", track.high, with_intervals);
   return values;
 }
 
@@ -86,12 +89,20 @@ Json thinned(const Curve& curve, const Thinning& thinning, Track first_track) {
     kept["steps"] = Json::array();
     for (const std::size_t place : places) kept["steps"].push_back(curve.first_step + place);
   }
+  std::vector<std::size_t> with_intervals;
+  for (std::size_t k = 0; k < places.size(); ++k)
+    if (std::any_of(curve.tracks.begin(), curve.tracks.end(), [&](const CurveTrack& track) {
+          return places[k] < track.low.size() && std::isfinite(track.low[places[k]]);
+        })) {
+      with_intervals.push_back(places[k]);
+      kept["at"].push_back(k);
+    }
   std::vector<Track> order(std::begin(kByImportance), std::end(kByImportance));
   std::stable_partition(order.begin(), order.end(), [&](Track track) { return track == first_track; });
   Json& tracks = kept["tracks"];
   for (const Track track : order) {
     if (curve.track(track).median.empty() || tracks.size() >= thinning.most_tracks) continue;
-    Json values = thinned(curve.track(track), places, thinning);
+    Json values = thinned(curve.track(track), places, with_intervals, thinning);
     // Equal ones once, the others by name: without a cure shift the current pose is the commanded one.
     for (const auto& [name, other] : tracks.items())
       if (other == values) {
@@ -100,8 +111,8 @@ Json thinned(const Curve& curve, const Thinning& thinning, Track first_track) {
       }
     tracks[statistics::track_name(track)] = std::move(values);
   }
-  if (!curve.machine_seconds.empty()) kept["machine_seconds"] = values_at(curve.machine_seconds, places, 4);
-  if (!curve.algorithm_seconds.empty()) kept["algorithm_seconds"] = values_at(curve.algorithm_seconds, places, 4);
+  if (!curve.machine_seconds.empty()) kept["machine_seconds"] = values_at(curve.machine_seconds, places);
+  if (!curve.algorithm_seconds.empty()) kept["algorithm_seconds"] = values_at(curve.algorithm_seconds, places);
   return kept;
 }
 

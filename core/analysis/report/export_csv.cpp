@@ -27,15 +27,16 @@ MtfScores mtf(const Row& row) { return row.mtf.value_or(MtfScores()); }
 Share yield(const RuleScore& score) { return score.yield.value_or(Share()); }
 
 // After the columns that identify the row. results/README.md describes them.
-constexpr std::array kNumbers = {
+constexpr std::array kRecommended = {
     CsvColumn<Row>{"recommended_median", [](const Row& row) { return field(row.recommended.median); }},
     CsvColumn<Row>{"recommended_q25", [](const Row& row) { return field(row.recommended.q25); }},
     CsvColumn<Row>{"recommended_q75", [](const Row& row) { return field(row.recommended.q75); }},
     CsvColumn<Row>{"recommended_lo95", [](const Row& row) { return field(row.recommended.interval.low); }},
     CsvColumn<Row>{"recommended_hi95", [](const Row& row) { return field(row.recommended.interval.high); }},
-    CsvColumn<Row>{"recommended_iqm", [](const Row& row) { return field(row.recommended_iqm.estimate); }},
-    CsvColumn<Row>{"recommended_iqm_lo95", [](const Row& row) { return field(row.recommended_iqm.interval.low); }},
-    CsvColumn<Row>{"recommended_iqm_hi95", [](const Row& row) { return field(row.recommended_iqm.interval.high); }},
+};
+
+// After the statistics of kFinalStatistics.
+constexpr std::array kNumbers = {
     CsvColumn<Row>{"commanded_median", [](const Row& row) { return field(row.commanded.median); }},
     CsvColumn<Row>{"commanded_q25", [](const Row& row) { return field(row.commanded.q25); }},
     CsvColumn<Row>{"commanded_q75", [](const Row& row) { return field(row.commanded.q75); }},
@@ -85,12 +86,22 @@ std::string fields(const Columns& columns, const Source& of) {
   return csv;
 }
 
+std::string final_fields(const Row& row) {
+  std::string csv;
+  for (const statistics::Band& band : row.finals)
+    csv += ',' + field(band.estimate) + ',' + field(band.interval.low) + ',' + field(band.interval.high);
+  return csv;
+}
+
 }  // namespace
 
 std::string ranking_csv_head(bool cycle) {
   std::string csv =
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
+  for (const auto& column : kRecommended) csv += std::string(",") + column.name;
+  for (const statistics::FinalStatistic& one : statistics::kFinalStatistics)
+    for (const char* end : {"", "_lo95", "_hi95"}) csv += std::string(",recommended_") + one.key + end;
   for (const auto& column : kNumbers) csv += std::string(",") + column.name;
   for (const auto& column : kSpecMtf) csv += std::string(",") + column.name;
   csv += ",rule,class,merit,method_key";
@@ -111,8 +122,9 @@ std::string ranking_csv_rows(const PageModel& page, const std::string& folder, b
              (row.measured ? "measured" : "recommended") + ',' + (row.oracle() ? "true" : "false") + ',' +
              std::to_string(row.trials) + ',' + std::to_string(row.failed) + ',' + std::to_string(row.step) + ',' +
              field(group.start) + ',' + field(group.own_optimum) + ',' + field(group.spec.rmse) +
-             fields(kNumbers, row) + fields(kSpecMtf, group) + ',' + statistics::rule_name(page.rule) + ',' +
-             csv_field(class_name(row.of_class)) + ',' + csv_field(row.merit) + ',' + row.key;
+             fields(kRecommended, row) + final_fields(row) + fields(kNumbers, row) + fields(kSpecMtf, group) + ',' +
+             statistics::rule_name(page.rule) + ',' + csv_field(class_name(row.of_class)) + ',' + csv_field(row.merit) +
+             ',' + row.key;
       for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
         csv += fields(kOfRule, score);
       csv += ',' + csv_field(row.training_tag) + (cycle ? ',' + field(to_spec(row).cycle) : "") + '\n';

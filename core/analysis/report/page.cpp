@@ -5,10 +5,27 @@
 #include "markup/escape.h"
 #include "report/assets.h"
 #include "report/picture_html.h"
-#include "report/sections.h"
 
 namespace relign::report {
+namespace {
 
+struct Section {
+  const char* id;
+  std::vector<void (*)(PageWriter&, const PageParts&)> parts;
+};
+
+// In the order of the page, before and after the curves and the replay.
+const std::vector<Section> kBefore = {
+    {"verdict", {verdict_section}}, {"aggregate", {aggregate_section}},
+    {"ranking", {ranking_section}}, {"rules", {specification_section, cost_section, rules_section}},
+    {"levels", {levels_section}},   {"matrix", {matrix_section}},
+    {"heat", {heat_section}}};
+const std::vector<Section> kAfter = {
+    {"pairs", {pairs_section}},          {"training", {training_section}}, {"scene", {scene_section}},
+    {"gallery", {gallery_section}},      {"ran", {ran_section}},           {"methods", {methods_section}},
+    {"provenance", {provenance_section}}};
+
+// The hash of a script as a source of the content security policy.
 std::string script_source(const std::string& script) {
   const std::string hex = sha256_hex(script);
   std::string bytes;
@@ -16,6 +33,8 @@ std::string script_source(const std::string& script) {
     bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
   return "'sha256-" + base64(bytes) + "'";
 }
+
+}  // namespace
 
 std::string filled(std::string_view page_template, const std::map<std::string, std::string>& parts) {
   std::string out;
@@ -35,45 +54,54 @@ std::string filled(std::string_view page_template, const std::map<std::string, s
   return out;
 }
 
-std::string page_html(const PageModel& page, const Gallery& gallery, const std::map<std::string, double>& rmse) {
-  // The chart library, the page's own scripts, and the one that starts them.
-  std::string sources, scripts;
-  for (const std::string& script :
-       {assets::dygraphs_js(), std::string(assets::sorting_js()), std::string(assets::curves_js()),
-        std::string(assets::replay_js()), std::string(assets::page_js())}) {
-    sources += (sources.empty() ? "" : " ") + script_source(script);
-    scripts += "<script>" + script + "</script>\n";
-  }
-  const std::string replay = replay_section(page, gallery);
-  Json for_scripts = curve_data(page);
-  for_scripts["replay"] = replay_data(page, gallery);
-  return filled(assets::page_html(),
-                {{"script_sources", sources},
-                 {"document_title", html_escaped((page.title.empty() ? "results" : page.title) + " - relign-bench")},
-                 {"style", assets::dygraphs_css() + std::string(assets::page_css())},
-                 {"title", title_section(page)},
-                 {"verdict", verdict_section(page)},
-                 {"aggregate", aggregate_section(page)},
-                 {"ranking", ranking_section(page)},
-                 {"rules", specification_section(page) + cost_section(page) + rules_section(page)},
-                 {"levels", levels_section(page)},
-                 {"matrix", matrix_section(page)},
-                 {"heat", heat_section(page)},
-                 {"curve_cards", curve_cards(page, gallery)},
-                 {"curves_hidden", page.groups.empty() ? "hidden" : ""},
-                 {"replay", replay},
-                 {"replay_hidden", replay.empty() ? "hidden" : ""},
-                 {"pairs", pairs_section(page)},
-                 {"training", training_section(page)},
-                 {"scene", scene_section(page, gallery)},
-                 {"gallery", gallery_section(page, gallery, rmse)},
-                 {"ran", ran_section(page, gallery)},
-                 {"methods", methods_section(page)},
-                 {"provenance", provenance_section(page)},
-                 {"picture_definitions", picture_definitions(gallery)},
-                 {"dygraphs_licence", html_escaped(assets::dygraphs_licence())},
-                 {"data", json_for_script(for_scripts)},
-                 {"scripts", scripts}});
+std::string document(std::string_view page_template, std::map<std::string, std::string> parts, const Json& data,
+                     std::string_view style) {
+  const std::string script(assets::page_js());
+  parts["script_sources"] = script_source(script);
+  parts["style"] = std::string(assets::page_css()) + std::string(style);
+  parts["scripts"] = "<script>" + script + "</script>\n";
+  parts["data"] = json_for_script(data);
+  return filled(page_template, parts);
+}
+
+std::string replay_html(const PageParts& parts) {
+  Json charts;
+  PageWriter out(charts);
+  film_strips(out, parts);
+  const std::string strips = out.take();
+  return strips.empty() ? "" : filled(assets::replay_html(), {{"strips", strips}});
+}
+
+std::string page_html(const PageModel& page, const Gallery& gallery, const FinalErrors& rmse) {
+  const PageParts parts = {page, gallery, rmse};
+  Json charts = Json::array();
+  const auto written = [&](void (*section)(PageWriter&, const PageParts&)) {
+    PageWriter out(charts);
+    section(out, parts);
+    return out.take();
+  };
+  const auto all = [&](const std::vector<Section>& sections) {
+    std::string html;
+    for (const Section& section : sections) {
+      std::string inside;
+      for (const auto& part : section.parts) inside += written(part);
+      if (!inside.empty()) html += "<section id=\"" + std::string(section.id) + "\">" + inside + "</section>\n";
+    }
+    return html;
+  };
+  std::map<std::string, std::string> places = {
+      {"document_title", html_escaped((page.title.empty() ? "results" : page.title) + " - relign-bench")},
+      {"title", written(title_section)},
+      {"before", all(kBefore)},
+      {"curve_cards", written(curve_cards)},
+      {"curves_hidden", page.groups.empty() ? "hidden" : ""},
+      {"replay", replay_html(parts)},
+      {"after", all(kAfter)},
+      {"picture_definitions", picture_definitions(gallery)}};
+  Json data = curve_data(page);
+  data["replay"] = replay_data(page, gallery);
+  data["charts"] = std::move(charts);
+  return document(assets::page_html(), std::move(places), data);
 }
 
 }  // namespace relign::report

@@ -13,6 +13,7 @@
 #include "report/page_numbers.h"
 #include "statistics/costs.h"
 #include "statistics/curves.h"
+#include "statistics/order_statistic.h"
 #include "statistics/paired.h"
 #include "statistics/rules.h"
 
@@ -83,7 +84,7 @@ struct Row {
   std::size_t trials = 0, failed = 0;
   unsigned step = 0;  // the last one
   Score recommended, commanded;
-  statistics::Band recommended_iqm;
+  std::array<statistics::Band, statistics::kFinalStatistics.size()> finals;
   std::optional<Score> measured;  // lowest measured error; only without ground truth
   double machine_seconds = kMissing, algorithm_ms_per_step = kMissing;
   std::optional<Yield> yield;

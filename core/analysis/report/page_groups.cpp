@@ -1,15 +1,20 @@
 #include "report/page_groups.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <tuple>
 
 #include "base/displayed_rmse.h"
+#include "base/error.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
+#include "base/shell_words.h"
 #include "report/rules_data.h"
-#include "report/scene_bounds.h"
+#include "report/scene_data.h"
 #include "report/statistics_data.h"
+#include "report/verdict_cases.h"
 
 namespace relign::report {
 namespace {
@@ -136,6 +141,225 @@ std::vector<Group> page_groups(const LoadedResults& results, const statistics::S
     groups.push_back(std::move(group));
   }
   return groups;
+}
+
+namespace {
+
+// In the units of `axes`; poses are shares of the travel.
+std::vector<ResidualAxis> residual_axes(const std::vector<statistics::Quantiles>& residual,
+                                        const std::vector<SceneAxis>& axes) {
+  std::vector<ResidualAxis> list;
+  if (axes.size() != residual.size()) return {};
+  for (std::size_t axis = 0; axis < residual.size(); ++axis) {
+    const double travel = axes[axis].upper - axes[axis].lower;
+    if (!(travel > 0)) return {};
+    if (!axes[axis].observable) continue;
+    list.push_back(
+        {axes[axis].name, axes[axis].unit, shown(travel * residual[axis].median), shown(travel * residual[axis].q75)});
+  }
+  return list;
+}
+
+statistics::Interval shown_arrivals(const statistics::Interval& interval) {
+  return {shown_arrival(interval.low), shown_arrival(interval.high)};
+}
+
+TimeToSpec time_of(const statistics::ExpectedSteps& expected, const statistics::Band& steps,
+                   const statistics::Band& seconds) {
+  return {expected.successes,
+          expected.trials,
+          shown_arrival(steps.estimate),
+          shown_arrival(expected.steps),
+          shown_arrival(seconds.estimate),
+          shown_arrivals(steps.interval)};
+}
+
+void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vector<SceneAxis>& axes,
+                const records::Specification& spec) {
+  row.recommended.interval = shown(study.recommended_median.interval);
+  for (std::size_t k = 0; k < row.finals.size(); ++k) row.finals[k] = shown(study.finals[k]);
+  row.commanded.interval = shown(study.commanded_median.interval);
+  row.residual = residual_axes(study.residual, axes);
+  for (const statistics::ExcessAfter& from : study.excess) {
+    ExcessAfter& after = row.excess.emplace_back();
+    after.images = from.images;
+    for (const statistics::Rule rule : statistics::kRules) {
+      after.rules[rule] = score_of(from.rules[rule].values);
+      after.rules[rule].interval = shown(from.rules[rule].interval);
+    }
+  }
+  row.costs = study.costs;
+  if (study.mtf_centre.n > 0) row.mtf = {score_of(study.mtf_centre), score_of(study.mtf_corner)};
+  if (!spec.limits_anything() || study.yield.n == 0) return;
+  row.yield = {share_of(study.in_spec, study.yield), std::nullopt};
+  if (study.yield_uncured.n > 0) row.yield->uncured = share_of(study.in_spec_uncured, study.yield_uncured);
+  // Without criteria of every step: MTF is not known per step.
+  if (spec.limits_criteria() ? study.to_specification.empty() : std::isnan(spec.rmse)) return;
+  row.to_spec = time_of(study.expected_to_spec, study.steps_to_spec, study.seconds_to_spec);
+  row.to_spec->cycle = shown_arrival(study.cycle_to_spec.estimate);
+  for (const statistics::ArrivalStudy& arrival : study.to_specification)
+    row.to_specification.push_back({arrival.name, share_of(arrival.in_spec, arrival.share),
+                                    time_of(arrival.expected, arrival.steps, arrival.seconds),
+                                    shown_arrivals(arrival.seconds.interval)});
+}
+
+CurveTrack track_of(const statistics::Curve& curve, std::size_t track) {
+  CurveTrack made;
+  bool any = false, any_interval = false;
+  for (const statistics::CurvePoint& point : curve.points) {
+    const Score score = score_of(point.tracks[track]);
+    const statistics::Interval interval = shown(point.bands[track]);
+    any = any || score.n > 0;
+    any_interval = any_interval || point.bands[track].exists();
+    made.median.push_back(score.median);
+    made.q25.push_back(score.q25);
+    made.q75.push_back(score.q75);
+    made.low.push_back(interval.low);
+    made.high.push_back(interval.high);
+  }
+  if (!any) return {};
+  if (!any_interval) made.low = made.high = {};
+  return made;
+}
+
+Curve curve_of(const statistics::Curve& from, double algorithm_ms_per_step) {
+  Curve curve;
+  curve.method = from.algorithm;
+  curve.trials = from.trials;
+  curve.first_step = from.points.empty() ? 0 : from.points.front().step;
+  for (std::size_t track = 0; track < curve.tracks.size(); ++track) curve.tracks[track] = track_of(from, track);
+  for (const statistics::CurvePoint& point : from.points) {
+    curve.machine_seconds.push_back(shown(point.machine_seconds));
+    if (std::isfinite(algorithm_ms_per_step))
+      curve.algorithm_seconds.push_back(shown(0.001 * algorithm_ms_per_step * point.step));
+  }
+  return curve;
+}
+
+Ecdf ecdf_of(const statistics::SeriesStudy& study) {
+  Ecdf ecdf = {study.curve.algorithm, {}};
+  double before = -1;
+  for (std::size_t step = 0; step < study.targets_reached.size(); ++step) {
+    const bool last = step + 1 == study.targets_reached.size();
+    if (study.targets_reached[step] == before && !last) continue;
+    before = study.targets_reached[step];
+    ecdf.points.emplace_back(step, shown(before));
+  }
+  return ecdf;
+}
+
+records::Specification shown_spec(records::Specification spec) {
+  for (double& limit : spec.limits.values) limit = shown(limit);
+  for (double* limit : {&spec.rmse, &spec.lp_per_mm, &spec.mtf_centre, &spec.mtf_corner}) *limit = shown(*limit);
+  return spec;
+}
+
+}  // namespace
+
+Score score_of(const statistics::Quantiles& values) {
+  if (values.n == 0) return {};
+  return {values.n, shown(values.median), shown(values.q25), shown(values.q75), {}};
+}
+
+Share share_of(std::size_t in, const statistics::Band& share) {
+  return {in, share.n, shown(share.estimate), shown(share.interval)};
+}
+
+const statistics::SeriesStudy* find_series(const statistics::Study& study, const statistics::GroupStudy& group,
+                                           const std::string& method) {
+  for (const std::size_t series : group.series)
+    if (study.series[series].curve.algorithm == method) return &study.series[series];
+  return nullptr;
+}
+
+void add_statistics(Group& group, const statistics::GroupStudy& found, const statistics::Study& study,
+                    const std::vector<SceneAxis>& axes, double next_image, double smallest_relevant_ratio) {
+  for (Row& row : group.rows)
+    if (const statistics::SeriesStudy* series = find_series(study, found, row.method))
+      add_to_row(row, *series, axes, found.spec);
+  for (const std::size_t index : found.series) {
+    const statistics::SeriesStudy& series = study.series[index];
+    if (series.curve.trials == 0) continue;
+    const auto row = std::find_if(group.rows.begin(), group.rows.end(),
+                                  [&](const Row& one) { return one.method == series.curve.algorithm; });
+    group.curves.push_back(curve_of(series.curve, row == group.rows.end() ? kMissing : row->algorithm_ms_per_step));
+    if (!group.measured_only) group.ecdf.push_back(ecdf_of(series));
+  }
+  if (found.own_optimum.n > 0) {
+    const double best = found.own_optimum.median;
+    group.own_optimum = shown(best);
+    group.next_image = shown(std::sqrt(best * best + next_image));
+  }
+  group.spec = shown_spec(found.spec);
+  group.prices = study.prices;
+  if (found.spec.limits_anything()) {
+    group.cannot_meet_spec = found.cannot_meet_spec;
+    group.infeasible = found.infeasible;
+  }
+  for (const statistics::PairStudy& pair : found.pairs)
+    group.pairs.push_back(pair_of(pair, study, smallest_relevant_ratio));
+  if (found.friedman.mean_ranks.size() > 2) group.friedman = {shown(found.friedman.f_p), found.friedman.instances};
+}
+
+Difference difference_of(const statistics::PairedComparison& from, double smallest_relevant_ratio) {
+  const statistics::Interval& interval = from.difference.interval;
+  Difference made;
+  made.n = from.difference.n;
+  made.ratio = shown(std::exp(from.difference.estimate));
+  made.interval = shown(statistics::Interval{std::exp(interval.low), std::exp(interval.high)});
+  made.improvement = shown(from.probability_of_improvement.estimate);
+  made.p = shown(from.test.p);
+  made.verdict = from.verdict;
+  made.reason = undecided_reason(made, smallest_relevant_ratio);
+  return made;
+}
+
+Pair pair_of(const statistics::PairStudy& from, const statistics::Study& study, double smallest_relevant_ratio) {
+  Pair pair;
+  static_cast<Difference&>(pair) = difference_of(from.comparison, smallest_relevant_ratio);
+  pair.a = study.series[from.first].curve.algorithm;
+  pair.b = study.series[from.second].curve.algorithm;
+  pair.p_holm = shown(from.corrected_p);
+  pair.planned = from.planned;
+  if (!from.planned) return pair;
+  pair.p_planned = shown(from.planned_p);
+  const statistics::PairedShares& yields = from.yields;
+  if (yields.n > 0)
+    pair.yields = {yields.n,
+                   yields.first,
+                   yields.second,
+                   yields.first_alone,
+                   yields.second_alone,
+                   shown(yields.p),
+                   shown(from.planned_yield_p)};
+  return pair;
+}
+
+statistics::StudyOptions study_options(const LoadedResults& results, std::optional<statistics::Rule> rule) {
+  statistics::StudyOptions options;
+  const Json& plan = object_of(results.manifest, "analysis");
+  options.rule = rule ? *rule : statistics::rule_named(text_of(plan, "rule")).value_or(statistics::Rule::own);
+  const Methods methods(results);
+  for (const Method& method : methods.list())
+    options.classes[{method.name, method.protocol}] = class_name(method.of_class);
+  if (const Json& ratio = member(plan, "smallest_relevant_ratio"); ratio.is_number())
+    options.smallest_relevant_ratio = std::max(1.0, ratio.get<double>());
+  for (const Json& pair : list_of(plan, "contrasts"))
+    if (pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string())
+      options.contrasts.emplace_back(pair[0].get<std::string>(), pair[1].get<std::string>());
+  const std::string seed = text_of(results.manifest, "seed");
+  if (!seed.empty() && seed.find_first_not_of("0123456789") == std::string::npos && seed.size() < 20)
+    options.seed = std::stoull(seed);
+  for (const Json& target : list_of(results.manifest, "targets"))
+    if (target.is_number()) options.targets.push_back(target.get<double>());
+  options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
+  options.prices = statistics::prices_of(member(results.manifest, "cost"));
+  const Json& of_suite = object_of(results.manifest, "spec");
+  options.spec = records::specification_of(of_suite, Json());
+  if (of_suite.empty())
+    for (const Json& scene : list_of(results.manifest, "scenes"))
+      options.spec_of_scene[text_of(scene, "name")] = records::specification_of(of_suite, object_of(scene, "spec"));
+  return options;
 }
 
 }  // namespace relign::report

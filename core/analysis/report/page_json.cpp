@@ -127,7 +127,8 @@ static void write(Json& json, const Row& row) {
       "algorithm_ms_per_step", row.algorithm_ms_per_step, "yield", row.yield, "to_spec", row.to_spec, "mtf", row.mtf,
       "rules", row.rules);
   put_interval(json["recommended"], row.recommended.interval);
-  put_band(json["recommended"], "iqm", row.recommended_iqm);
+  for (std::size_t k = 0; k < row.finals.size(); ++k)
+    put_band(json["recommended"], statistics::kFinalStatistics[k].key, row.finals[k]);
   put_interval(json["commanded"], row.commanded.interval);
   put_filled(json, "training_tag", row.training_tag);
   put_filled(json, "excess", row.excess);

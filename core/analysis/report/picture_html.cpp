@@ -3,8 +3,11 @@
 namespace relign::report {
 namespace {
 
-void picture_figure(HtmlWriter& html, std::size_t picture, const std::string& view, const std::string& what) {
-  html.open("svg", {{"viewBox", view}, {"role", "img"}, {"aria-label", what}});
+// `what`: the text alternative, where no caption is the same.
+void picture_figure(HtmlWriter& html, std::size_t picture, const std::string& view, const std::string& what = "") {
+  Attributes attributes = {{"viewBox", view}};
+  if (!what.empty()) attributes.insert(attributes.end(), {{"role", "img"}, {"aria-label", what}});
+  html.open("svg", attributes);
   html.empty("use", {{"href", "#" + picture_id(picture)}}).close();
 }
 
@@ -31,7 +34,7 @@ std::string picture_definitions(const Gallery& gallery) {
 void picture(HtmlWriter& html, const Gallery& gallery, const Frame& frame, const std::string& what) {
   html.open("figure", {{"class", "picture"}});
   if (frame.picture)
-    picture_figure(html, *frame.picture, whole(gallery.pictures[*frame.picture]), what);
+    picture_figure(html, *frame.picture, whole(gallery.pictures[*frame.picture]));
   else
     html.element("div", {{"class", "nopicture"}}, frame.file.empty() ? "no picture" : "see " + frame.file);
   html.element("figcaption", what).close();
@@ -44,7 +47,7 @@ void start_picture(HtmlWriter& html, const Gallery& gallery, const TrialPictures
   }
   const std::string tile = std::to_string(trial.film.tile);
   html.open("figure", {{"class", "picture"}});
-  picture_figure(html, *trial.film.picture, "0 0 " + tile + " " + tile, what);
+  picture_figure(html, *trial.film.picture, "0 0 " + tile + " " + tile);
   html.element("figcaption", what).close();
 }
 
@@ -55,6 +58,12 @@ void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, cons
   html.open("div", {{"class", "film-steps"}, {"aria-hidden", "true"}});
   for (const FilmFrame& frame : film.frames) html.element("span", std::to_string(frame.step));
   html.close().close();
+}
+
+void lens_drawing(HtmlWriter& html, const std::string& scene, const std::string& uri) {
+  html.open("figure", {{"class", "plot lens"}});
+  html.empty("img", {{"src", uri}, {"alt", "Cross-section of the lens of " + scene + " with rays of several fields"}});
+  html.element("figcaption", "Cross-section of the nominal lens with rays of several fields.").close();
 }
 
 const TrialPictures* pictures_of(const Gallery& gallery, const Group& group, const std::string& method,

@@ -21,6 +21,9 @@ void start_picture(HtmlWriter& html, const Gallery& gallery, const TrialPictures
 // The whole film in one row.
 void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, const std::string& what);
 
+// The cross-section of a lens, a data URI.
+void lens_drawing(HtmlWriter& html, const std::string& scene, const std::string& uri);
+
 // Pictures of a group's method; nullptr if there are none. `why`: best, median, worst.
 const TrialPictures* pictures_of(const Gallery& gallery, const Group& group, const std::string& method,
                                  const char* why);

@@ -12,10 +12,19 @@
 #include <string>
 #include <vector>
 
-#include "report/picture_file.h"
 #include "report/scene_axes.h"
 
 namespace relign::report {
+
+// Only PNG and WebP files with a valid signature and size are embedded into a page.
+struct Picture {
+  std::string data_uri;
+  unsigned width = 0, height = 0;
+};
+
+// nullopt if the bytes are not such a picture, or its size is 0.
+std::optional<Picture> png_picture(const std::string& bytes);
+std::optional<Picture> webp_picture(const std::string& bytes);  // lossy, lossless or extended
 
 struct Frame {
   std::uint64_t step = 0;
@@ -63,7 +72,7 @@ struct ShownFirst {
   std::string scene, noise_level, protocol, algorithm;
 };
 
-inline constexpr std::size_t kMaxPictureBytes = 400'000;  // of the page, to keep that of a quick suite under 1 MB
+inline constexpr std::size_t kMaxPictureBytes = 340'000;  // of the page, to keep that of a quick suite under 700 kB
 
 // Pictures of `first` are embedded before all others. Does not throw for errors inside the folder, which are listed in
 // Gallery::problems.

@@ -190,7 +190,7 @@ std::string Report::html() const {
   }
   std::set<std::string> shown;
   for (const TrialPictures& trial : gallery.trials) shown.insert(trial.trial);
-  std::map<std::string, double> rmse;
+  FinalErrors rmse;
   for (const auto& part : content_->parts)
     for (const statistics::TrialRow& trial : part->results.trials.rows) {
       if (!trial.counts() || shown.count(trial.trial) == 0) continue;

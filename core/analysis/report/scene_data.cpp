@@ -1,13 +1,16 @@
 #include "report/scene_data.h"
 
 #include <cmath>
+#include <limits>
 
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/inside.h"
 #include "base/json_members.h"
 #include "markup/escape.h"
 #include "records/record.h"
+#include "report/scene_axes.h"
 
 namespace relign::report {
 namespace {
@@ -140,6 +143,86 @@ std::map<std::string, std::string> scene_drawings(const fs::path& results, const
     drawings[text_of(scene, "name")] = std::move(uri);
   }
   return drawings;
+}
+
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kMaxBoundsBytes = 1'000'000;
+
+double mean_excess(const fs::path& file) {
+  double sum = 0;
+  std::size_t count = 0;
+  const Json bounds = parsed_json(read_file(file, kMaxBoundsBytes));
+  for (const Json& lens : list_of(bounds, "lenses")) {
+    const Json excess = lens.is_object() ? lens.value("excess_mse", Json()) : Json();
+    if (!excess.is_number() || !(excess.get<double>() >= 0)) return kUnknown;
+    sum += excess.get<double>();
+    ++count;
+  }
+  return count > 0 ? sum / static_cast<double>(count) : kUnknown;
+}
+
+}  // namespace
+
+double next_image_excess(const fs::path& results, const Json& manifest, const std::string& scene,
+                         const std::string& noise_level) {
+  for (const Json& entry : list_of(manifest, "scenes")) {
+    if (text_of(entry, "name") != scene) continue;
+    const fs::path file = scene_file(results, entry, "next_image/" + noise_level + ".json");
+    if (file.empty()) return kUnknown;
+    try {
+      return mean_excess(file);
+    } catch (const std::exception&) {  // optional: the line is then left out
+      return kUnknown;
+    }
+  }
+  return kUnknown;
+}
+
+namespace {
+
+constexpr std::uintmax_t kMaxAxesBytes = 1'000'000;
+constexpr std::size_t kMaxAxes = 16;
+
+std::vector<SceneAxis> axes_of(const fs::path& file) {
+  std::vector<SceneAxis> axes;
+  std::error_code failed;
+  if (fs::file_size(file, failed) > kMaxAxesBytes || failed) return axes;
+  const Json description = parsed_json(read_file(file));
+  for (const Json& axis : list_of(description, "axes")) {
+    if (!axis.is_object() || axes.size() >= kMaxAxes) continue;
+    const auto number = [&](const char* key) {
+      return axis.contains(key) && axis[key].is_number() ? axis[key].get<double>() : 0.0;
+    };
+    axes.push_back({text_of(axis, "name"), text_of(axis, "unit"), number("lower"), number("upper"),
+                    !axis.contains("observable") || flag_of(axis, "observable")});
+  }
+  return axes;
+}
+
+}  // namespace
+
+fs::path scene_file(const fs::path& results, const Json& scene, const std::string& name) {
+  const std::string folder = text_of(scene, "folder");
+  const fs::path file = results / folder / name;
+  std::error_code failed;
+  const bool found = !folder.empty() && is_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
+  return found ? file : fs::path();
+}
+
+std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results, const Json& manifest) {
+  std::map<std::string, std::vector<SceneAxis>> all;
+  for (const Json& scene : list_of(manifest, "scenes")) {
+    const fs::path file = scene_file(results, scene, "description.json");
+    if (file.empty()) continue;
+    try {
+      std::vector<SceneAxis> axes = axes_of(file);
+      if (!axes.empty()) all[text_of(scene, "name")] = std::move(axes);
+    } catch (const std::exception&) {  // optional: poses are then shown as shares
+    }
+  }
+  return all;
 }
 
 }  // namespace relign::report

@@ -5,50 +5,26 @@
 
 #include "base/text.h"
 #include "markup/escape.h"
-#include "markup/html_writer.h"
 #include "report/cost_text.h"
 #include "report/sections.h"
 
 namespace relign::report {
 namespace {
 
-constexpr const char* kUntil = "\u2013";
-
 using statistics::Band;
 using statistics::CostStudy;
 
-void band_cell(HtmlWriter& html, const Band& band, int digits, double scale = 1, const std::string& unit = "") {
-  if (band.n == 0) return interval_cell(html, "number quiet", "", "-", "");
-  if (!std::isfinite(band.estimate)) return interval_cell(html, "number quiet", "", "no good module", "");
-  std::string text;
-  if (std::isfinite(band.interval.low)) {
-    const char* const until = band.interval.low < 0 ? " to " : kUntil;  // a minus sign after a dash is hard to read
-    text = number_text(scale * band.interval.low, digits) +
-           (std::isfinite(band.interval.high) ? until + number_text(scale * band.interval.high, digits) : " or more");
-  }
-  interval_cell(html, "number", sort_value(scale * band.estimate), number_text(scale * band.estimate, digits) + unit,
-                text);
+Cell band_cell(const Band& band, int digits, double scale = 1, const std::string& unit = "") {
+  if (band.n == 0) return no_cell("number quiet");
+  if (!std::isfinite(band.estimate)) return {"no good module", "", "number quiet"};
+  return estimate_cell(scale * band.estimate, number_text(scale * band.estimate, digits) + unit,
+                       open_interval({scale * band.interval.low, scale * band.interval.high}, digits));
 }
 
 // What the row of the budget does not show already.
 bool is_shown(const CostStudy& cost, const CostStudy& budget) {
   return &cost == &budget || cost.steps != budget.steps ||
          (cost.saves.n > 0 && cost.saves.estimate != budget.saves.estimate);
-}
-
-void cost_row(HtmlWriter& html, const Row& row, const CostStudy& cost, bool cheapest, bool saves) {
-  html.open("tr");
-  method_cell(html, row.method, row.oracle(), row.training_tag);
-  html.open("td", {{"class", "number"}, {"data-sort", std::to_string(cost.steps[0])}}).text(images_of(cost));
-  tag(html, cheapest ? "chosen for least cost" : "");
-  html.close();
-  band_cell(html, cost.met, 3, 100, " %");
-  band_cell(html, cost.seconds, 3);
-  band_cell(html, cost.good_per_hour, 4);
-  band_cell(html, cost.scrapped, 3, 1000);
-  band_cell(html, cost.per_good_module, 3);
-  if (saves) band_cell(html, cost.saves, 2);
-  html.close();
 }
 
 }  // namespace
@@ -70,41 +46,50 @@ std::string prices_sentence(const statistics::Prices& prices) {
   return text + ".";
 }
 
-std::string cost_section(const PageModel& page) {
+void cost_section(PageWriter& out, const PageParts& parts) {
   const auto priced = [](const Row& row) { return !row.costs.empty(); };
-  if (!any_row(page, priced)) return "";
-  HtmlWriter html;
-  html.element("h3", "Cost");
-  html.element("p", {{"class", "facts"}},
-               "A line that takes the same number of images of every module, the one at the start included, and then "
-               "glues it where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': "
-               "the number of images with which a good module costs least, chosen on one half of the instances for the "
-               "other, in both directions; the budget, if that number does not cost less. Savings compare budgets with "
-               "budgets and least costs with least costs. Cost of a good module: its share of station time and of "
-               "modules that miss, without "
-               "its own parts. Estimates with 95 % intervals; failed trials count as modules that miss.");
-  for (const Group& group : page.groups) {
+  if (!any_row(parts.page, priced)) return;
+  out.heading(3, "Cost").text(
+      "A line that takes the same number of images of every module, the one at the start included, and then glues it "
+      "where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': the number of "
+      "images with which a good module costs least, chosen on one half of the instances for the other, in both "
+      "directions; the budget, if that number does not cost less. Savings compare budgets with budgets and least costs "
+      "with least costs. Cost of a good module: its share of station time and of modules that miss, without its own "
+      "parts. Estimates with 95 % intervals; failed trials count as modules that miss.",
+      "facts");
+  for (const Group& group : parts.page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), priced)) continue;
     const statistics::Prices& prices = group.prices;
     const std::string unit = prices.currency.empty() ? "" : ", " + prices.currency;
     const bool saves = std::any_of(group.rows.begin(), group.rows.end(),
                                    [](const Row& row) { return !row.costs.empty() && row.costs.front().saves.n > 0; });
-    html.element("p", {{"class", "quiet"}}, prices_sentence(prices));
-    html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}});
-    html.element("caption", group.label).open("thead").open("tr");
-    for (const std::string& title :
-         {std::string("method"), std::string("images, the one at the start included"), std::string("in spec"),
-          std::string("station time, s"), std::string("good modules an hour"), std::string("scrapped per 1,000"),
-          "cost of a good module" + unit})
-      html.element("th", {{"scope", "col"}}, title);
-    if (saves) html.element("th", {{"scope", "col"}}, "saves against " + prices.baseline + unit);
-    html.close().close().open("tbody");
+    Table table{"",
+                group.label,
+                {{"method"},
+                 {"images, the one at the start included"},
+                 {"in spec"},
+                 {"station time, s"},
+                 {"good modules an hour"},
+                 {"scrapped per 1,000"},
+                 {"cost of a good module" + unit}}};
+    if (saves) table.heads.push_back({"saves against " + prices.baseline + unit});
     for (const Row& row : group.rows)
-      for (const CostStudy& cost : row.costs)
-        if (is_shown(cost, row.costs.front())) cost_row(html, row, cost, &cost != &row.costs.front(), saves);
-    html.close().close().close();
+      for (const CostStudy& cost : row.costs) {
+        if (!is_shown(cost, row.costs.front())) continue;
+        Cell images = {images_of(cost), std::to_string(cost.steps[0]), "number"};
+        if (&cost != &row.costs.front()) images.words.add(" ").add("chosen for least cost", "tag");
+        std::vector<Cell> cells = {method_cell(row.method, row.oracle(), row.training_tag),
+                                   std::move(images),
+                                   band_cell(cost.met, 3, 100, " %"),
+                                   band_cell(cost.seconds, 3),
+                                   band_cell(cost.good_per_hour, 4),
+                                   band_cell(cost.scrapped, 3, 1000),
+                                   band_cell(cost.per_good_module, 3)};
+        if (saves) cells.push_back(band_cell(cost.saves, 2));
+        table.add(std::move(cells));
+      }
+    out.text(prices_sentence(prices), "quiet").table(table);
   }
-  return html.take();
 }
 
 std::string costs_csv(const PageModel& page) {

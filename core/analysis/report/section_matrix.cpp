@@ -1,10 +1,9 @@
-// The generalisation matrix: methods by scenes and noise levels, shaded by excess error. Radio buttons choose the
-// number of images, the rule and the unit; style rules show the table that they name, so that no script is needed.
+// Methods by scenes and noise levels. The generalisation matrix is shaded by excess error; radio buttons choose the
+// number of images, the rule and the unit, and style rules show the table that they name, so that no script is needed.
 #include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
-#include "markup/html_writer.h"
 #include "report/matrix_data.h"
 #include "report/sections.h"
 
@@ -13,124 +12,121 @@ namespace {
 
 constexpr std::size_t kMaxMatrixCells = 12'000;  // about 2 MB
 
+// Limits of the shades 0 (best) to 4: of the error relative to the best of the column, or of the yield.
+constexpr double kFactors[] = {1.1, 1.5, 2.5, 5};
+constexpr double kYields[] = {0.95, 0.8, 0.5, 0.2};
+constexpr const char* kShades[] = {"h0", "h1", "h2", "h3", "h4"};
+
+constexpr std::size_t kMaxLevelMethods = 10;  // more bars are indistinguishable
+
+Cell heat_yield(const Row& row) {
+  if (!row.yield) return {""};
+  const auto shade =
+      std::count_if(std::begin(kYields), std::end(kYields), [&](double y) { return row.yield->share < y; });
+  const statistics::Interval& interval = row.yield->interval;
+  return {whole_percent(row.yield->share), std::nullopt, kShades[shade],
+          interval_text({100 * interval.low, 100 * interval.high}, 3, " to ") + " % (95 % interval)"};
+}
+
+Cell heat_error(const Row& row, double best) {
+  const Score& error = row.score();
+  if (error.n == 0) return {""};
+  const double factor = best > 0 ? error.median / best : 1;
+  const auto shade = std::count_if(std::begin(kFactors), std::end(kFactors), [&](double f) { return factor > f; });
+  return {number_text(error.median, 3), std::nullopt, kShades[shade],
+          error.interval.exists() ? interval_text(error.interval, 3, " to ") + " (95 % interval)"
+                                  : interval_text({error.q25, error.q75}, 3, " to ") + " (quartiles)"};
+}
+
+double best_of(const Group& group) {
+  double best = 0;
+  for (const Row& row : group.rows) {
+    const double median = row.score().median;
+    if (!row.oracle() && median > 0 && (best == 0 || median < best)) best = median;
+  }
+  return best;
+}
+
+std::string card_link(std::size_t group) { return "#group-" + std::to_string(group); }
+
 struct View {
   unsigned images = kLastImage;
   statistics::Rule rule = statistics::Rule::own;
 };
 
-// Radio buttons with labels. A single option is selected and not shown. Class and id begin with `prefix`; page.css has
-// rules for the classes.
-void choice(HtmlWriter& html, const char* title, const std::string& prefix, const std::vector<std::string>& options,
-            std::size_t chosen) {
-  const bool shown = options.size() > 1;
-  if (shown) html.element("span", {{"class", "lead"}}, title);
-  for (std::size_t i = 0; i < options.size(); ++i) {
-    const std::string number = prefix + std::to_string(i), id = "matrix-" + number;
-    Attributes attributes = {{"type", "radio"}, {"name", "matrix-" + prefix}, {"id", id}, {"class", number}};
-    if (i == chosen) attributes.emplace_back("checked", "");
-    if (!shown) attributes.emplace_back("hidden", "");
-    html.empty("input", attributes);
-    if (shown) html.element("label", {{"for", id}}, options[i]);
-  }
-}
-
 // The limits of the classes in words and colours.
-void legend(HtmlWriter& html, const char* kind, const std::string& title, const std::array<double, 4>& limits,
+void legend(PageWriter& out, const char* kind, const std::string& title, const std::array<double, 4>& limits,
             bool percent) {
-  html.open("p", {{"class", "classes " + std::string(kind)}}).text(title + " ");
+  static constexpr const char* kColours[] = {"m0", "m1", "m2", "m3", "m4"};
+  Words words = title + " ";
   for (std::size_t i = 0; i <= limits.size(); ++i) {
     const double limit = limits[std::min(i, limits.size() - 1)];
-    const std::string text = percent ? shortest(rounded(100 * limit, 3)) + " %" : shortest(limit);
-    html.element("span", {{"class", "m" + std::to_string(i)}}, (i < limits.size() ? "at most " : "above ") + text);
+    words.add((i < limits.size() ? "at most " : "above ") +
+                  (percent ? shortest(rounded(100 * limit, 3)) + " %" : shortest(limit)),
+              kColours[i]);
   }
-  html.close();
+  out.text(words, kind);
 }
 
 std::string percent_text(double share) { return number_text(100 * share, 2) + " %"; }
 
-void matrix_head(HtmlWriter& html, const PageModel& page, const MatrixPart& part, bool scenes) {
-  html.open("thead");
-  if (scenes) {
-    html.open("tr").element("td", "");
-    for (std::size_t first = 0, next = 0; first < part.domains.size(); first = next) {
-      const std::string& scene = page.groups[part.domains[first]].scene;
-      while (next < part.domains.size() && page.groups[part.domains[next]].scene == scene) ++next;
-      html.open("th", {{"scope", "colgroup"}, {"class", "scene"}, {"colspan", std::to_string(next - first)}});
-      html.element("bdi", scene).close();
-    }
-    html.close();
-  }
-  html.open("tr").element("th", {{"scope", "col"}, {"class", "name"}}, "method");
-  for (const std::size_t index : part.domains) {
-    const Group& group = page.groups[index];
-    html.open("th", {{"scope", "col"}, {"class", "number"}})
-        .open("a", {{"href", "#group-" + std::to_string(index)}})
-        .element("bdi", group.noise_level)
-        .close()
-        .close();
-  }
-  html.close().open("tr", {{"class", "start"}});
-  html.element("th", {{"scope", "row"}, {"class", "name"}}, "at the start");
-  for (const std::size_t index : part.domains)
-    html.element("td", {{"class", "number"}}, number_text(page.groups[index].start_excess, 3));
-  html.close().close();
-}
-
-void matrix_cell(HtmlWriter& html, const Group& group, const Row* row, const View& view) {
-  if (!row) {
-    html.element("td", "");
-    return;
-  }
+Cell matrix_cell(const Group& group, const Row* row, const View& view) {
+  if (!row) return {""};
   const Score* score = excess_after(*row, view.images, view.rule);
   if (!score || score->n == 0) {
     const std::string why = row->trials == 0 ? counted(row->failed, "trial") + " failed"
                             : score          ? "not recorded for this rule"
                                     : "only " + counted(row->excess.empty() ? 0 : row->excess.back().images, "image");
-    html.element("td", {{"class", "quiet"}, {"title", why}}, row->trials == 0 ? "failed" : "-");
-    return;
+    return {row->trials == 0 ? "failed" : "-", std::nullopt, "quiet", why};
   }
+  // Classes by the error and by the share.
+  static constexpr const char* kOfBoth[5][5] = {{"a0 b0", "a0 b1", "a0 b2", "a0 b3", "a0 b4"},
+                                                {"a1 b0", "a1 b1", "a1 b2", "a1 b3", "a1 b4"},
+                                                {"a2 b0", "a2 b1", "a2 b2", "a2 b3", "a2 b4"},
+                                                {"a3 b0", "a3 b1", "a3 b2", "a3 b3", "a3 b4"},
+                                                {"a4 b0", "a4 b1", "a4 b2", "a4 b3", "a4 b4"}};
+  static constexpr const char* kOfError[] = {"a0", "a1", "a2", "a3", "a4"};
   const double share = score->median / group.start_excess;
   const bool fewer = score->n < group.instances;
-  std::string title = score->interval.exists() ? interval_text(score->interval, 3, " to ") + " (95 % interval)"
-                      : score->n > 1           ? interval_text({score->q25, score->q75}, 3, " to ") + " (quartiles)"
-                                               : "no interval";
-  title += ", " + (fewer ? std::to_string(score->n) + " of " : "") + counted(group.instances, "instance");
-  if (row->failed > 0) title += ", " + counted(row->failed, "trial") + " failed";
-  std::string classes = "a" + std::to_string(excess_class(score->median, kExcessClasses));
-  if (std::isfinite(share)) classes += " b" + std::to_string(excess_class(share, kShareClasses));
-  html.open("td", {{"class", classes}, {"title", title}}).text(excess_text(score->median) + (fewer ? "*" : ""));
-  if (std::isfinite(share)) html.text(" ").element("small", percent_text(share));
-  html.close();
+  std::string hint = score->interval.exists() ? interval_text(score->interval, 3, " to ") + " (95 % interval)"
+                     : score->n > 1           ? interval_text({score->q25, score->q75}, 3, " to ") + " (quartiles)"
+                                              : "no interval";
+  hint += ", " + (fewer ? std::to_string(score->n) + " of " : "") + counted(group.instances, "instance");
+  if (row->failed > 0) hint += ", " + counted(row->failed, "trial") + " failed";
+  const auto of_error = static_cast<std::size_t>(excess_class(score->median, kExcessClasses));
+  Cell cell = {excess_text(score->median) + (fewer ? "*" : ""), std::nullopt, kOfError[of_error], hint};
+  if (!std::isfinite(share)) return cell;
+  cell.kind = kOfBoth[of_error][static_cast<std::size_t>(excess_class(share, kShareClasses))];
+  cell.words.add(" ").add(percent_text(share), "share");
+  return cell;
 }
 
-void matrix_table(HtmlWriter& html, const PageModel& page, const Matrix& matrix, const MatrixPart& part,
-                  const View& view) {
-  html.open("table", {{"class", "heat excess"}});
+Table matrix_table(const PageModel& page, const Matrix& matrix, const MatrixPart& part, const View& view) {
   const std::string after = view.images == kLastImage ? "the last image" : std::to_string(view.images) + " images";
-  html.element("caption", (matrix.parts.size() > 1 ? "Protocol " + part.protocol + ", after " : "After ") + after +
-                              ", rule " + statistics::rule_name(view.rule));
-  matrix_head(html, page, part, matrix.scenes > 1);
-  ObservationClass block = ObservationClass::unknown;
-  const bool blocks = part.rows.front().method->of_class != part.rows.back().method->of_class;
-  for (const MatrixRow& row : part.rows) {
-    if (&row == &part.rows.front() || row.method->of_class != block) {
-      if (&row != &part.rows.front()) html.close();
-      block = row.method->of_class;
-      html.open("tbody");
-      if (blocks)
-        html.open("tr", {{"class", "class"}})
-            .element("th", {{"colspan", std::to_string(1 + part.domains.size())}, {"scope", "rowgroup"}},
-                     class_title(block))
-            .close();
-    }
-    html.open("tr").open("th", {{"scope", "row"}, {"class", "name"}}).element("bdi", row.method->name);
-    tag(html, row.method->training_tag);
-    html.close();
-    for (std::size_t domain = 0; domain < row.cells.size(); ++domain)
-      matrix_cell(html, page.groups[part.domains[domain]], row.cells[domain], view);
-    html.close();
+  Table table{"heat excess",
+              (matrix.parts.size() > 1 ? "Protocol " + part.protocol + ", after " : "After ") + after + ", rule " +
+                  statistics::rule_name(view.rule),
+              {{"method", "", "", "name"}}};
+  table.sortable = false;
+  std::vector<Cell> start = {{"at the start", std::nullopt, "name"}};
+  for (const std::size_t index : part.domains) {
+    const Group& group = page.groups[index];
+    table.heads.push_back({group.noise_level, matrix.scenes > 1 ? group.scene : "", "", "number", card_link(index)});
+    start.push_back({number_text(group.start_excess, 3), std::nullopt, "number"});
   }
-  html.close().close();
+  table.add(std::move(start), "start");
+  const bool blocks = part.rows.front().method->of_class != part.rows.back().method->of_class;
+  const MatrixRow* before = nullptr;
+  for (const MatrixRow& row : part.rows) {
+    if (blocks && (!before || before->method->of_class != row.method->of_class))
+      table.add_title(class_title(row.method->of_class), "class");
+    before = &row;
+    std::vector<Cell> cells = {method_cell(row.method->name, false, row.method->training_tag)};
+    for (std::size_t domain = 0; domain < row.cells.size(); ++domain)
+      cells.push_back(matrix_cell(page.groups[part.domains[domain]], row.cells[domain], view));
+    table.add(std::move(cells));
+  }
+  return table;
 }
 
 std::string explanation(const PageModel& page, const Matrix& matrix) {
@@ -151,40 +147,92 @@ std::string explanation(const PageModel& page, const Matrix& matrix) {
 
 }  // namespace
 
-std::string matrix_section(const PageModel& page) {
+void matrix_section(PageWriter& out, const PageParts& parts) {
+  const PageModel& page = parts.page;
   const Matrix matrix = matrix_of(page);
-  if (!has_matrix(matrix)) return "";
+  if (!has_matrix(matrix)) return;
   std::vector<unsigned> images = matrix.images;
   images.push_back(kLastImage);
   std::vector<statistics::Rule> rules = matrix.rules;
   bool reduced = false;
   if (matrix.cells * images.size() * rules.size() > kMaxMatrixCells) rules = {page.rule}, reduced = true;
   if (matrix.cells * images.size() * rules.size() > kMaxMatrixCells) images = {kLastImage};
-  HtmlWriter html;
-  html.element("h2", "Excess error by scene and noise level")
-      .element("p", {{"class", "quiet"}}, explanation(page, matrix));
+  out.heading(2, "Excess error by scene and noise level").text(explanation(page, matrix), "quiet");
   if (reduced)
-    html.element("p", {{"class", "quiet"}},
-                 "This page is large; matrix.csv has the other rules" +
-                     std::string(images.size() == 1 ? " and numbers of images." : "."));
-  html.open("div", {{"class", "matrix"}});
+    out.text("This page is large; matrix.csv has the other rules" +
+                 std::string(images.size() == 1 ? " and numbers of images." : "."),
+             "quiet");
   std::vector<std::string> counts, names, units = {"RMSE"};
   for (const unsigned count : images) counts.push_back(images_text(matrix, count));
-  for (const statistics::Rule rule : rules) names.push_back(statistics::rule_name(rule));
-  if (matrix.shares) units.push_back("share of the start");
-  const auto place = std::find(rules.begin(), rules.end(), page.rule) - rules.begin();
-  choice(html, "Images", "i", counts, counts.size() - 1);
-  choice(html, "Rule", "r", names, static_cast<std::size_t>(place) % rules.size());
-  choice(html, "Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
-  legend(html, "of-error", "Excess RMSE:", kExcessClasses, false);
-  if (matrix.shares) legend(html, "of-share", "Share of the excess at the start:", kShareClasses, true);
+  for (const statistics::Rule rule : rules) names.emplace_back(statistics::rule_name(rule));
+  if (matrix.shares) units.emplace_back("share of the start");
+  const auto place = static_cast<std::size_t>(std::find(rules.begin(), rules.end(), page.rule) - rules.begin());
+  out.open("matrix")
+      .choice("Images", "i", counts, counts.size() - 1)
+      .choice("Rule", "r", names, place % rules.size())
+      .choice("Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
+  legend(out, "classes of-error", "Excess RMSE:", kExcessClasses, false);
+  if (matrix.shares) legend(out, "classes of-share", "Share of the excess at the start:", kShareClasses, true);
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t r = 0; r < rules.size(); ++r) {
-      html.open("div", {{"class", "scroll view v" + std::to_string(i) + std::to_string(r)}});
-      for (const MatrixPart& part : matrix.parts) matrix_table(html, page, matrix, part, {images[i], rules[r]});
-      html.close();
+      out.open(("view v" + std::to_string(i) + std::to_string(r)).c_str());
+      for (const MatrixPart& part : matrix.parts) out.table(matrix_table(page, matrix, part, {images[i], rules[r]}));
+      out.close();
     }
-  return html.take();
+  out.close();
+}
+
+// Yields, or errors where the matrix of excess errors lacks a group. Each cell links to the card of its group.
+void heat_section(PageWriter& out, const PageParts& parts) {
+  const PageModel& page = parts.page;
+  if (page.groups.size() < 2 || page.methods.size() < 2) return;
+  const bool by_yield = any_row(page, &Row::yield);
+  const Matrix matrix = matrix_of(page);
+  if (!by_yield && has_matrix(matrix) && matrix.domains == page.groups.size()) return;
+  Table table{"heat", "", {{"method", "", "", "name"}}};
+  table.sortable = false;
+  for (std::size_t i = 0; i < page.groups.size(); ++i)
+    table.heads.push_back({page.groups[i].label, "", "", "number", card_link(i)});
+  for (const Method& method : page.methods) {
+    std::vector<Cell> cells = {method_cell(method.label, false, method.training_tag)};
+    for (std::size_t i = 0; i < page.groups.size(); ++i) {
+      const Group& group = page.groups[i];
+      Cell& cell = cells.emplace_back(Cell{""});
+      for (const Row& row : group.rows)
+        if (row.method == method.name && group.protocol == method.protocol)
+          cell = by_yield ? heat_yield(row) : heat_error(row, best_of(group));
+      for (Word& word : cell.words)
+        if (!word.text.empty()) word.link = card_link(i);
+    }
+    table.add(std::move(cells));
+  }
+  out.heading(2, "Methods by scene and noise level")
+      .text(by_yield
+                ? "Instances in specification, %. Strong colours: nearly all; faint: few. Tooltips show intervals; "
+                  "cells link to the curves."
+                : "Median error. Strong colours: within 10 % of the best of the column; faint: more than five times "
+                  "the best. Tooltips show intervals; cells link to the curves.",
+            "quiet")
+      .table(table);
+}
+
+void levels_section(PageWriter& out, const PageParts& parts) {
+  std::vector<Figure> figures = level_figures(parts.page);
+  // The ranking shows a single level.
+  std::erase_if(figures, [](const Figure& figure) { return figure.chart.x.categories.size() < 2; });
+  if (figures.empty()) return;
+  out.heading(2, "Yield and moves to specification").open("figures");
+  for (Figure& figure : figures) {
+    std::vector<ChartSeries>& series = figure.chart.series;  // in ranking order
+    if (const std::size_t all = series.size(); all > kMaxLevelMethods) {
+      series.resize(kMaxLevelMethods);
+      figure.caption += " First " + std::to_string(kMaxLevelMethods) + " of " + std::to_string(all) +
+                        " methods; the ranking lists all.";
+    }
+    figure.caption = figure.chart.title + ". " + figure.caption;
+    out.chart(figure);
+  }
+  out.close();
 }
 
 }  // namespace relign::report

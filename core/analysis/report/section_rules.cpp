@@ -4,7 +4,6 @@
 #include <string>
 
 #include "base/text.h"
-#include "markup/html_writer.h"
 #include "report/rules_data.h"
 #include "report/sections.h"
 #include "statistics/rules.h"
@@ -14,19 +13,15 @@ namespace {
 
 constexpr double kAlpha = 0.05;
 
-void rule_cells(HtmlWriter& html, const RuleScore& score, bool yields, bool steps) {
-  if (score.median.n > 0) {
-    interval_cell(html, "number", sort_value(score.median.estimate), number_text(score.median.estimate, 3),
-                  interval_text(score.median.interval, 3, "\u2013"));
-  } else {
-    html.element("td", {{"class", "number"}, {"data-sort", ""}}, "not recorded");
-  }
+void add_rule_cells(std::vector<Cell>& cells, const RuleScore& score, bool yields, bool steps) {
+  cells.push_back(score.median.n > 0 ? estimate_cell(score.median.estimate, number_text(score.median.estimate, 3),
+                                                     interval_text(score.median.interval, 3, kDash))
+                                     : Cell{"not recorded", "", "number"});
   if (yields)
-    html.element("td", {{"class", "number"}, {"data-sort", score.yield ? sort_value(score.yield->share) : ""}},
-                 score.yield ? whole_percent(score.yield->share) + " %" : "-");
-  if (steps)
-    html.element("td", {{"class", "number"}, {"data-sort", sort_value(score.steps)}},
-                 std::isinf(score.steps) ? "not reached" : number_text(score.steps, 3));
+    cells.push_back(score.yield
+                        ? Cell{whole_percent(score.yield->share) + " %", sort_value(score.yield->share), "number"}
+                        : no_cell());
+  if (steps) cells.push_back(std::isinf(score.steps) ? Cell{"not reached", "", "number"} : number_cell(score.steps));
 }
 
 std::string error_words(const Pair& pair) {
@@ -68,8 +63,9 @@ std::string target_yield_text(const Group& group, double wanted) {
 
 constexpr std::size_t kMaxRows = 2000;  // of the table, which keeps large pages under 10 MB
 
-std::string rules_section(const PageModel& page) {
-  if (!any_row(page, &Row::rules)) return "";
+void rules_section(PageWriter& out, const PageParts& parts) {
+  const PageModel& page = parts.page;
+  if (!any_row(page, &Row::rules)) return;
   bool yields = false, steps = false;
   std::size_t rows = 0;
   for (const Group& group : page.groups) {
@@ -80,59 +76,46 @@ std::string rules_section(const PageModel& page) {
         steps = steps || !std::isnan(score.steps);
       }
   }
-  HtmlWriter html;
-  html.element("h2", "Recommendation rules")
-      .element("p", {{"class", "quiet"}},
-               "The same trials scored at three poses after the last step. own: the pose recommended by the method. "
-               "best: the pose with the lowest measured error. current: the current pose. This page uses the rule '" +
-                   std::string(statistics::rule_name(page.rule)) + "'; choose another one with 'report --rule'.");
+  out.heading(2, "Recommendation rules")
+      .text(
+          "The same trials scored at three poses after the last step. own: the pose recommended by the method. best: "
+          "the pose with the lowest measured error. current: the current pose. This page uses the rule '" +
+              std::string(statistics::rule_name(page.rule)) + "'; choose another one with 'report --rule'.",
+          "quiet");
   if (rows > kMaxRows) {
-    html.element("p", {{"class", "quiet"}},
-                 "The table of " + std::to_string(rows) +
-                     " rows is too large for this page; 'relign-bench report --format csv' writes it.");
-    return html.take();
+    out.text("The table of " + std::to_string(rows) +
+                 " rows is too large for this page; 'relign-bench report --format csv' writes it.",
+             "quiet");
+    return;
   }
-  html.open("details", {{"class", "rules"}}).element("summary", "All methods by each rule");
-  html.open("div", {{"class", "scroll"}}).open("table", {{"class", "sortable"}}).open("thead").open("tr");
-  const auto head = [&html](const std::string& title, const char* unit) {
-    html.open("th", {{"scope", "col"}}).element("span", {{"class", "title"}}, title);
-    html.text(" ").element("span", {{"class", "unit"}}, unit).close();
-  };
-  head("method", "");
+  Table table{"", "", {{"method"}}};
   for (const statistics::Rule rule : statistics::kRules) {
-    head(statistics::rule_name(rule), "median (95 %)");
-    if (yields) head("in spec", statistics::rule_name(rule));
-    if (steps) head("moves to spec", statistics::rule_name(rule));
+    table.heads.push_back({statistics::rule_name(rule), "median (95 %)"});
+    if (yields) table.heads.push_back({"in spec", statistics::rule_name(rule)});
+    if (steps) table.heads.push_back({"moves to spec", statistics::rule_name(rule)});
   }
-  html.close().close();
-  const std::size_t columns = 1 + statistics::kRules.size() * (1 + (yields ? 1 : 0) + (steps ? 1 : 0));
   for (const Group& group : page.groups) {
     if (!group.rules) continue;
-    html.open("tbody").open("tr", {{"class", "group"}});
-    html.open("th", {{"colspan", std::to_string(columns)}, {"scope", "rowgroup"}}).element("bdi", group.label);
-    html.close().close();
+    table.add_title(Words{{group.label, "name"}}, "group");
     for (const Row& row : group.rows) {
-      html.open("tr").open("th", {{"scope", "row"}}).element("bdi", row.method).close();
+      std::vector<Cell> cells = {method_cell(row.method, false, "")};
       for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
-        rule_cells(html, score, yields, steps);
-      html.close();
+        add_rule_cells(cells, score, yields, steps);
+      table.add(std::move(cells));
     }
-    html.close();
   }
-  return html.take();
+  out.unfold("All methods by each rule", "rules").table(table).close();
 }
 
-std::string analysis_section(const PageModel& page) {
-  const Analysis& analysis = page.analysis;
-  HtmlWriter html;
-  for (const std::string& note : analysis.notes) html.element("p", {{"class", "broken"}}, note);
-  if (analysis.plan.empty()) return html.take();
-  html.element("p", {{"class", "facts"}}, analysis.summary);
-  html.open("ul", {{"class", "verdict"}});
-  const auto item = [&html](const Group& group, const std::string& text) {
-    html.open("li").element("b", {{"class", "label"}}, group.label).text(": " + text).close();
+void analysis_section(PageWriter& out, const PageParts& parts) {
+  const Analysis& analysis = parts.page.analysis;
+  for (const std::string& note : analysis.notes) out.text(note, "broken");
+  if (analysis.plan.empty()) return;
+  std::vector<Words> items;
+  const auto item = [&items](const Group& group, const std::string& text) {
+    items.push_back({{group.label, "label"}, {": " + text}});
   };
-  for (const Group& group : page.groups) {
+  for (const Group& group : parts.page.groups) {
     for (const Pair& pair : group.pairs)
       if (pair.planned)
         item(group, pair.a + " against " + pair.b + ": " +
@@ -140,7 +123,7 @@ std::string analysis_section(const PageModel& page) {
     if (std::isnan(analysis.yield)) continue;
     if (const std::string words = target_yield_text(group, analysis.yield); !words.empty()) item(group, words);
   }
-  return html.take();
+  out.text(analysis.summary, "facts").list(items, "verdict");
 }
 
 }  // namespace relign::report

@@ -1,6 +1,7 @@
 // Training cost and its break-even point.
+#include <cmath>
+
 #include "base/text.h"
-#include "markup/html_writer.h"
 #include "report/sections.h"
 
 namespace relign::report {
@@ -15,62 +16,50 @@ std::string lenses_text(double lenses) {
   return significant(rounded(lenses, 3), 3) + (lenses == 1 ? " lens" : " lenses");
 }
 
-void break_even(HtmlWriter& html, const BreakEven& even) {
+void add_break_even(Words& words, const BreakEven& even, const statistics::Prices& prices) {
   const bool pays = std::isfinite(even.lenses), never = std::isinf(even.lenses);
-  html.element("b", pays ? lenses_text(even.lenses) : never ? "never" : "unknown");
+  words.add(pays ? lenses_text(even.lenses) : never ? "never" : "unknown", "strong");
   if (pays)
-    html.text(": saves " + number_text(even.saves, 2) + " s per lens over ").element("bdi", even.against);
+    words.add(": saves " + number_text(even.saves, 2) + " s per lens over ").add(even.against, "name");
   else if (never && even.against.empty())
-    html.text(": fewer than half of the instances reach the specification");
+    words.add(": fewer than half of the instances reach the specification");
   else if (never)
-    html.text(": no faster than ").element("bdi", even.against);
+    words.add(": no faster than ").add(even.against, "name");
   else if (even.against.empty())
-    html.text(": no method without training reaches the specification on half of the instances");
-}
-
-void by_cost(HtmlWriter& html, const BreakEven& even, const statistics::Prices& prices) {
-  html.text("; by cost, ")
-      .element("b", std::isinf(even.modules) ? "never" : shortest(rounded(even.modules, 3)) + " good modules");
-  html.text(" against ").element("bdi", prices.baseline);
+    words.add(": no method without training reaches the specification on half of the instances");
+  if (std::isnan(even.modules)) return;
+  words.add("; by cost, ")
+      .add(std::isinf(even.modules) ? "never" : shortest(rounded(even.modules, 3)) + " good modules", "strong");
+  words.add(" against ").add(prices.baseline, "name");
 }
 
 }  // namespace
 
-std::string training_section(const PageModel& page) {
-  if (page.training.empty()) return "";
-  HtmlWriter html;
-  html.element("h2", "Training cost").open("div", {{"class", "scroll"}});
-  html.open("table", {{"class", "sortable training"}}).open("thead").open("tr");
-  for (const char* title : {"method", "training time", "training images", "machine", "break-even after"})
-    html.open("th", {{"scope", "col"}}).element("span", {{"class", "title"}}, title).close();
-  html.close().close().open("tbody");
+void training_section(PageWriter& out, const PageParts& parts) {
+  const PageModel& page = parts.page;
+  if (page.training.empty()) return;
+  Table table{"training", "", {{"method"}, {"training time"}, {"training images"}, {"machine"}, {"break-even after"}}};
   for (const TrainingCost& cost : page.training) {
-    html.open("tr").open("th", {{"scope", "row"}, {"data-sort", cost.method}}).element("bdi", cost.method);
-    tag(html, training_tag(page.methods, cost.method));
-    html.close();
-    html.element("td", {{"class", "number"}, {"data-sort", sort_value(cost.hours)}}, duration(cost.hours));
-    html.element("td", {{"class", "number"}, {"data-sort", sort_value(cost.steps)}},
-                 cost.stated ? number_text(cost.steps, 6) : std::to_string(std::llround(cost.steps)));
-    html.element("td", {{"data-sort", cost.machine}}, cost.machine.empty() ? "-" : cost.machine);
-    html.open("td", {{"class", "words"},
-                     {"data-sort", cost.pays_after.empty() ? "" : sort_value(cost.pays_after.front().lenses)}});
-    if (cost.pays_after.empty()) html.text("-");
-    for (const BreakEven& even : cost.pays_after) {  // one line per group with a specification
-      html.open("div");
-      if (page.groups.size() > 1) html.element("bdi", even.label).text(": ");
-      break_even(html, even);
-      if (!std::isnan(even.modules)) by_cost(html, even, page.groups[even.group].prices);
-      html.close();
+    Words even;
+    for (const BreakEven& one : cost.pays_after) {  // one line per group with a specification
+      if (!even.empty()) even.add("\n");
+      if (page.groups.size() > 1) even.add(one.label, "name").add(": ");
+      add_break_even(even, one, page.groups[one.group].prices);
     }
-    html.close().close();
+    table.add({method_cell(cost.method, false, training_tag(page.methods, cost.method)),
+               {duration(cost.hours), sort_value(cost.hours), "number"},
+               {cost.stated ? number_text(cost.steps, 6) : std::to_string(std::llround(cost.steps)),
+                sort_value(cost.steps), "number"},
+               {cost.machine.empty() ? "-" : cost.machine, cost.machine},
+               {even.empty() ? Words("-") : even,
+                cost.pays_after.empty() ? "" : sort_value(cost.pays_after.front().lenses), "words lines"}});
   }
-  html.close().close().close();
-  html.element(
-      "p", {{"class", "quiet"}},
-      "Break-even: training time divided by the time that each lens saves until it is in specification (machine "
-      "and compute time, medians), compared with the fastest method without training. The effort of developing "
-      "the training is not included.");
-  return html.take();
+  out.heading(2, "Training cost").table(table);
+  out.text(
+      "Break-even: training time divided by the time that each lens saves until it is in specification (machine and "
+      "compute time, medians), compared with the fastest method without training. The effort of developing the "
+      "training is not included.",
+      "quiet");
 }
 
 }  // namespace relign::report

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <optional>
 
+#include "base/text.h"
 #include "markup/escape.h"
-#include "report/chart_scale.h"
+#include "report/page_numbers.h"
 
 namespace relign::report {
 namespace {
@@ -65,7 +68,7 @@ double last_y(const ChartSeries& series) {
 
 class Drawing {
  public:
-  Drawing(HtmlWriter& html, const Chart& chart, ChartUse use) : html_(html), chart_(chart), use_(use) {
+  Drawing(HtmlWriter& html, const Chart& chart) : html_(html), chart_(chart) {
     std::vector<double> xs, ys;
     double longest = 0;
     for (const ChartSeries& series : chart.series) {
@@ -77,7 +80,7 @@ class Drawing {
     }
     for (const ChartLevel& level : chart.levels) ys.push_back(level.y);
     right_ = chart.width - kMargin - 8 - kCharacter * std::min(longest, kMaxLabelCharacters);
-    top_ = kMargin + (use == ChartUse::alone ? kTitle : 0);
+    top_ = kMargin + kTitle;
     bottom_ = chart.height - kBottom;
     const Range x = range_of(chart.x, xs, false), y = range_of(chart.y, ys, true);
     x_.emplace(x.low, x.high, x.logarithmic, kLeft, right_);
@@ -86,22 +89,23 @@ class Drawing {
 
   void draw() {
     const std::string width = pixels_text(chart_.width), height = pixels_text(chart_.height);
-    Attributes attributes = {{"class", "figure"}, {"viewBox", "0 0 " + width + " " + height},
-                             {"role", "img"},     {"aria-label", chart_.title},
-                             {"font-size", "11"}, {"fill", "none"}};
-    if (use_ == ChartUse::alone) {
-      attributes.insert(attributes.begin(), {"xmlns", "http://www.w3.org/2000/svg"});
-      attributes.insert(attributes.end(),
-                        {{"width", width}, {"height", height}, {"font-family", "Helvetica, Arial, sans-serif"}});
-    }
-    html_.open("svg", attributes).text("\n");
-    if (use_ == ChartUse::alone) {
-      html_.element("title", chart_.title);
-      html_.empty("rect", {{"width", width}, {"height", height}, {"fill", "#ffffff"}}).text("\n");
-      group("axis", kInk);
-      text(kLeft, kMargin + 11, chart_.title, "start", {{"font-weight", "600"}, {"font-size", "13"}});
-      html_.close();
-    }
+    html_
+        .open("svg", {{"xmlns", "http://www.w3.org/2000/svg"},
+                      {"class", "figure"},
+                      {"viewBox", "0 0 " + width + " " + height},
+                      {"role", "img"},
+                      {"aria-label", chart_.title},
+                      {"font-size", "11"},
+                      {"fill", "none"},
+                      {"width", width},
+                      {"height", height},
+                      {"font-family", "Helvetica, Arial, sans-serif"}})
+        .text("\n");
+    html_.element("title", chart_.title);
+    html_.empty("rect", {{"width", width}, {"height", height}, {"fill", "#ffffff"}}).text("\n");
+    group(kInk);
+    text(kLeft, kMargin + 11, chart_.title, "start", {{"font-weight", "600"}, {"font-size", "13"}});
+    html_.close();
     axes();
     // Bands below all lines.
     for (const ChartSeries& series : chart_.series) band(series);
@@ -112,19 +116,10 @@ class Drawing {
   }
 
  private:
-  void group(const std::string& name, const std::string& colour) {
-    if (use_ == ChartUse::in_page)
-      html_.open("g", {{"class", name}});
-    else
-      html_.open("g", {{"color", colour}});
-  }
+  void group(const std::string& colour) { html_.open("g", {{"color", colour}}); }
   void series_group(const ChartSeries& series) {
-    const auto count = static_cast<int>(series_colours().size());
-    if (series.style < 0)
-      group("s-oracle", "#6a7380");
-    else
-      group("s" + std::to_string(series.style % count),
-            series_colours()[static_cast<std::size_t>(series.style % count)]);
+    const std::size_t count = series_colours().size();
+    group(series.style < 0 ? "#6a7380" : series_colours()[static_cast<std::size_t>(series.style) % count]);
   }
 
   void text(double x, double y, const std::string& words, const char* anchor, const Attributes& more = {}) {
@@ -143,7 +138,7 @@ class Drawing {
   void axes() {
     std::string grid, frame = "M" + pixels_text(kLeft) + " " + pixels_text(top_) + "V" + pixels_text(bottom_) + "H" +
                               pixels_text(right_);
-    group("axis", kInk);
+    group(kInk);
     const auto mark_x = [&](double value, const std::string& words) {
       const double place = (*x_)(value);
       frame += "M" + pixels_text(place) + " " + pixels_text(bottom_) + "v4";
@@ -247,7 +242,7 @@ class Drawing {
   void draw_level(const ChartLevel& level) {
     if (!drawable(level.y)) return;
     const double y = (*y_)(level.y);
-    group("axis", kInk);
+    group(kInk);
     path("M" + pixels_text(kLeft) + " " + pixels_text(y) + "H" + pixels_text(right_),
          {{"stroke", "currentColor"}, {"stroke-dasharray", level.dotted ? "1.5 3" : "7 4"}});
     // Below its line if another line is close above, whose label is between the two.
@@ -277,19 +272,104 @@ class Drawing {
 
   HtmlWriter& html_;
   const Chart& chart_;
-  ChartUse use_;
   double right_ = 0, top_ = 0, bottom_ = 0;
   std::optional<ChartScale> x_, y_;
 };
 
 }  // namespace
 
-void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use) { Drawing(html, chart, use).draw(); }
-
 std::string chart_svg(const Chart& chart) {
   HtmlWriter html;
-  draw_chart(html, chart, ChartUse::alone);
+  Drawing(html, chart).draw();
   return html.take();
+}
+
+namespace {
+
+constexpr double kSlack = 1e-9;
+constexpr double kNoDecade = 0.8;    // below this, tick marks as on a linear axis
+constexpr double kFewDecades = 2.2;  // below this, tick marks at 2 and 5 as well
+constexpr int kTickDigits = 6;       // hides rounding errors as of k * 0.1
+
+std::string tick_text(double value) {
+  const std::string text = shortest(rounded(value, kTickDigits));
+  return text == "-0" ? "0" : text;
+}
+
+double round_step(double least) {
+  const double power = std::pow(10.0, std::floor(std::log10(least)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (factor * power >= least * (1 - kSlack)) return factor * power;
+  return 10 * power;
+}
+
+}  // namespace
+
+ChartScale::ChartScale(double low, double high, bool logarithmic, double from, double to)
+    : low_(logarithmic ? std::log10(low) : low),
+      high_(logarithmic ? std::log10(high) : high),
+      from_(from),
+      to_(to),
+      logarithmic_(logarithmic) {}
+
+double ChartScale::operator()(double value) const {
+  if (std::isnan(value)) return value;
+  if (logarithmic_) value = value > 0 ? std::log10(value) : low_;
+  return from_ + (to_ - from_) * (std::clamp(value, low_, high_) - low_) / (high_ - low_);
+}
+
+std::vector<std::pair<double, std::string>> ChartScale::marks(int count, bool whole) const {
+  std::vector<std::pair<double, std::string>> all;
+  const auto add = [&](double value) { all.emplace_back(value, tick_text(value)); };
+  if (!logarithmic_) {
+    double step = round_step((high_ - low_) / count);
+    if (whole) step = std::max(step, 1.0);
+    for (double k = std::ceil(low_ / step - kSlack); k * step <= high_ + kSlack * step; ++k) add(k * step);
+    return all;
+  }
+  if (high_ - low_ < kNoDecade) {
+    const double low = std::pow(10.0, low_), high = std::pow(10.0, high_);
+    const double step = std::max(round_step((high - low) / count), whole ? 1.0 : 0.0);
+    for (double k = std::ceil(low / step - kSlack); k * step <= high * (1 + kSlack); ++k) add(k * step);
+    return all;
+  }
+  const bool fine = high_ - low_ < kFewDecades;
+  // Over many decades only every second or third has a mark.
+  const int every = std::max(1, static_cast<int>(std::ceil((high_ - low_) / count)));
+  for (int power = static_cast<int>(std::floor(low_)); power <= high_; ++power)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      if (factor > 1 && !fine) continue;
+      if (factor == 1 && !fine && power % every != 0) continue;
+      const double place = power + std::log10(factor);
+      if (place < low_ - kSlack || place > high_ + kSlack) continue;
+      if (!whole || place > -kSlack) add(factor * std::pow(10.0, power));
+    }
+  return all;
+}
+
+std::string pixels_text(double value) {
+  const double tenths = std::round(value * 10) / 10;
+  return shortest(tenths == 0 ? 0.0 : tenths);
+}
+
+std::vector<double> spread_labels(const std::vector<double>& wanted, double top, double bottom, double height) {
+  std::vector<double> places(wanted.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<std::size_t> order;
+  const double room = bottom < top ? 0 : std::floor((bottom - top) / height) + 1;
+  for (std::size_t i = 0; i < wanted.size() && static_cast<double>(order.size()) < room; ++i)
+    if (std::isfinite(wanted[i])) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return wanted[a] < wanted[b]; });
+  double least = top;
+  for (const std::size_t i : order) {
+    places[i] = std::max(wanted[i], least);
+    least = places[i] + height;
+  }
+  double most = bottom;
+  for (auto i = order.rbegin(); i != order.rend(); ++i) {
+    places[*i] = std::min(places[*i], most);
+    most = places[*i] - height;
+  }
+  return places;
 }
 
 }  // namespace relign::report

@@ -1,12 +1,14 @@
-// Charts as SVG: lines, step functions and marks with bands or intervals, on linear, logarithmic or categorical axes.
-// Equal charts give equal bytes. In a page they use its colours (page.css), which follow dark mode and print;
-// standalone files have their own colours on white.
+// Charts: lines, step functions and marks with bands or intervals, on linear, logarithmic or categorical axes.
+// A page has their specifications, which chart.js draws; files are drawn here, on white, and equal charts give equal
+// bytes.
 #pragma once
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "base/json_source.h"
 #include "markup/html_writer.h"
 
 namespace relign::report {
@@ -49,20 +51,41 @@ struct Chart {
   double width = 460, height = 280;
 };
 
-enum class ChartUse { in_page, alone };
-
 inline constexpr int kOracleStyle = -1;
 
 // The colours of styles 0, 1, ... on white; they repeat with the next dash pattern.
 const std::vector<std::string>& series_colours();
 std::string series_dash(int style);  // an SVG dash array; "" for a plain line
 
-void draw_chart(HtmlWriter& html, const Chart& chart, ChartUse use);
+// The specification, as chart.js reads it.
+Json chart_json(const Chart& chart);
 
 // A standalone file.
 std::string chart_svg(const Chart& chart);
 
 // The numbers as CSV (RFC 4180): series, x, y, low, high; one row per point and level.
 std::string chart_csv(const Chart& chart);
+
+class ChartScale {
+ public:
+  // `low` < `high`, both positive if logarithmic; `from` and `to` are their positions in pixels.
+  ChartScale(double low, double high, bool logarithmic, double from, double to);
+
+  double operator()(double value) const;  // clipped to the axis; NaN stays NaN
+
+  // Tick marks, about `count` round numbers within the axis, with their texts; integers only if `whole`.
+  std::vector<std::pair<double, std::string>> marks(int count, bool whole) const;
+
+ private:
+  double low_, high_, from_, to_;
+  bool logarithmic_;
+};
+
+// Rounded to tenths of a pixel, shortest text.
+std::string pixels_text(double value);
+
+// Positions of labels near `wanted` (most important first), at least `height` apart and between top and bottom. NaN for
+// labels without room.
+std::vector<double> spread_labels(const std::vector<double>& wanted, double top, double bottom, double height);
 
 }  // namespace relign::report

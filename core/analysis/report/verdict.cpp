@@ -1,6 +1,7 @@
 #include "report/verdict.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "base/text.h"
@@ -182,6 +183,82 @@ std::vector<GroupVerdict> verdict(const PageModel& page) {
   for (const Group& group : page.groups)
     list.push_back(verdict_of(group, page.smallest_relevant_ratio, page.analysis.primary_is_yield));
   return list;
+}
+
+std::vector<VerdictRow> verdict_rows(const Group& group) {
+  std::vector<VerdictRow> rows;
+  std::map<std::string, std::size_t> places;
+  for (const Row& row : group.rows) {
+    places[row.method] = rows.size();
+    rows.push_back({&row, {}, 0});
+  }
+  for (const Pair& pair : group.pairs) {
+    const auto a = places.find(pair.a), b = places.find(pair.b);
+    if (a == places.end() || b == places.end()) continue;
+    VerdictRow &first = rows[a->second], &second = rows[b->second];
+    if (first.row->oracle() || first.row->of_class != second.row->of_class) continue;
+    ++first.compared, ++second.compared;
+    if (pair.verdict == statistics::Verdict::better) first.better_than.push_back(pair.b);
+    if (pair.verdict == statistics::Verdict::worse) second.better_than.push_back(pair.a);
+  }
+  return rows;
+}
+
+namespace {
+
+// A leader of a class, and in how many groups it is the first, and better than every other of its class.
+struct ClassLead {
+  std::string method;
+  std::size_t first = 0, better = 0;
+};
+
+// "a at 2 of 3, b at 1 of 3 (merit)"
+std::string lead_words(std::vector<ClassLead> leads, std::size_t groups, const std::string& of_class) {
+  std::stable_sort(leads.begin(), leads.end(),
+                   [](const ClassLead& a, const ClassLead& b) { return a.first > b.first; });
+  std::string words;
+  for (const ClassLead& lead : leads)
+    words += (words.empty() ? "" : ", ") + lead.method +
+             (lead.first == groups ? "" : " at " + std::to_string(lead.first) + " of " + std::to_string(groups)) +
+             (lead.better == lead.first ? ", better than every other" : "");
+  return words + (of_class.empty() ? "" : " (" + of_class + ")");
+}
+
+}  // namespace
+
+std::string headline(const PageModel& page) {
+  const bool levels = page.scenes.size() == 1 && page.protocols.size() == 1 && !any_group(page, &Group::station);
+  std::map<ObservationClass, std::vector<ClassLead>> leads;
+  for (std::size_t index = 0; index < page.groups.size(); ++index) {
+    const Group& group = page.groups[index];
+    const std::vector<VerdictRow> rows = verdict_rows(group);
+    const auto count = [&](ObservationClass of_class, const std::string& best) {
+      std::vector<ClassLead>& list = leads[of_class];
+      auto lead = std::find_if(list.begin(), list.end(), [&](const ClassLead& one) { return one.method == best; });
+      if (lead == list.end()) lead = list.insert(list.end(), ClassLead{best});
+      ++lead->first;
+      for (const VerdictRow& row : rows)
+        if (row.row->method == best && row.compared > 0 && row.better_than.size() == row.compared) ++lead->better;
+    };
+    for (const ClassVerdict& one : page.verdict[index].classes) count(one.of_class, one.best);
+    if (!page.verdict[index].classes.empty() || page.verdict[index].best.empty()) continue;
+    for (const VerdictRow& row : rows)
+      if (row.row->method == page.verdict[index].best) count(row.row->of_class, row.row->method);
+  }
+  if (leads.empty()) return "";
+  const std::size_t groups = page.groups.size();
+  std::vector<std::string> parts;
+  bool everywhere = groups > 1;
+  for (const ObservationClass of_class : kClasses)
+    if (const auto found = leads.find(of_class); found != leads.end()) {
+      parts.push_back(lead_words(found->second, groups, leads.size() > 1 ? class_name(of_class) : ""));
+      everywhere = everywhere && found->second.size() == 1 && found->second.front().first == groups;
+    }
+  return std::string(page.analysis.primary_is_yield             ? "Highest yield"
+                     : every_group(page, &Group::measured_only) ? "Lowest measured error"
+                                                                : "Lowest median error") +
+         (leads.size() > 1 ? ", by what methods observe: " : ": ") + join(parts, "; ") +
+         (everywhere ? ", at all " + std::to_string(groups) + (levels ? " noise levels." : " groups.") : ".");
 }
 
 std::string computing_time_note(const RunState& ran) {

@@ -21,8 +21,8 @@ double OrderStatistic::weight_below(std::size_t count, std::size_t n) const {
   switch (kind_) {
     case Kind::mean:
       return taken / all;
-    case Kind::iqm:
-      return std::clamp((taken - all / 4) / (all / 2), 0.0, 1.0);
+    case Kind::trimmed:
+      return std::clamp((taken - share_ * all) / ((1 - 2 * share_) * all), 0.0, 1.0);
     case Kind::quantile:
       break;
   }

@@ -4,6 +4,7 @@
 // resample, so that 10,000 resamples need no further sorting.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -19,10 +20,10 @@ class OrderStatistic {
   // Interquartile mean: the mean of the middle half, cutting fractions of values: of 10 values 2.5 at either end. If 4
   // divides the number of values this equals scipy.stats.trim_mean(values, 0.25), which rliable uses (Agarwal et al.
   // 2021) and which cuts whole values only.
-  static OrderStatistic iqm() { return {Kind::iqm, 0}; }
+  static OrderStatistic iqm() { return {Kind::trimmed, 0.25}; }
 
   bool is_quantile() const { return kind_ == Kind::quantile; }
-  double share() const { return share_; }  // of a quantile
+  double share() const { return share_; }  // of a quantile, or cut at either end
 
   // Cumulative weight of the first `count` of `n` sorted values: 0 for none, 1 for all.
   double weight_below(std::size_t count, std::size_t n) const;
@@ -32,11 +33,23 @@ class OrderStatistic {
   double of(std::vector<double> values) const;
 
  private:
-  enum class Kind { mean, quantile, iqm };
+  enum class Kind { mean, quantile, trimmed };
   OrderStatistic(Kind kind, double share) : kind_(kind), share_(share) {}
 
   Kind kind_;
   double share_;
 };
+
+// A statistic of the errors after the last step at the pose that counts as recommended, with a 95 % interval. Study,
+// JSON, CSV and ranking follow this table.
+struct FinalStatistic {
+  const char* key;                  // in files: recommended.KEY of report --format json, recommended_KEY in CSV
+  const char *title, *unit, *hint;  // of the ranking's column
+  OrderStatistic (*of)();
+  bool in_ranking;
+};
+inline constexpr std::array kFinalStatistics = {
+    FinalStatistic{"iqm", "IQM", "of the final error (95 %)",
+                   "Interquartile mean: the mean of the middle half of the instances", &OrderStatistic::iqm, false}};
 
 }  // namespace relign::statistics

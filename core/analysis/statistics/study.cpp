@@ -294,8 +294,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   for (const Rule rule : kRules) study.rules[rule].median = medians[static_cast<std::size_t>(rule)];
   study.recommended_median = study.rules[options.rule].median;
   study.commanded_median = medians.back();
-  study.recommended_iqm =
-      bands(draws.resampling, {columns[static_cast<std::size_t>(options.rule)]}, OrderStatistic::iqm()).front();
+  for (std::size_t k = 0; k < kFinalStatistics.size(); ++k)
+    study.finals[k] =
+        bands(draws.resampling, {columns[static_cast<std::size_t>(options.rule)]}, kFinalStatistics[k].of()).front();
   return study;
 }
 

@@ -3,6 +3,7 @@
 // number.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "statistics/cycle.h"
 #include "statistics/excess.h"
 #include "statistics/normalised_error.h"
+#include "statistics/order_statistic.h"
 #include "statistics/paired.h"
 #include "statistics/paired_shares.h"
 #include "statistics/ranks.h"
@@ -85,7 +87,8 @@ struct SeriesStudy {
   // folder only StudyOptions::rule has intervals.
   std::vector<ExcessAfter> excess;
   // All following members use StudyOptions::rule. RMSE at the last step:
-  Band recommended_median, recommended_iqm, commanded_median;
+  Band recommended_median, commanded_median;
+  std::array<Band, kFinalStatistics.size()> finals;
   // Instances whose last recommendation meets the specification, noise-free.
   std::size_t in_spec = 0;
   Band yield;

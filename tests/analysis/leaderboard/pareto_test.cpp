@@ -9,7 +9,6 @@ namespace {
 using statistics::kMissing;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 CostPoint point(const std::string& name, double cost, double error) { return {name, cost, {10, error, {}}}; }
 
@@ -29,28 +28,26 @@ TEST(ParetoFront, LeavesOutUnknownCostsAndErrors) {
   EXPECT_TRUE(pareto_front({}).empty());
 }
 
-TEST(CostPicture, NamesTheFrontInItsTextAlternative) {
-  HtmlWriter html;
-  draw_costs(html, {"Error against time", "time", "s", true, {point("fast", 1, 0.5), point("slow", 100, 0.1)}});
-  const std::string drawn = html.take();
-  EXPECT_THAT(drawn, HasSubstr("role=\"img\" aria-label=\"Error against time."));
-  EXPECT_THAT(drawn, HasSubstr("fast (1.00 s, error 0.500); slow (100 s, error 0.100)"));
-  EXPECT_THAT(drawn, HasSubstr("<figcaption>Error against time."));
+TEST(CostFigure, NamesTheFrontInItsCaption) {
+  const auto figure =
+      cost_figure({"Error against time", "time", "s", true, {point("fast", 1, 0.5), point("slow", 100, 0.1)}});
+  ASSERT_TRUE(figure);
+  EXPECT_THAT(figure->caption, HasSubstr("fast (1.00 s, error 0.500); slow (100 s, error 0.100)"));
+  EXPECT_TRUE(figure->chart.x.logarithmic);
+  ASSERT_EQ(figure->chart.series.size(), 3u) << "two methods and the front";
+  EXPECT_EQ(figure->chart.series[2].points[1].x, 100);
 }
 
 // A method without training costs nothing, which a logarithmic axis cannot show.
-TEST(CostPicture, IsLinearWithACostOfZero) {
-  HtmlWriter html;
-  draw_costs(html, {"t", "training", "h", true, {point("free", 0, 0.5), point("dear", 10, 0.1)}});
-  const std::string drawn = html.take();
-  EXPECT_THAT(drawn, Not(HasSubstr("nan")));
-  EXPECT_THAT(drawn, HasSubstr("cx=\"50\"")) << "at the left end";
+TEST(CostFigure, IsLinearWithACostOfZero) {
+  const auto figure = cost_figure({"t", "training", "h", true, {point("free", 0, 0.5), point("dear", 10, 0.1)}});
+  ASSERT_TRUE(figure);
+  EXPECT_FALSE(figure->chart.x.logarithmic);
+  EXPECT_EQ(figure->chart.x.low, 0);
 }
 
-TEST(CostPicture, IsLeftOutWithFewerThanTwoPoints) {
-  HtmlWriter html;
-  draw_costs(html, {"t", "time", "s", true, {point("a", 1, 0.5), point("b", kMissing, 0.1)}});
-  EXPECT_EQ(html.take(), "");
+TEST(CostFigure, IsLeftOutWithFewerThanTwoPoints) {
+  EXPECT_FALSE(cost_figure({"t", "time", "s", true, {point("a", 1, 0.5), point("b", kMissing, 0.1)}}));
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include "report/figures.h"
 #include "report/made_results.h"
 #include "report/report.h"
-#include "report/sections.h"
+#include "report/written.h"
 
 namespace relign::report {
 namespace {
@@ -69,7 +69,7 @@ TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
   ASSERT_NE(aggregate, std::string::npos);
   EXPECT_LT(verdict, aggregate);
   EXPECT_LT(aggregate, ranking);
-  const std::string section = aggregate_section(data());
+  const std::string section = written(aggregate_section, data());
   for (const char* words : {"2 strata", "4 instances each", "2 trainings", "one training", "optimality gap",
                             "IQM of 2 trainings 0 to 0.667", " better)", "Probability of improvement"})
     EXPECT_THAT(section, HasSubstr(words)) << words;
@@ -86,10 +86,8 @@ TEST_F(AggregateReport, MarksTrainedMethodsInAllTables) {
   EXPECT_THAT(report.ranking_table(), Not(HasSubstr("search *")));
   EXPECT_THAT(report.ranking_table(), HasSubstr("* one training"));
   EXPECT_THAT(report.markdown(), HasSubstr("| lone (one training) |"));
-  for (const std::string& section :
-       {ranking_section(report.model()), matrix_section(report.model()), pairs_section(report.model()),
-        training_section(report.model()), methods_section(report.model())})
-    EXPECT_THAT(section, HasSubstr("one training"));
+  for (const auto section : {ranking_section, matrix_section, pairs_section, training_section, methods_section})
+    EXPECT_THAT(written(section, report.model()), HasSubstr("one training"));
 }
 
 TEST_F(AggregateReport, MarkdownMatchesCsv) {
@@ -126,7 +124,7 @@ TEST_F(AggregateReport, NeedsGroundTruth) {
   write({trial("a", 0, {0.1, 0.01}), trial("b", 0, {0.1, 0.02})});
   const PageModel all = data();
   EXPECT_TRUE(all.aggregates.empty());
-  EXPECT_THAT(aggregate_section(all), IsEmpty());
+  EXPECT_THAT(written(aggregate_section, all), IsEmpty());
   EXPECT_THAT(aggregate_markdown(all), IsEmpty());
   const std::string csv = aggregate_csv(all);
   EXPECT_EQ(csv.find('\n'), csv.size() - 1) << "only the header";

@@ -33,17 +33,16 @@ class Browser : public MadePictures {
       GTEST_SKIP() << "chromium is not installed: the page was not tested in a browser";
   }
 
-  Seen open(const std::string& page) {
+  Seen open(const std::string& page, const std::string& window = "1280,900") {
     write_file_atomically(folder_ / "page.html", page);
     // The proxy does not exist: neither page nor browser can reach a network.
     const std::string command =
         "timeout 60 chromium --headless=new --no-sandbox --disable-gpu --no-first-run "
         "--disable-background-networking --disable-component-update --proxy-server=127.0.0.1:9 "
         "--user-data-dir='" +
-        (folder_ / "profile").string() +
-        "' --window-size=1280,900 --virtual-time-budget=10000 --enable-logging=stderr --dump-dom 'file://" +
-        (folder_ / "page.html").string() + "' >'" + (folder_ / "dom").string() + "' 2>'" + (folder_ / "log").string() +
-        "'";
+        (folder_ / "profile").string() + "' --window-size=" + window +
+        " --virtual-time-budget=10000 --enable-logging=stderr --dump-dom 'file://" + (folder_ / "page.html").string() +
+        "' >'" + (folder_ / "dom").string() + "' 2>'" + (folder_ / "log").string() + "'";
     EXPECT_EQ(std::system(command.c_str()), 0) << read_file(folder_ / "log");
     Seen seen;
     seen.dom = read_file(folder_ / "dom");
@@ -84,7 +83,7 @@ TEST_F(Browser, DrawsCurvesWithoutErrorsOrRequests) {
   write(two_levels());
   const Seen seen = open(Report(folder_).html());
   EXPECT_THAT(seen.root, HasSubstr("data-curves=\"2\""));
-  EXPECT_EQ(count(seen.dom, "<canvas"), 4u) << "dygraphs uses two per chart";
+  EXPECT_GT(count(seen.dom, "<svg class=\"figure\""), 2u) << "the first screen's, too";
   EXPECT_EQ(seen.console, "");
   EXPECT_EQ(count(seen.dom, "<img"), 0u) << "the hostile name is text in legend and charts as well";
   EXPECT_EQ(count(seen.dom, "<input type=\"checkbox\""), 2u) << "two methods";
@@ -102,17 +101,75 @@ TEST_F(Browser, PolicyBlocksInjectedMarkup) {
   EXPECT_THAT(seen.root, Not(HasSubstr("data-owned")));
 }
 
+TEST_F(Browser, TheFirstScreenAnswers) {
+  write(two_levels());
+  const Seen seen = open(acting(Report(folder_).html(), R"(
+      const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
+      const bottom = (selector) => document.querySelector(selector).getBoundingClientRect().bottom;
+      out.answer = document.querySelector('.headline').textContent.slice(0, 20);
+      out.fits = String(bottom('#first-figure') < innerHeight && bottom('.verdicts tbody') < innerHeight);
+      out.folded = String([...document.querySelectorAll('.sentences')].every((one) => !one.open));
+      const drawn = () => by('first-chart').querySelector('.frame').innerHTML, before = drawn();
+      by('first-group').value = '1'; by('first-group').dispatchEvent(new Event('change'));
+      out.changes = String(drawn() !== before);)"));
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-answer=\"Lowest median error:\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-fits=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-folded=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-changes=\"true\""));
+}
+
+// Under the policy of the page.
+TEST_F(Browser, SavesChartsAsSvgAndPng) {
+  write(two_levels());
+  std::string page = acting(Report(folder_).html(), R"(
+      const out = document.documentElement.dataset, saved = [];
+      HTMLAnchorElement.prototype.click = function () { saved.push([this.download, decodeURIComponent(this.href)]); };
+      const [svg, png] = document.querySelectorAll('.card .save button');
+      svg.click(); png.click();
+      setTimeout(() => {
+        out.names = saved.map(([name]) => name).join();
+        out.svg = String(saved[0][1].includes('<svg') && saved[0][1].includes('#0072B2') && !saved[0][1].includes('var('));
+        out.png = String(saved[1][1].startsWith('data:image/png') && saved[1][1].length > 5000);
+      }, 2000);)");
+  page.insert(page.find("<meta name=\"viewport\""),
+              "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+              "'unsafe-inline'; script-src 'unsafe-inline'\">");
+  const Seen seen = open(page);
+  EXPECT_EQ(seen.console, "");
+  EXPECT_THAT(seen.root, HasSubstr("data-names=\"error-rho0.svg,error-rho0.png\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-svg=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-png=\"true\""));
+}
+
+TEST_F(Browser, ChartsCanBeReadByKeyboardAndOnAPhone) {
+  write(two_levels());
+  const Seen seen = open(acting(Report(folder_).html(), R"(
+      const out = document.documentElement.dataset, frame = document.querySelector('.card .frame');
+      const press = (key) => frame.dispatchEvent(new KeyboardEvent('keydown', {key, bubbles: true, cancelable: true}));
+      const words = () => document.querySelector('.card .readout').textContent;
+      out.focusable = String(frame.tabIndex === 0);
+      press('Home'); const first = words();
+      press('ArrowRight'); const second = words();
+      press('ArrowDown'); const other = words();
+      out.reads = String(new Set([first, second, other]).size === 3 && second.includes('image 1: '));
+      out.fits = String(innerWidth < 600 && document.documentElement.scrollWidth <= innerWidth);)"),
+                         "390,900");
+  EXPECT_EQ(seen.console, "");
+  for (const char* what : {"focusable", "reads", "fits"})
+    EXPECT_THAT(seen.root, HasSubstr(std::string("data-") + what + "=\"true\"")) << what;
+}
+
 TEST_F(Browser, ControlsSortTablesAndChangeCharts) {
   write(two_levels());
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
-      const canvases = document.querySelectorAll('.chart canvas');
-      const drawn = () => canvases[0].toDataURL(), overlay = () => canvases[1].toDataURL();
-      const firsts = () => [...document.querySelectorAll('.ranking tbody')].map((b) => b.rows[1].cells[0].textContent.slice(0, 4)).join();
+      const frame = document.querySelector('.card .frame'), drawn = () => frame.innerHTML;
+      const firsts = () => [...document.querySelectorAll('#ranking tbody')].map((b) => b.rows[1].cells[0].textContent.slice(0, 4)).join();
       out.firstBefore = firsts();
-      document.querySelectorAll('.ranking thead button')[1].click();
-      document.querySelectorAll('.ranking thead button')[1].click();
+      document.querySelectorAll('#ranking thead button')[1].click();
+      document.querySelectorAll('#ranking thead button')[1].click();
       out.firstAfter = firsts();
       change(by('bands'), 'none');
       const all = drawn();
@@ -120,16 +177,15 @@ TEST_F(Browser, ControlsSortTablesAndChangeCharts) {
       const none = drawn();
       by('all').click();
       out.inkChanges = String(none !== all && drawn() === all);
-      const labels = () => [...document.querySelectorAll('.dygraph-axis-label-y')].map((l) => l.textContent).join();
+      const labels = () => [...frame.querySelectorAll('.axis text[text-anchor=end]')].map((l) => l.textContent).join();
       const log = labels();
       change(by('scale'), 'linear');
       out.axisChanges = String(labels() !== log && labels().startsWith('0,'));
       const before = labels();
       change(by('track'), 'measured');
       out.trackChanges = String(labels() !== before);
-      const calm = overlay();
       document.querySelectorAll('#legend li')[1].dispatchEvent(new Event('mouseenter'));
-      out.highlights = String(overlay() !== calm);)"));
+      out.highlights = String(frame.querySelectorAll('.lit').length === 1 && frame.querySelectorAll('.dim').length === 1);)"));
   EXPECT_EQ(seen.console, "");
   EXPECT_THAT(seen.root, HasSubstr("data-first-before=\"&quot;&gt;&lt;i,&quot;&gt;&lt;i\""));
   EXPECT_THAT(seen.root, HasSubstr("data-first-after=\"slow,slow\"")) << "descending by error";
@@ -156,11 +212,11 @@ TEST_F(Browser, TheMatrixSwitchesTablesAndColours) {
       const click = (id) => document.querySelector(`label[for=${id}]`).click();
       out.first = shown();
       const error = colour();
-      click('matrix-u1');
+      click('choice-u1');
       out.colourChanges = String(error !== colour());
-      click('matrix-r2');
+      click('choice-r2');
       out.second = shown();
-      click('matrix-i0');
+      click('choice-i0');
       out.third = shown();)"));
   EXPECT_EQ(seen.console, "");
   EXPECT_THAT(seen.root, HasSubstr("data-first=\"v10\"")) << "the last image by the rule of the page";
@@ -175,25 +231,26 @@ TEST_F(Browser, ShowsClocksBandsAndLabels) {
   const Seen seen = open(acting(html, R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const change = (element, value) => { element.value = value; element.dispatchEvent(new Event('change')); };
-      const canvas = document.querySelector('.chart canvas');
-      const looks = [canvas.toDataURL()];
-      const labels = () => [...document.querySelector('.chart').querySelectorAll('.dygraph-axis-label-x')].map((l) => l.textContent).join();
-      out.ends = [...document.querySelector('.ends').children].map((end) => end.textContent.slice(0, 4)).sort().join();
+      const frame = document.querySelector('.card .frame');
+      const looks = [frame.innerHTML];
+      const labels = () => [...frame.querySelectorAll('.axis text[text-anchor=middle]')].map((l) => l.textContent).filter((text) => text > '' && !isNaN(text)).join();
+      out.ends = [...frame.querySelectorAll('svg.figure > g[class^=s] text')].map((end) => end.textContent.slice(0, 4)).sort().join();
       out.bands = [...by('bands').options].map((o) => o.value).join();
       out.clocks = [...by('clock').options].map((o) => o.value).join();
-      change(by('bands'), 'quartiles'); looks.push(canvas.toDataURL());
-      change(by('bands'), 'none'); looks.push(canvas.toDataURL());
-      change(by('clock'), 'machine_seconds'); looks.push(canvas.toDataURL());
-      out.seconds = labels();
-      change(by('clock'), 'step'); change(by('xscale'), 'log'); looks.push(canvas.toDataURL());
+      change(by('bands'), 'quartiles'); looks.push(frame.innerHTML);
+      change(by('bands'), 'none'); looks.push(frame.innerHTML);
+      change(by('clock'), 'machine_seconds'); looks.push(frame.innerHTML);
+      change(by('clock'), 'step'); change(by('xscale'), 'log'); looks.push(frame.innerHTML);
       out.logSteps = labels();
       change(by('xscale'), 'linear');
       out.looks = String(new Set(looks).size);
-      const box = canvas.getBoundingClientRect(), y = box.top + 60, target = document.querySelectorAll('.chart canvas')[1];
-      const fire = (element, type, x) => element.dispatchEvent(new MouseEvent(type, {bubbles: true, cancelable: true, clientX: x, clientY: y, screenX: x, screenY: y}));
+      const box = frame.getBoundingClientRect(), y = box.top + 60;
+      const fire = (element, type, x) => element.dispatchEvent(new PointerEvent(type, {bubbles: true, cancelable: true, pointerType: 'mouse', clientX: x, clientY: y}));
       const before = labels();
-      fire(target, 'mousedown', box.left + 100); fire(document, 'mousemove', box.left + 260); fire(document, 'mouseup', box.left + 260);
+      fire(frame, 'pointerdown', box.left + 100); fire(frame, 'pointermove', box.left + 260); fire(window, 'pointerup', box.left + 260);
       out.zooms = String(labels() !== before);
+      frame.dispatchEvent(new MouseEvent('dblclick', {bubbles: true}));
+      out.resets = String(labels() === before);
       const head = document.querySelectorAll('.pairs thead button')[0];
       head.click(); out.pairsSort = head.parentElement.getAttribute('aria-sort');)"));
   EXPECT_EQ(seen.console, "");
@@ -202,6 +259,7 @@ TEST_F(Browser, ShowsClocksBandsAndLabels) {
   EXPECT_THAT(seen.root, HasSubstr("data-clocks=\"step,machine_seconds,algorithm_seconds\""));
   EXPECT_THAT(seen.root, HasSubstr("data-looks=\"5\""));
   EXPECT_THAT(seen.root, HasSubstr("data-zooms=\"true\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-resets=\"true\""));
   EXPECT_THAT(seen.root, HasSubstr("data-log-steps=\"1,2\""));
   EXPECT_THAT(seen.root, HasSubstr("data-pairs-sort=\"ascending\""));
   EXPECT_EQ(count(seen.dom, "<img"), 0u);
@@ -223,7 +281,7 @@ TEST_F(Browser, ReplaySelectsStepsAndPlays) {
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const key = (name) => by('replay-slider').dispatchEvent(new KeyboardEvent('keydown', {key: name, bubbles: true, cancelable: true}));
       const view = () => by('replay-picture').getAttribute('viewBox'), words = () => by('replay-caption').textContent;
-      out.open = String(!by('replay-viewer').hidden && !by('film-strips').open);
+      out.open = String(!by('replay-viewer').hidden && !document.querySelector('.film-strips').open);
       out.tiles = [...by('replay-strip').children].map((tile) => tile.textContent).join();
       out.first = view() + ';' + words();
       key('ArrowRight'); out.second = view() + ';' + words();
@@ -260,7 +318,7 @@ TEST_F(Browser, DrawsManyMethodsAndNone) {
   EXPECT_EQ(seen.console, "");
   // All forty differ in colour or dash.
   std::set<std::string> swatches;
-  const std::regex line("<line[^>]*y1=\"5\"[^>]*>");
+  const std::regex line("<svg class=\"[^\"]*\" width=\"30\"[^>]*><line[^>]*>");
   for (std::sregex_iterator it(seen.dom.begin(), seen.dom.end(), line), end; it != end; ++it)
     swatches.insert(it->str());
   EXPECT_EQ(swatches.size(), 40u);
@@ -282,7 +340,7 @@ TEST_F(Browser, DrawsManyChartsWhenNearTheViewport) {
   write(trials);
   // The event is dispatched explicitly: a headless browser may end without drawing a frame, which would fire it.
   const Seen seen = open(acting(Report(folder_).html(), R"(
-      const out = document.documentElement.dataset, drawn = () => document.querySelectorAll('.chart canvas').length / 2;
+      const out = document.documentElement.dataset, drawn = () => document.querySelectorAll('.card .frame').length;
       out.before = drawn();
       window.scrollTo(0, document.body.scrollHeight);
       window.dispatchEvent(new Event('scroll'));
@@ -302,7 +360,7 @@ TEST_F(Browser, PrintOpensDetailsAndRestoresThem) {
   write(two_levels());
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, folded = () => document.querySelectorAll('details:not([open])').length;
-      const mattering = () => document.querySelectorAll('details:not([open]):not(.gallery):not(#licences)').length;
+      const mattering = () => document.querySelectorAll('details:not([open]):not(.gallery)').length;
       out.before = mattering();
       out.all = folded();
       window.dispatchEvent(new Event('beforeprint'));

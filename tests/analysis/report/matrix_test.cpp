@@ -12,7 +12,7 @@
 #include "report/matrix_data.h"
 #include "report/page_json.h"
 #include "report/report.h"
-#include "report/sections.h"
+#include "report/written.h"
 
 namespace relign::report {
 namespace {
@@ -94,16 +94,15 @@ TEST_F(MatrixReport, ClassesIncludeTheirLimits) {
 
 TEST_F(MatrixReport, ShowsEveryNumberOfImagesAndRuleWithoutScripts) {
   write_domains();
-  const std::string section = matrix_section(data());
+  const std::string section = written(matrix_section, data());
   EXPECT_EQ(occurrences(section, "<table"), 6U) << "6 and 8 images, three rules";
   EXPECT_EQ(occurrences(section, "type=\"radio\""), 7U);
   EXPECT_EQ(occurrences(section, " checked"), 3U);
-  for (const char* words :
-       {"id=\"matrix-i1\" class=\"i1\" checked", "id=\"matrix-r0\" class=\"r0\" checked",
-        "id=\"matrix-u1\" class=\"u1\" checked", "<caption>After 6 images, rule own</caption>",
-        "<th scope=\"colgroup\" class=\"scene\" colspan=\"2\"><bdi>doublet</bdi>", "href=\"#group-3\"",
-        "at most 0.0012</span>", "above 20 %</span>", "not comparable in absolute terms", "0.00103*",
-        "6 of 7 instances, 1 trial failed", "(95 % interval), 7 instances"})
+  for (const char* words : {"id=\"choice-i1\" class=\"i1\" checked", "id=\"choice-r0\" class=\"r0\" checked",
+                            "id=\"choice-u1\" class=\"u1\" checked", "<caption>After 6 images, rule own</caption>",
+                            "<span class=\"unit\">doublet</span>", "href=\"#group-3\"", "at most 0.0012</span>",
+                            "above 20 %</span>", "not comparable in absolute terms", "0.00103*",
+                            "6 of 7 instances, 1 trial failed", "(95 % interval), 7 instances"})
     EXPECT_THAT(section, HasSubstr(words)) << words;
   EXPECT_THAT(section, HasSubstr("<td class=\"a0 b0\"")) << "0.001 of 0.05";
   EXPECT_THAT(section, HasSubstr("<td class=\"a4 b4\"")) << "0.02 of 0.05";
@@ -117,11 +116,11 @@ TEST_F(MatrixReport, ColoursOneSceneByTheErrorItself) {
   for (const char* level : {"rho0", "rho0.5"})
     for (const char* method : {"a", "b"}) trials.push_back(in_scene("doublet", method, 0, descent(0.001), level));
   write(trials);
-  const std::string section = matrix_section(data());
+  const std::string section = written(matrix_section, data());
   EXPECT_THAT(section, HasSubstr("class=\"u0\" checked"));
   EXPECT_THAT(section, HasSubstr("no interval, 1 instance"));
   EXPECT_THAT(section, Not(HasSubstr("not comparable")));
-  EXPECT_THAT(section, Not(HasSubstr("colgroup")));
+  EXPECT_THAT(section, Not(HasSubstr("class=\"unit\"")));
 }
 
 // Without intervals the tooltips name quartiles; without ground truth there is no matrix, and the heat map remains.
@@ -135,16 +134,16 @@ TEST_F(MatrixReport, NamesQuartilesAndMissingValues) {
   page.groups[1].rows[0].excess[0].rules[statistics::Rule::current] = {};
   page.groups[2].rows[0].excess.clear();
   page.groups[2].rows[0].trials = 0;
-  const std::string section = matrix_section(page);
+  const std::string section = written(matrix_section, page);
   for (const char* words :
        {"(quartiles)", "title=\"only 8 images\">-", "not recorded for this rule", "title=\"1 trial failed\">failed"})
     EXPECT_THAT(section, HasSubstr(words)) << words;
   for (Row& row : page.groups[3].rows) row.excess.clear();
-  EXPECT_THAT(matrix_section(page), HasSubstr("Not shown: 1 group without known optima."));
-  EXPECT_THAT(heat_section(page), HasSubstr("Methods by scene and noise level"));
+  EXPECT_THAT(written(matrix_section, page), HasSubstr("Not shown: 1 group without known optima."));
+  EXPECT_THAT(written(heat_section, page), HasSubstr("Methods by scene and noise level"));
   for (Group& group : page.groups)
     for (Row& row : group.rows) row.excess.clear();
-  EXPECT_THAT(matrix_section(page), IsEmpty());
+  EXPECT_THAT(written(matrix_section, page), IsEmpty());
   EXPECT_THAT(matrix_markdown(page), IsEmpty());
 }
 
@@ -159,7 +158,7 @@ TEST_F(MatrixReport, HasATablePerProtocol) {
         trials.back().trial = short_id(protocol + trials.back().trial);
       }
   write(trials);
-  const std::string section = matrix_section(data());
+  const std::string section = written(matrix_section, data());
   EXPECT_EQ(occurrences(section, "<table"), 12U) << "two protocols, two numbers of images, three rules";
   EXPECT_THAT(section, HasSubstr("Protocol blind, after the last image, rule best"));
   EXPECT_THAT(section, AllOf(Not(HasSubstr("<td></td>")), HasSubstr("<bdi>a</bdi>")));
@@ -174,7 +173,7 @@ TEST_F(MatrixReport, LimitsTheSizeOfThePage) {
     page.methods.push_back(policy);
     page.methods.back().label = "copy " + std::to_string(more);
   }
-  const std::string section = matrix_section(page);
+  const std::string section = written(matrix_section, page);
   EXPECT_EQ(occurrences(section, "<table"), 2U) << "two numbers of images, one rule";
   EXPECT_THAT(section, HasSubstr("This page is large; matrix.csv has the other rules."));
   EXPECT_EQ(occurrences(section, " checked"), 3U);

@@ -133,7 +133,7 @@ TEST_F(Page, PolicyAllowsOnlyItsOwnScripts) {
   EXPECT_THAT(policy[1].str(), HasSubstr("default-src 'none'"));
   const std::string sources = policy[1].str().substr(policy[1].str().find("script-src"));
   EXPECT_THAT(sources, Not(HasSubstr("unsafe")));
-  EXPECT_EQ(count(sources, "'sha256-"), 5u);
+  EXPECT_EQ(count(sources, "'sha256-"), 1u);
   // Whatever the markup loads is inside the page.
   const std::string markup = without_scripts_and_styles(page);
   const std::regex reference("\\s(?:src|href|srcset|action|data)=\"([^\"]*)\"");
@@ -142,13 +142,6 @@ TEST_F(Page, PolicyAllowsOnlyItsOwnScripts) {
   EXPECT_THAT(page, Not(HasSubstr("sourceMappingURL")));
   EXPECT_THAT(page, Not(HasSubstr("@import")));
   EXPECT_THAT(page, Not(HasSubstr("url(")));
-}
-
-TEST_F(Page, IncludesTheLicenceOfTheChartLibrary) {
-  write({trial("a", 0, {0.1, 0.05})});
-  const std::string page = Report(folder_).html();
-  EXPECT_THAT(page, HasSubstr("Dan Vanderkam"));
-  EXPECT_THAT(page, HasSubstr("The above copyright notice and this permission notice shall be included"));
 }
 
 TEST_F(Page, ReportsThatNothingHasFinished) {
@@ -175,7 +168,7 @@ TEST_F(Page, ShowsFailuresAndTheirMessages) {
 }
 
 // Three levels, five methods, ten instances, 30 steps, pictures up to their limit.
-TEST_F(Page, QuickSuitePageIsUnderAMegabyte) {
+TEST_F(Page, QuickSuitePageIsUnderSevenHundredKilobytes) {
   std::vector<records::TrialRecord> trials;
   for (const char* level : {"rho0", "rho0.25", "rho0.5"})
     for (const char* method : {"home", "random", "nlopt-sbplx", "nlopt-bobyqa", "compass"})
@@ -187,7 +180,7 @@ TEST_F(Page, QuickSuitePageIsUnderAMegabyte) {
       }
   write(trials);
   const std::size_t bare = Report(folder_).html().size();
-  EXPECT_LT(bare, 400'000u) << "and the pictures' limit is 520,000";
+  EXPECT_LT(bare + kMaxPictureBytes, 700'000u);
   Report(folder_).write_html(folder_ / "report.html");
   EXPECT_EQ(fs::file_size(folder_ / "report.html"), bare);
 }

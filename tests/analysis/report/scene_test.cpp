@@ -61,7 +61,7 @@ TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {
 
   const std::string page = Report(folder_).html();
   for (const char* words : {"<h2>Scene<", "A wide lens", "x -1 to 1 mm, Ry -7 to 7 deg", "200 x 100 pixels",
-                            "displaced along one axis at a time", "over x and Ry", "class=\"figure map\""})
+                            "displaced along one axis at a time", "over x and Ry", "\"map\":{\"across\""})
     EXPECT_THAT(page, HasSubstr(words)) << words;
   EXPECT_THAT(page, HasSubstr("<img src=\"data:image/svg+xml;base64," + base64(kDrawing) + "\""));
   EXPECT_THAT(page, Not(HasSubstr("bad()"))) << "images run no scripts, and their text is not markup";
@@ -161,7 +161,7 @@ TEST_F(ScenePart, EscapesNames) {
   EXPECT_THAT(scene, HasSubstr("&lt;img src=x"));
   EXPECT_THAT(scene, Not(HasSubstr("<img src=x")));
   EXPECT_THAT(scene, Not(HasSubstr("<script")));
-  EXPECT_THAT(scene, HasSubstr("class=\"figure map\""));
+  EXPECT_THAT(page, HasSubstr("\"map\":{\"across\""));
   for (const std::filesystem::path& file : Report(folder_).write_figures(folder_ / "paper"))
     EXPECT_EQ(file.parent_path(), folder_ / "paper");
 }

@@ -7,7 +7,6 @@
 
 #include "base/files.h"
 #include "report/assets.h"
-#include "report/chart_scale.h"
 #include "report/made_results.h"
 
 namespace relign::report {
@@ -78,11 +77,20 @@ TEST(SvgChart, DrawsLinesBandsStepsAndLevels) {
   EXPECT_THAT(svg, HasSubstr(">floor</text>"));
   EXPECT_THAT(svg, Not(HasSubstr("unknown")));
   for (const char* bad : {"nan", "inf", "var("}) EXPECT_THAT(svg, Not(HasSubstr(bad))) << bad;
-  HtmlWriter html;
-  draw_chart(html, chart_of("method"), ChartUse::in_page);
-  const std::string inside = html.take();
-  EXPECT_THAT(inside, HasSubstr("class=\"s0\""));
-  EXPECT_THAT(inside, Not(HasSubstr("#"))) << "it uses the colours of the page";
+}
+
+TEST(SvgChart, SpecificationHasTheSameNumbers) {
+  const Json chart = chart_json(chart_of("method"));
+  EXPECT_EQ(chart["x"], Json({{"title", "images"}, {"log", true}, {"whole", true}}));
+  ASSERT_EQ(chart["series"].size(), 3u);
+  const Json& line = chart["series"][0];
+  EXPECT_EQ(line["drawn"], "line");
+  EXPECT_EQ(line["y"], Json({0.1, 0.05, 0.02}));
+  EXPECT_EQ(line["low"], Json({0.08, nullptr, 0.01}));
+  EXPECT_FALSE(chart["series"][1].contains("low")) << "no intervals";
+  EXPECT_EQ(chart["series"][2]["y"], Json({0.01, nullptr}));
+  EXPECT_EQ(chart["levels"], Json::array({{{"label", "floor"}, {"y", 0.012}, {"dotted", false}}}));
+  EXPECT_EQ(chart_json(Chart{})["series"], Json::array());
 }
 
 // The y position of the text with this content.
@@ -134,11 +142,11 @@ TEST(SvgChart, CsvHasTheSameNumbers) {
             "steps,1,0.1,,\nsteps,3,0.05,,\noracle,1,0.01,,\nfloor,,0.012,,\n");
 }
 
-// The colours are defined in three places: standalone files, the page's style, and the script.
+// The colours are defined in three places: files, the page's style, and the script, which saves charts.
 TEST(SvgChart, PageAndScriptUseTheSameColours) {
   for (const std::string& colour : series_colours()) {
     EXPECT_THAT(std::string(assets::page_css()), HasSubstr(": " + colour + ";"));
-    EXPECT_THAT(std::string(assets::curves_js()), HasSubstr("'" + colour + "'"));
+    EXPECT_THAT(std::string(assets::page_js()), HasSubstr("'" + colour + "'"));
   }
 }
 

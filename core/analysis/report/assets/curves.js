@@ -1,246 +1,186 @@
-// An interactive chart: medians with bands of the methods of one group, against images or seconds.
-//
-// dygraphs inserts series names as HTML. To prevent injection, series are called s0, s1, ..., and real names are written as
-// text only.
+// Error against images, machine time or compute time: a chart on the first screen and one per group, with common
+// controls and a legend. Charts are specifications (chart.js) of the curves in the data, by the chosen view.
 'use strict';
 
 const relignCurves = (() => {
-  // Colours of Okabe and Ito, distinguishable with colour blindness, without their yellow, which is invisible on white.
-  // They repeat with the next dash pattern. The static figures use the same (chart_csv.cpp, page.css).
-  const LIGHT = ['#0072B2', '#D55E00', '#009E73', '#B5598E', '#B97F00', '#2E94CC', '#3A3F47'];
-  const DARK = ['#4BA9E6', '#FF8A45', '#2CC79A', '#E39AC4', '#F0B93A', '#9AD4FF', '#D5D9DE'];
-  const DASHES = [null, [8, 4], [2, 3], [10, 3, 2, 3], [14, 4], [5, 2, 1, 2, 1, 2]];
-  const ORACLE_DASH = [4, 4];
-  const LABEL_HEIGHT = 12;
+  const {byId, make, svg, options, known, number} = relign;
+  const FEW_METHODS = 6;  // with bands at first
+  const FIRST = [12, 400];  // methods in the chart of the first screen, and its height
+  const DRAWN_AT_ONCE = 12, NEAR_PX = 600;  // distance from the viewport
+  const TRACKS = [
+    ['recommended', 'error at the recommended pose'],
+    ['commanded', 'error at the commanded pose'],
+    ['best', 'lowest measured error so far'],  // ranks stations: their first track
+    ['measured', 'measured error (with camera noise)'],
+    ['excess', 'error in excess of the own optimum'],
+    ['recommended_best', 'error at the pose with the lowest measured error'],
+    ['recommended_current', 'error at the current pose'],
+  ];
   const NOISE_FREE = ['recommended', 'commanded', 'recommended_best', 'recommended_current'];  // tracks to which floor and spec apply
-  const AXIS_TITLES = {step: 'images', machine_seconds: 'machine time, s', algorithm_seconds: 'compute time, s'};
-
-  // Colour and dash of each method, the same in all charts.
-  function styles(methods, dark) {
-    const colours = dark ? DARK : LIGHT;
-    return methods.map(({oracle, style}) => oracle
-      ? {colour: dark ? '#aab2bc' : '#6a7380', dash: ORACLE_DASH}
-      : {colour: colours[style % colours.length], dash: DASHES[Math.floor(style / colours.length) % DASHES.length]});
-  }
+  const CLOCKS = [['step', 'images'], ['machine_seconds', 'machine time, s'], ['algorithm_seconds', 'compute time, s']];
+  const BANDS = [['interval', '95 % intervals', 'lo95', 'hi95'], ['quartiles', 'quartiles', 'q25', 'q75']];
 
   // A name may denote different methods under different protocols.
   const curveIn = (group, method) => (method.protocol && method.protocol !== group.protocol ? undefined
     : group.curves.find((curve) => curve.method === method.name));
-
   const stepAt = (curve, i) => (curve.steps ? curve.steps[i] : curve.first_step + i);
-  const clockAt = (curve, clock, i) => (clock === 'step' ? stepAt(curve, i) : (curve[clock] || [])[i]);
 
-  // Bands are computed at some steps only and interpolated between them, linearly in the chart's scale.
-  function joined(values, log) {
-    const known = [];
-    values.forEach((value, i) => { if (value !== null) known.push(i); });
-    const to = (value) => (log && value > 0 ? Math.log(value) : value);
-    return values.map((value, i) => {
-      if (value !== null || known.length === 0) return value;
-      const after = known.find((k) => k > i), before = known.filter((k) => k < i).pop();
-      if (after === undefined || before === undefined) return null;
-      const share = (i - before) / (after - before), bothPositive = values[before] > 0 && values[after] > 0;
-      if (!log || !bothPositive) return values[before] + share * (values[after] - values[before]);
-      return Math.exp(to(values[before]) + share * (to(values[after]) - to(values[before])));
-    });
-  }
-
-  // A method's points [{x, low, middle, high, place}], in order of x.
-  function points(curve, view) {
-    const track = curve && curve.tracks[view.track];
-    if (!track) return [];
-    const [lows, highs] = view.bands === 'interval' && track.lo95 ? [joined(track.lo95, view.log), joined(track.hi95, view.log)]
-      : view.bands === 'quartiles' && track.q25 ? [track.q25, track.q75] : [track.median, track.median];
-    const list = [];
-    track.median.forEach((middle, place) => {
-      const x = clockAt(curve, view.clock, place);
-      if (middle === null || x === null || x === undefined || (view.logx && !(x > 0)) || (view.log && !(middle > 0))) return;
-      const low = lows[place] === null ? middle : lows[place], high = highs[place] === null ? middle : highs[place];
-      list.push({x, low: Math.min(low, middle), middle, high: Math.max(high, middle), place});
-    });
-    return list;
-  }
-
-  // Three significant digits, without an exponent between 1e-4 and 1e6.
-  function number(value) {
-    if (value === null || value === undefined || !isFinite(value)) return '-';
-    if (value === 0) return '0';
-    const size = Math.abs(value);
-    if (size < 1e-4 || size >= 1e6) return value.toExponential(2);
-    return value.toFixed(Math.max(0, 2 - Math.floor(Math.log10(size))));
-  }
-
-  function tick(value) {
-    return value === 0 ? '0' : String(parseFloat(value.toPrecision(3)));
-  }
-
-  // Ticks at whole steps only.
-  function wholeSteps(...range) {
-    return Dygraph.numericTicks(...range).filter((mark) => Number.isInteger(mark.v));
-  }
-
-  // Positions of labels near `wanted` without overlap, within top and bottom; the first ones have priority.
-  function spread(wanted, top, bottom) {
-    const room = Math.floor((bottom - top) / LABEL_HEIGHT) + 1;
-    const kept = wanted.slice(0, Math.max(0, room)).sort((a, b) => a.y - b.y);
-    let least = top;
-    for (const label of kept) { label.y = Math.max(label.y, least); least = label.y + LABEL_HEIGHT; }
-    let most = bottom;
-    for (const label of kept.reverse()) { label.y = Math.min(label.y, most); most = label.y - LABEL_HEIGHT; }
-    return kept;
-  }
-
-  class Chart {
-    // view: {track, clock, log, logx, bands, visible: [bool], styles, dark}; onPoint(methodIndex, place) or onPoint(null).
-    constructor(element, group, methods, view, onPoint) {
-      this.element = element;
-      this.group = group;
-      this.methods = methods;
-      this.names = methods.map((_, i) => 's' + i);
-      this.ends = Object.assign(document.createElement('div'), {className: 'ends'});
-      this.prepare(view);
-      const onHighlight = (event, x, shown, row, name) => {
-        const index = this.names.indexOf(name);
-        const found = (this.points[index] || []).find((point) => point.x === x);
-        onPoint(found ? index : null, found && found.place);
-      };
-      this.graph = new Dygraph(element, this.rows(), {
-        labels: ['x', ...this.names],
-        customBars: true,
-        connectSeparatedPoints: true,
-        legend: 'never',
-        xRangePad: 4,
-        animateBackgroundFade: false,
-        highlightCircleSize: 3,
-        highlightSeriesOpts: {strokeWidth: 3, highlightCircleSize: 4},
-        highlightSeriesBackgroundAlpha: 0.6,
-        highlightCallback: onHighlight,
-        unhighlightCallback: () => onPoint(null),
-        underlayCallback: (context, area, graph) => this.drawLevels(context, area, graph),
-        drawCallback: (graph) => this.label(graph),
-        ...this.options(),
-      });
-      element.append(this.ends);
-    }
-
-    prepare(view) {
-      this.view = view;
-      const curveOf = (method) => curveIn(this.group, method);
-      this.points = this.methods.map((method) => points(curveOf(method), view));
-      // dygraphs logs an error for a logarithmic axis without data.
-      this.log = view.log && this.points.some((list, i) => view.visible[i] && list.length > 0);
-      this.logx = view.logx && this.log === view.log && this.points.some((list) => list.length > 0);
-      const floor = this.group.floor || {};
-      this.levels = NOISE_FREE.includes(view.track)
-        ? [[floor.own_optimum, [7, 4], 'own optimum', 'left'], [floor.next_image, [2, 3], 'bound of one more image', 'center'],
-           [this.group.spec, [10, 3], 'spec', 'right']].filter(([y]) => Number.isFinite(y) && (!this.log || y > 0))
-        : [];
-    }
-
-    // Rows for dygraphs: [x, [low, middle, high] or null for each method].
-    rows() {
-      let smallest = Infinity;
-      for (const list of this.points) for (const {low, middle} of list) for (const y of [low, middle]) if (y > 0) smallest = Math.min(smallest, y);
-      const byX = new Map();
-      this.points.forEach((list, i) => {
-        for (const {x, low, middle, high} of list) {
-          if (!byX.has(x)) byX.set(x, [x, ...this.names.map(() => null)]);
-          byX.get(x)[i + 1] = [this.log ? Math.max(low, smallest) : low, middle, high];
-        }
-      });
-      const table = [...byX.values()].sort((a, b) => a[0] - b[0]);
-      return table.length > 0 ? table : [[1, ...this.names.map(() => null)]];
-    }
-
-    // Includes reference lines near the data.
-    valueRange() {
-      let low = Infinity, high = -Infinity;
-      const add = (y) => { if (Number.isFinite(y) && (!this.log || y > 0)) { low = Math.min(low, y); high = Math.max(high, y); } };
-      this.points.forEach((list, i) => { if (this.view.visible[i]) for (const point of list) { add(point.low); add(point.middle); add(point.high); } });
-      if (!(low <= high)) return this.log ? null : [0, 1];
-      for (const [y] of this.levels) if (y > low / 10 && y < high * 3) add(y);
-      if (this.log) return [low / 1.12, high * 1.12];
-      return [Math.min(0, low), high * 1.06 || 1];
-    }
-
-    options() {
-      const view = this.view, series = {};
-      this.names.forEach((name, i) => { series[name] = {strokePattern: view.styles[i].dash}; });
-      const plotters = Dygraph.Plotters;
-      return {
-        colors: view.styles.map((style) => style.colour),
-        visibility: view.visible,
-        logscale: this.log,
-        valueRange: this.valueRange(),
-        xlabel: AXIS_TITLES[view.clock],
-        rightGap: Math.min(110, Math.round(this.element.clientWidth * 0.2)),
-        fillAlpha: 0.16,
-        strokeWidth: 1.7,
-        series,
-        plotter: view.bands === 'none' ? plotters.linePlotter : [plotters.errorPlotter, plotters.linePlotter],
-        gridLineColor: view.dark ? '#363c44' : '#e3e6ea',
-        axisLineColor: view.dark ? '#59616b' : '#b4bac2',
-        highlightSeriesBackgroundColor: view.dark ? '#1d2126' : '#f7f8fa',
-        axes: {
-          x: {logscale: this.logx, ticker: view.clock === 'step' ? wholeSteps : Dygraph.numericTicks,
-              axisLabelFormatter: tick, axisLabelWidth: 34, pixelsPerLabel: this.logx ? 20 : 34},
-          y: {axisLabelFormatter: tick, axisLabelWidth: 46},
-        },
-      };
-    }
-
-    drawLevels(context, area, graph) {
-      context.save();
-      context.strokeStyle = context.fillStyle = this.view.dark ? '#9aa4b0' : '#5b6470';
-      context.font = '10px sans-serif';
-      for (const [value, dash, words, side] of this.levels) {
-        const y = graph.toDomYCoord(value);
-        if (!(y >= area.y && y <= area.y + area.h)) continue;
-        context.setLineDash(dash);
-        context.beginPath();
-        context.moveTo(area.x, y);
-        context.lineTo(area.x + area.w, y);
-        context.stroke();
-        context.textAlign = side;
-        const x = {left: area.x + 4, center: area.x + area.w / 2, right: area.x + area.w - 4}[side];
-        context.fillText(words, x, y - 3 < area.y + 9 ? y + 10 : y - 3);
+  // Of equal tracks one is written, and intervals at their steps (`at`) only (curve_data.cpp).
+  function expand(data) {
+    for (const {tracks, at} of data.groups.flatMap((group) => group.curves))
+      for (const [name, track] of Object.entries(tracks)) {
+        if (typeof track === 'string') tracks[name] = tracks[track];
+        else for (const key of ['lo95', 'hi95']) if (track[key]) track[key] = track.median.map((_, i) => { const k = (at || []).indexOf(i); return k < 0 ? null : track[key][k]; });
       }
-      context.restore();
+  }
+
+  // Intervals are computed at some steps only and interpolated between them, linearly in the chart's scale.
+  function joined(values, log) {
+    const places = values.map((value, i) => i).filter((i) => values[i] !== null);
+    return values.map((value, i) => {
+      const after = places.find((k) => k > i), before = places.filter((k) => k < i).pop();
+      if (value !== null || after === undefined || before === undefined) return value;
+      const share = (i - before) / (after - before), a = values[before], b = values[after];
+      return log && a > 0 && b > 0 ? Math.exp(Math.log(a) + share * Math.log(b / a)) : a + share * (b - a);
+    });
+  }
+
+  // view: {track, clock, log, logx, bands, visible: [bool]}
+  function chartOf(data, group, view, most = Infinity, height = 300) {
+    const series = [], axis = TRACKS.find(([id]) => id === view.track)[1];
+    data.methods.forEach((method, index) => {
+      const curve = curveIn(group, method), track = curve && curve.tracks[view.track];
+      if (!track || !view.visible[index]) return;
+      const band = BANDS.find(([id, , low]) => id === view.bands && track[low]);
+      const [lows, highs] = band ? [joined(track[band[2]], view.log), joined(track[band[3]], view.log)] : [[], []];
+      const one = {name: method.name, style: method.style, drawn: 'line', x: [], y: [], low: [], high: [], places: [], index, curve};
+      track.median.forEach((y, place) => {
+        const x = view.clock === 'step' ? stepAt(curve, place) : (curve[view.clock] || [])[place];
+        if (!known(y) || !known(x) || (view.logx && !(x > 0)) || (view.log && !(y > 0))) return;
+        for (const [list, value] of [['x', x], ['y', y], ['low', lows[place]], ['high', highs[place]], ['places', place]]) one[list].push(value);
+      });
+      if (one.x.length > 0) series.push(one);
+    });
+    series.sort((a, b) => a.y[a.y.length - 1] - b.y[b.y.length - 1]);  // labels: best first
+    const floor = group.floor || {};
+    const levels = !NOISE_FREE.includes(view.track) ? []
+      : [['specification', group.spec, false], ['own optimum', floor.own_optimum, false], ['bound of one more image', floor.next_image, true]]
+        .filter(([, y]) => known(y) && (!view.log || y > 0)).map(([label, y, dotted]) => ({label, y, dotted}));
+    return {title: group.label, height, series: series.slice(0, most), levels, y: {title: axis, log: view.log},
+            x: {title: CLOCKS.find(([id]) => id === view.clock)[1], log: view.logx, whole: view.clock === 'step'}};
+  }
+
+  // The readout: a name and its values.
+  function description(methods, view, {curve, index, places}, k) {
+    const place = places[k], track = curve.tracks[view.track];
+    const range = (words, low, high) => (low && known(low[place]) ? `; ${words} ${number(low[place])}\u2013${number(high[place])}` : '');
+    const seconds = (key, words) => (curve[key] && known(curve[key][place]) ? `; ${number(curve[key][place])} s ${words}` : '');
+    return [methods[index].label || methods[index].name, ` image ${stepAt(curve, place)}: ${number(track.median[place])}` +
+      range('95 %', track.lo95, track.hi95) + range('quartiles', track.q25, track.q75) + seconds('machine_seconds', 'machine time') +
+      seconds('algorithm_seconds', 'compute time') + `; ${curve.trials === 1 ? '1 instance' : curve.trials + ' instances'}`];
+  }
+
+  function draw(place, data, group, view, more = []) {
+    const chart = new relignChart.Chart(place, chartOf(data, group, view, ...more), {
+      name: 'error-' + group.label, describe: (i, k) => description(data.methods, view, chart.spec.series[i], k)});
+    return chart;
+  }
+
+  const hasCurves = (group) => group.curves.some((curve) => Object.keys(curve.tracks).length > 0);
+
+  // The chart beside the table of the verdict.
+  function first(data, view) {
+    const shown = data.groups.map((group, i) => i).filter((i) => hasCurves(data.groups[i])), select = byId('first-group');
+    if (!byId('first-chart') || shown.length === 0) return;
+    select.replaceChildren(...options(shown.map((i) => [i, data.groups[i].label])));
+    select.hidden = shown.length < 2;
+    byId('first-figure').hidden = false;
+    const own = {...view, visible: data.methods.map(() => true), bands: view.defaultBands};
+    const [, words] = BANDS.find(([id]) => id === own.bands) || ['', ''];
+    byId('first-caption').textContent = 'Median over the instances after each image' + (words ? ', with ' + words + '.' : '.');
+    const chosen = () => data.groups[select.value], chart = draw(byId('first-chart'), data, chosen(), own, FIRST);
+    select.addEventListener('change', () => { chart.name = 'error-' + chosen().label; chart.set(chartOf(data, chosen(), own, ...FIRST)); });
+  }
+
+  function start(data) {
+    const methods = data.methods;
+    if (methods.length === 0) {
+      byId('curves-problem').hidden = false;
+      byId('curves-problem').textContent = 'No trial finished, so there are no curves.';
+      byId('cards').hidden = true;
+      return 0;
+    }
+    const everyCurve = data.groups.flatMap((group) => group.curves);
+    const has = (key) => everyCurve.some((curve) => Object.values(curve.tracks).some((track) => (track[key] || []).some(known)));
+    const bands = [...BANDS.filter(([, , low]) => has(low)), ['none', 'no bands']];
+    const view = {track: data.track, clock: 'step', log: true, logx: false, visible: methods.map(() => true), defaultBands: bands[0][0],
+                  bands: methods.length <= FEW_METHODS ? bands[0][0] : 'none'};
+    const charts = new Map();  // card element -> Chart, once drawn
+    const cards = [...document.querySelectorAll('.card')], legend = byId('legend');
+    const updateAll = (keepZoom) => { for (const [card, chart] of charts) chart.set(chartOf(data, data.groups[card.dataset.group], view), keepZoom); };
+
+    function drawCard(card) {
+      if (charts.has(card)) return;
+      const group = data.groups[card.dataset.group], place = card.querySelector('.chart');
+      place.classList.remove('waiting');
+      if (hasCurves(group)) charts.set(card, draw(place, data, group, view));
+      else place.textContent = 'No trial finished in this group.';
+      document.documentElement.dataset.curves = String(charts.size);
     }
 
-    // Names at the ends of the lines, as many as have room; the legend lists all.
-    label(graph) {
-      const area = graph.getArea(), [from, to] = graph.xAxisRange(), wanted = [];
-      this.points.forEach((list, i) => {
-        if (!this.view.visible[i]) return;
-        const last = list.filter((point) => point.x >= from && point.x <= to).pop();
-        if (!last) return;
-        const y = graph.toDomYCoord(last.middle);
-        if (y >= area.y - 1 && y <= area.y + area.h + 1) wanted.push({i, y, end: last.middle});
-      });
-      wanted.sort((a, b) => a.end - b.end);  // best first
-      this.ends.replaceChildren(...spread(wanted, area.y + 4, area.y + area.h - 4).map(({i, y}) => {
-        const name = Object.assign(document.createElement('bdi'), {textContent: this.methods[i].name, title: this.methods[i].label || this.methods[i].name});
-        Object.assign(name.style, {left: area.x + area.w + 5 + 'px', top: y - 8 + 'px', color: this.view.styles[i].colour});
-        return name;
+    function fillLegend() {
+      legend.replaceChildren(...methods.map((method, i) => {
+        const box = make('input', {type: 'checkbox', checked: view.visible[i]});
+        box.addEventListener('change', () => { view.visible[i] = box.checked; updateAll(true); });
+        const swatch = svg('svg', {class: relignChart.classOf(method.style), width: 30, height: 10},
+          svg('line', {x1: 0, x2: 30, y1: 5, y2: 5, 'stroke-width': '2.5', stroke: 'currentColor', 'stroke-dasharray': relignChart.dashOf(method.style)}));
+        const item = make('li', {}, make('label', {}, box, swatch, make('bdi', {textContent: method.label || method.name}), method.oracle ? ' (oracle)' : ''));
+        const light = (on) => { for (const chart of charts.values()) { const place = chart.spec.series.findIndex((one) => one.index === i); chart.highlight(on && place >= 0 ? place : null); } };
+        item.addEventListener('mouseenter', () => light(true));
+        item.addEventListener('mouseleave', () => light(false));
+        return item;
       }));
     }
 
-    update(view) {
-      const clock = this.clock;
-      this.clock = view.clock + view.logx;
-      this.prepare(view);
-      // A zoom does not carry over to another horizontal axis.
-      this.graph.updateOptions({...this.options(), file: this.rows(), ...(clock === this.clock ? {} : {dateWindow: null})});
-    }
+    const present = TRACKS.filter(([id]) => everyCurve.some((curve) => curve.tracks[id]));
+    if (!present.some(([id]) => id === view.track)) view.track = present[0][0];
+    const clocks = CLOCKS.filter(([key]) => key === 'step' || everyCurve.some((curve) => curve[key]));
+    const control = (id, list, key, of = (value) => value) => {
+      if (list) byId(id).replaceChildren(...options(list));
+      if (list) byId(id).value = view[key];
+      byId(id).addEventListener('change', (event) => { view[key] = of(event.target.value); updateAll(false); });
+    };
+    control('track', present, 'track');
+    control('bands', bands, 'bands');
+    control('clock', clocks, 'clock');
+    byId('clock').parentElement.hidden = clocks.length < 2;
+    control('scale', null, 'log', (value) => value === 'log');
+    control('xscale', null, 'logx', (value) => value === 'log');
+    const showEvery = (visible) => { view.visible.fill(visible); fillLegend(); updateAll(true); };
+    byId('all').addEventListener('click', () => showEvery(true));
+    byId('none').addEventListener('click', () => showEvery(false));
+    for (const id of ['controls', 'legend', 'curves-help']) byId(id).hidden = false;
+    fillLegend();
+    first(data, view);
 
-    highlight(index) {
-      if (index === null) this.graph.clearSelection();
-      else this.graph.setSelection(false, this.names[index]);
+    let waiting = cards;
+    const drawNear = () => {
+      waiting = waiting.filter((card) => {
+        const box = card.getBoundingClientRect(), near = box.top < window.innerHeight + NEAR_PX && box.bottom > -NEAR_PX;
+        if (near) drawCard(card);
+        return !near;
+      });
+    };
+    if (cards.length <= DRAWN_AT_ONCE) {
+      cards.forEach(drawCard);
+    } else {
+      for (const card of cards) card.querySelector('.chart').classList.add('waiting');
+      for (const what of ['scroll', 'resize']) window.addEventListener(what, drawNear, {passive: true});
+      drawNear();
     }
-
-    resize() { this.graph.resize(); }
+    window.addEventListener('beforeprint', () => cards.forEach(drawCard));
+    return charts.size;
   }
 
-  return {Chart, styles, number, curveIn, stepAt};
+  return {start, expand};
 })();

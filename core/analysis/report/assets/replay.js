@@ -5,23 +5,17 @@
 const relignReplay = (() => {
   const TICK_MS = 700;
   const WHY = {median: 'median trial', worst: 'worst trial', best: 'best trial'};
-  const byId = (id) => document.getElementById(id);
-  const make = (tag, properties = {}, ...children) => {
-    const element = Object.assign(document.createElement(tag), properties);
-    element.append(...children);
-    return element;
-  };
+  const {byId, make, svg, options, number} = relign;
 
-  function show(svg, {picture, x, y, width, height}) {
-    svg.setAttribute('viewBox', [x, y, width, height].join(' '));
-    svg.querySelector('use').setAttribute('href', '#picture-' + picture);
+  function show(element, {picture, x, y, width, height}) {
+    element.setAttribute('viewBox', [x, y, width, height].join(' '));
+    element.querySelector('use').setAttribute('href', '#picture-' + picture);
   }
 
   function newPicture(place) {
-    const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-    svg.append(document.createElementNS('http://www.w3.org/2000/svg', 'use'));
-    show(svg, place);
-    return svg;
+    const element = svg('svg', {}, svg('use', {}));
+    show(element, place);
+    return element;
   }
 
   const whole = (picture) => ({...picture, x: 0, y: 0});
@@ -38,20 +32,19 @@ const relignReplay = (() => {
 
   function facts(frame, axes) {
     if (!frame) return [];
-    const show = relignCurves.number;
     const errors = make('table', {}, make('tbody', {}, ...[
       ['error at this pose', frame.commanded, 'noise-free RMSE at the commanded pose'],
       ['error at the recommended pose', frame.recommended, 'noise-free RMSE at the pose that the method recommends after this step'],
       ['measured error', frame.measured, 'RMSE of this image, camera noise included'],
       ['machine time, s', frame.seconds, 'since the start'],
-    ].map(([name, value, title]) => make('tr', {title}, make('th', {scope: 'row', textContent: name}), make('td', {className: 'number', textContent: show(value)})))));
+    ].map(([name, value, title]) => make('tr', {title}, make('th', {scope: 'row', textContent: name}), make('td', {className: 'number', textContent: number(value)})))));
     const pose = make('table', {}, make('thead', {}, make('tr', {}, make('th', {textContent: 'axis'}), make('th', {className: 'number', textContent: 'true pose'}),
       make('th', {className: 'number', textContent: 'commanded', title: 'share of the travel'}))),
     make('tbody', {}, ...frame.commanded_pose.map((commanded, i) => {
       const axis = axes && axes[i], share = frame.true_pose[i];
-      const inUnits = axis && share !== null && share !== undefined ? show(axis[2] + share * (axis[3] - axis[2])) + ' ' + axis[1] : show(share);
+      const inUnits = axis && share !== null && share !== undefined ? number(axis[2] + share * (axis[3] - axis[2])) + ' ' + axis[1] : number(share);
       return make('tr', {}, make('th', {scope: 'row', textContent: axis ? axis[0] : 'axis ' + (i + 1)}), make('td', {className: 'number', textContent: inUnits}),
-        make('td', {className: 'number', textContent: show(commanded)}));
+        make('td', {className: 'number', textContent: number(commanded)}));
     })));
     return [errors, pose];
   }
@@ -68,7 +61,7 @@ const relignReplay = (() => {
 
     const fill = (select, values, text) => {
       const kept = select.value;
-      select.replaceChildren(...values.map((value) => make('option', {value, textContent: text(value)})));
+      select.replaceChildren(...options(values.map((value) => [value, text(value)])));
       if (values.some((value) => String(value) === kept)) select.value = kept;
     };
     const distinct = (list, key) => [...new Set(list.map((one) => one[key]))];
@@ -128,7 +121,7 @@ const relignReplay = (() => {
     });
     fill(selects.group, distinct(trials, 'group'), (group) => data.groups[group].label);
     choose();
-    byId('film-strips').open = false;
+    document.querySelector('.film-strips').open = false;
     byId('replay-viewer').hidden = false;
   }
 

@@ -1,4 +1,4 @@
-// Tables of class "sortable": a click on a column title sorts each table body. Rows of class "group" stay on top, missing
+// Tables of class "sortable": a click on a column title sorts each table body. Rows of one cell are titles and stay on top, missing
 // values come last.
 'use strict';
 
@@ -17,8 +17,7 @@ const relignSorting = (() => {
     };
     for (const body of table.tBodies) {
       const rows = [...body.rows];
-      body.append(...rows.filter((row) => row.classList.contains('group')),
-                  ...rows.filter((row) => !row.classList.contains('group')).sort(compare));
+      body.append(...rows.filter((row) => row.cells.length === 1), ...rows.filter((row) => row.cells.length > 1).sort(compare));
     }
   }
 
