@@ -9,7 +9,6 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_members.h"
-#include "base/own_command.h"
 #include "base/shell_words.h"
 #include "report/rules_data.h"
 #include "report/scene_data.h"
