@@ -10,7 +10,7 @@ namespace {
 
 using plugin_host::Kind;
 
-plugin_host::Catalog& catalog() {
+plugin_host::Catalog& design_catalog() {
   static auto* catalog = [] {
     auto* fresh = new plugin_host::Catalog;
     fresh->scan(RELIGN_PLUGIN_DIR);
@@ -21,7 +21,7 @@ plugin_host::Catalog& catalog() {
 
 TEST(HandOverDesign, ObservesTheDesignAndTheLevelInAdditionToHandOver) {
   const auto observed = [](const char* id) {
-    const auto words = catalog().resolve_or_throw(Kind::optimizer, id, {}).plugin->observes;
+    const auto words = design_catalog().resolve_or_throw(Kind::optimizer, id, {}).plugin->observes;
     return std::set<std::string>(words.begin(), words.end());
   };
   std::set<std::string> wanted = observed("hand-over");
@@ -30,8 +30,8 @@ TEST(HandOverDesign, ObservesTheDesignAndTheLevelInAdditionToHandOver) {
 }
 
 TEST(HandOverDesign, HasTheParametersOfHandOver) {
-  const plugin_host::Choice one = catalog().resolve_or_throw(Kind::optimizer, "hand-over", {});
-  const plugin_host::Choice other = catalog().resolve_or_throw(Kind::optimizer, "hand-over-design", {});
+  const plugin_host::Choice one = design_catalog().resolve_or_throw(Kind::optimizer, "hand-over", {});
+  const plugin_host::Choice other = design_catalog().resolve_or_throw(Kind::optimizer, "hand-over-design", {});
   for (const auto& [name, value] : one.parameters.items()) EXPECT_TRUE(other.parameters.contains(name)) << name;
   EXPECT_EQ(other.parameters.size(), one.parameters.size());
   EXPECT_EQ(other.algorithms.at("first")->id, "sensitivity-linear");
