@@ -158,7 +158,7 @@ class ToyTrial {
   void make_tables() {
     shown_ = wanted_;
     image_ = {sizeof image_, RELIGN_SAMPLE_FLOAT32, kSide, kSide, 1, 0, wanted_.data(), kSide * sizeof(float)};
-    reference_ = {sizeof reference_, 0, &image_};
+    reference_ = {sizeof reference_, 0, nullptr, &image_};
     prior_.struct_size = sizeof prior_;
     prior_.context = this;
     prior_.draw = [](void* context, std::uint64_t number, const relign_text_sink* drawn) {
