@@ -199,6 +199,14 @@ PageWriter& PageWriter::chart(const Figure& figure) {
   return chart(figure.name, figure.caption, chart_json(figure.chart));
 }
 
+PageWriter& PageWriter::first_chart() {
+  html_.open("figure", {{"class", "first-figure"}, {"id", "first-figure"}, {"hidden", ""}});
+  html_.element("select", {{"id", "first-group"}, {"aria-label", "Group"}}, "");
+  html_.element("div", {{"class", "chart"}, {"id", "first-chart"}}, "");
+  html_.element("figcaption", {{"class", "quiet"}, {"id", "first-caption"}}, "").close();
+  return *this;
+}
+
 PageWriter& PageWriter::choice(const std::string& title, const std::string& name,
                                const std::vector<std::string>& options, std::size_t chosen) {
   const bool shown = options.size() > 1;

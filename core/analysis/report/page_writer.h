@@ -94,6 +94,7 @@ class PageWriter {
   PageWriter& table(const Table& table);
   PageWriter& chart(const Figure& figure);
   PageWriter& chart(const std::string& name, const std::string& caption, Json specification);
+  PageWriter& first_chart();  // of the first screen: error by image of a chosen group, filled by curves.js
   // Radio buttons, whose style rules show what is chosen: class and id are `name` and a number. One option is not
   // shown.
   PageWriter& choice(const std::string& title, const std::string& name, const std::vector<std::string>& options,

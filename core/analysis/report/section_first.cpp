@@ -128,11 +128,7 @@ Table verdict_table(const PageModel& page, std::size_t groups) {
 }
 
 void first_screen(PageWriter& out, const PageModel& page) {
-  out.text(headline(page), "headline").open("first").open("first-figure", "first-figure");
-  out.html().element("select", {{"id", "first-group"}, {"aria-label", "Group"}}, "");
-  out.html().element("div", {{"class", "chart"}, {"id", "first-chart"}}, "");
-  out.html().element("p", {{"class", "quiet"}, {"id", "first-caption"}}, "");
-  out.close().open("first-table");
+  out.text(headline(page), "headline").open("first").first_chart().open("first-table");
   std::size_t shown = 0, rows = 0;
   while (shown < page.groups.size() && (shown == 0 || rows + page.groups[shown].rows.size() <= kFirstRows))
     rows += page.groups[shown++].rows.size();

@@ -105,8 +105,7 @@ void curve_cards(PageWriter& out, const PageParts& parts) {
   const bool open = page.groups.size() <= kMaxGroupsOpen;
   const std::size_t most = page.groups.size() > kManyGroups ? kMethodsInManyGroups : kMaxMethodsInFigure;
   for (std::size_t index = 0; index < page.groups.size(); ++index) {
-    const std::string number = std::to_string(index);
-    out.html().open("section", {{"class", "card"}, {"id", "group-" + number}, {"data-group", number}});
+    out.open("card", "group-" + std::to_string(index));
     out.heading(3, Words{{page.groups[index].label, "name"}}).open("chart").close();
     plots(out, "Runtime distribution (ECDF)", ecdf_figures(page, index, most), open);
     plots(out, "Residual misalignment", residual_figures(page, index, most), false);

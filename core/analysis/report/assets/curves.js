@@ -116,12 +116,13 @@ const relignCurves = (() => {
     const view = {track: data.track, clock: 'step', log: true, logx: false, visible: methods.map(() => true), defaultBands: bands[0][0],
                   bands: methods.length <= FEW_METHODS ? bands[0][0] : 'none'};
     const charts = new Map();  // card element -> Chart, once drawn
+    const groupOf = (card) => data.groups[card.id.slice('group-'.length)];
     const cards = [...document.querySelectorAll('.card')], legend = byId('legend');
-    const updateAll = (keepZoom) => { for (const [card, chart] of charts) chart.set(chartOf(data, data.groups[card.dataset.group], view), keepZoom); };
+    const updateAll = (keepZoom) => { for (const [card, chart] of charts) chart.set(chartOf(data, groupOf(card), view), keepZoom); };
 
     function drawCard(card) {
       if (charts.has(card)) return;
-      const group = data.groups[card.dataset.group], place = card.querySelector('.chart');
+      const group = groupOf(card), place = card.querySelector('.chart');
       place.classList.remove('waiting');
       if (hasCurves(group)) charts.set(card, draw(place, data, group, view));
       else place.textContent = 'No trial finished in this group.';

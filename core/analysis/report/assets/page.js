@@ -16,24 +16,21 @@
     for (const part of closed.splice(0)) part.open = false;
   });
 
-  // A chart within closed details is drawn when they open.
-  function drawFigure(figure, specs) {
-    const draw = () => {
-      if (figure.dataset.drawn) return;
-      figure.dataset.drawn = 'yes';
-      new relignChart.Chart(figure.querySelector('.chart'), specs[figure.dataset.chart].chart, {name: specs[figure.dataset.chart].name});
-    };
+  // A chart within closed details is drawn when they open, or for print.
+  function prepare(figure, {name, chart}) {
+    const place = figure.querySelector('.chart'), details = figure.closest('details');
+    const draw = () => { if (!place.hasChildNodes()) new relignChart.Chart(place, chart, {name}); };
     figure.hidden = false;
-    const details = figure.closest('details');
     if (!details || details.open) draw();
     else details.addEventListener('toggle', draw);
+    window.addEventListener('beforeprint', draw);
   }
 
   const data = JSON.parse(byId('report-data').textContent);
   relignSorting.start();
   if (data.replay) relignReplay.start(data);
   try {
-    for (const figure of document.querySelectorAll('figure[data-chart]')) drawFigure(figure, data.charts);
+    for (const figure of document.querySelectorAll('figure[data-chart]')) prepare(figure, data.charts[figure.dataset.chart]);
     if (!data.methods) return;
     relignCurves.expand(data);
     document.documentElement.dataset.curves = String(relignCurves.start(data));
