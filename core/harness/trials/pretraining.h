@@ -1,5 +1,5 @@
 // Pretraining as data: what an algorithm learnt on source instances, and the state of a trial that pretrains it. The
-// service "prepared" (pretraining_service.h) reads and writes both.
+// service "prepared" (services.cpp) reads and writes both.
 #pragma once
 
 #include <map>
