@@ -80,7 +80,7 @@ std::vector<double> excess(Lens& lens, plugin_host::Scene& scene, trials::ModelS
   if (result.end == trials::End::failed) throw Error(ErrorKind::plugin_failed, algorithm.id + ": " + result.message);
   std::vector<double> worse;
   for (const trials::Step& step : result.steps)
-    worse.push_back(displayed_rmse(step.recommended_truth.mse) - lens.optimum_rmse);
+    worse.push_back(displayed_rmse(step.recommended_mse) - lens.optimum_rmse);
   worse.resize(given.steps + 1, worse.back());
   return worse;
 }
