@@ -213,7 +213,8 @@ TEST_F(SuiteReaderTest, ReadsAnalysisPlanAndReportsItsMistakes) {
   EXPECT_THAT(mistakes(suite_with(R"({"rule": "bset"})")), HasSubstr("/analysis/rule: found 'bset'"));
   EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "randm"]]})")),
               HasSubstr("/analysis/contrasts/0/1: unknown algorithm 'randm' in this suite; did you mean 'random'?"));
-  EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")), HasSubstr("is listed twice; list each once"));
+  EXPECT_THAT(mistakes(suite_with(R"({"contrasts": [["bo-gp", "bo-gp"]]})")),
+              HasSubstr("is listed twice; list each once"));
   EXPECT_THAT(mistakes(suite_with(R"({"smallest_relevant_ratio": 0.9})")),
               HasSubstr("/analysis/smallest_relevant_ratio"));
   EXPECT_THAT(mistakes(suite_with(R"({"alpha": 0.05})")), HasSubstr("/analysis/alpha: unknown key"));
