@@ -10,9 +10,9 @@ namespace {
 
 constexpr int kSortDigits = 6;
 
-Attributes attributes_of(const char* kind, const std::string& hint) {
+Attributes attributes_of(const std::string& kind, const std::string& hint) {
   Attributes attributes;
-  if (*kind != '\0') attributes.emplace_back("class", kind);
+  if (!kind.empty()) attributes.emplace_back("class", kind);
   if (!hint.empty()) attributes.emplace_back("title", hint);
   return attributes;
 }
@@ -31,7 +31,7 @@ Cell number_cell(const std::string& text) { return {text, std::nullopt, "number"
 Cell number_cell(double value, int digits) {
   return {number_text(value, digits), sort_value(rounded(value, kSortDigits)), "number"};
 }
-Cell no_cell(const char* kind) { return {"-", "", kind}; }
+Cell no_cell(const std::string& kind) { return {"-", "", kind}; }
 
 Cell estimate_cell(double sort, const std::string& text, const std::string& interval, const std::string& hint) {
   Words words = {{text, "strong"}};
@@ -66,7 +66,7 @@ Cell method_cell(const std::string& method, bool oracle, const std::string& trai
   return {words, words.size() > 1 ? std::optional(method) : std::nullopt, "name"};
 }
 
-void Table::add_title(Words words, const char* row_kind) {
+void Table::add_title(Words words, const std::string& row_kind) {
   const auto is_title = [](const TableRow& row) { return row.cells.size() == 1; };
   if (!bodies.back().empty() && !is_title(bodies.back().back())) bodies.emplace_back();
   bodies.back().push_back({{{std::move(words), std::nullopt, "", "", std::nullopt, heads.size()}}, row_kind});
@@ -79,7 +79,7 @@ void PageWriter::words(const Words& words) {
       if (word.link.rfind("http", 0) == 0) link.emplace_back("rel", "nofollow noopener noreferrer");
       html_.open("a", link);
     }
-    const std::string_view look = word.look;
+    const std::string& look = word.look;
     const Attributes hint = attributes_of("", word.hint);
     if (look == "name")
       html_.element("bdi", hint, word.text);
@@ -102,14 +102,14 @@ PageWriter& PageWriter::heading(int level, const Words& of, const std::string& i
   return *this;
 }
 
-PageWriter& PageWriter::text(const Words& of, const char* kind) {
+PageWriter& PageWriter::text(const Words& of, const std::string& kind) {
   html_.open("p", attributes_of(kind, ""));
   words(of);
   html_.close();
   return *this;
 }
 
-PageWriter& PageWriter::list(const std::vector<Words>& items, const char* kind) {
+PageWriter& PageWriter::list(const std::vector<Words>& items, const std::string& kind) {
   if (items.empty()) return *this;
   html_.open("ul", attributes_of(kind, ""));
   for (const Words& item : items) {
@@ -143,7 +143,7 @@ void PageWriter::row(const TableRow& row, const std::vector<Head>& heads) {
   std::size_t column = 0;
   for (const Cell& cell : row.cells) {
     const bool title = cell.span == heads.size() && heads.size() > 1;
-    const bool head = title || (column == 0 && std::string_view(cell.kind) == "name");
+    const bool head = title || (column == 0 && cell.kind == "name");
     Attributes attributes = attributes_of(cell.kind, cell.hint);
     if (head) attributes.insert(attributes.begin(), {"scope", title ? "rowgroup" : "row"});
     if (cell.sort) attributes.emplace_back("data-sort", *cell.sort);
@@ -165,7 +165,7 @@ void PageWriter::row(const TableRow& row, const std::vector<Head>& heads) {
 PageWriter& PageWriter::table(const Table& table) {
   // A region that can be scrolled sideways by keyboard, too.
   html_.open("div", {{"class", "scroll"}, {"tabindex", "0"}});
-  html_.open("table", attributes_of((std::string(table.sortable ? "sortable " : "") + table.kind).c_str(), ""));
+  html_.open("table", attributes_of((table.sortable ? "sortable " : "") + table.kind, ""));
   if (!table.caption.empty()) html_.element("caption", table.caption);
   html_.open("thead").open("tr");
   for (const Head& head : table.heads) {
@@ -222,14 +222,14 @@ PageWriter& PageWriter::choice(const std::string& title, const std::string& name
   return *this;
 }
 
-PageWriter& PageWriter::open(const char* kind, const std::string& id) {
+PageWriter& PageWriter::open(const std::string& kind, const std::string& id) {
   Attributes attributes = attributes_of(kind, "");
   if (!id.empty()) attributes.emplace_back("id", id);
   html_.open("div", attributes);
   return *this;
 }
 
-PageWriter& PageWriter::unfold(const Words& summary, const char* kind, bool open) {
+PageWriter& PageWriter::unfold(const Words& summary, const std::string& kind, bool open) {
   Attributes attributes = attributes_of(kind, "");
   if (open) attributes.emplace_back("open", "");
   html_.open("details", attributes).open("summary");

@@ -19,7 +19,7 @@ namespace relign::report {
 // "strong" is bold, "code" is code.
 struct Word {
   std::string text;
-  const char* look = "";
+  std::string look = "";
   std::string hint = "", link = "";  // tooltip; address
 };
 struct Words : std::vector<Word> {
@@ -27,7 +27,7 @@ struct Words : std::vector<Word> {
   Words(const char* text) : Words(std::string(text)) {}          // NOLINT(google-explicit-constructor)
   Words(const std::string& text) : std::vector<Word>{{text}} {}  // NOLINT(google-explicit-constructor)
   Words(std::initializer_list<Word> words) : std::vector<Word>(words) {}
-  Words& add(const std::string& text, const char* look = "", const std::string& hint = "") {
+  Words& add(const std::string& text, const std::string& look = "", const std::string& hint = "") {
     if (!text.empty()) push_back({text, look, hint});
     return *this;
   }
@@ -36,7 +36,7 @@ struct Words : std::vector<Word> {
 struct Cell {
   Words words;
   std::optional<std::string> sort = std::nullopt;  // by which the column is sorted, instead of the text
-  const char* kind = "";
+  std::string kind = "";
   std::string hint = "";                                      // tooltip
   std::optional<std::array<double, 3>> range = std::nullopt;  // low, middle, high from 0 to 1: a bar with a dot
   std::size_t span = 1;                                       // columns
@@ -51,29 +51,29 @@ Cell share_cell(double share, const statistics::Interval& interval);     // "57 
 Cell arrival_cell(double median, const statistics::Interval& interval);  // "not reached" if infinite, "-" if unknown
 Cell range_cell(const statistics::Band& band);                           // on a scale from 0 to 1
 Cell method_cell(const std::string& method, bool oracle, const std::string& training_tag);
-Cell no_cell(const char* kind = "number");  // "-"
+Cell no_cell(const std::string& kind = "number");  // "-"
 
 struct Head {
   std::string title, unit = "", hint = "";
-  const char* kind = "";  // of the whole column: "name", "number", "range", ...
+  std::string kind = "";  // of the whole column: "name", "number", "range", ...
   std::string link = "";
 };
 struct TableRow {
   std::vector<Cell> cells;
-  const char* kind = "";  // "group" and "class" are titles that stay above their rows
+  std::string kind = "";  // "group" and "class" are titles that stay above their rows
 };
 struct Table {
-  const char* kind = "";  // CSS class
+  std::string kind = "";  // CSS class
   std::string caption = "";
   std::vector<Head> heads;
   std::vector<std::vector<TableRow>> bodies = {{}};  // sorted one by one
   bool sortable = true;
 
-  void add(std::vector<Cell> cells, const char* row_kind = "") {
+  void add(std::vector<Cell> cells, const std::string& row_kind = "") {
     bodies.back().push_back({std::move(cells), row_kind});
   }
   void add_title(Words words,
-                 const char* row_kind);  // a row over all columns, in a new body unless a title precedes it
+                 const std::string& row_kind);  // a row over all columns, in a new body unless a title precedes it
 };
 
 // A column that states its own cells, for a row of results.
@@ -87,8 +87,8 @@ class PageWriter {
   explicit PageWriter(Json& charts) : charts_(charts) {}  // to which the specifications are added
 
   PageWriter& heading(int level, const Words& words, const std::string& id = "");
-  PageWriter& text(const Words& words, const char* kind = "");
-  PageWriter& list(const std::vector<Words>& items, const char* kind = "");
+  PageWriter& text(const Words& words, const std::string& kind = "");
+  PageWriter& list(const std::vector<Words>& items, const std::string& kind = "");
   PageWriter& facts(const std::vector<std::pair<std::string, Words>>& facts);  // those without words are left out
   PageWriter& code(const std::string& text);
   PageWriter& table(const Table& table);
@@ -99,8 +99,8 @@ class PageWriter {
   // shown.
   PageWriter& choice(const std::string& title, const std::string& name, const std::vector<std::string>& options,
                      std::size_t chosen);
-  PageWriter& open(const char* kind, const std::string& id = "");
-  PageWriter& unfold(const Words& summary, const char* kind = "", bool open = false);
+  PageWriter& open(const std::string& kind, const std::string& id = "");
+  PageWriter& unfold(const Words& summary, const std::string& kind = "", bool open = false);
   PageWriter& close();  // what was opened last
 
   std::string take() { return html_.take(); }

@@ -15,7 +15,6 @@ constexpr std::size_t kMaxMatrixCells = 12'000;  // about 2 MB
 // Limits of the shades 0 (best) to 4: of the error relative to the best of the column, or of the yield.
 constexpr double kFactors[] = {1.1, 1.5, 2.5, 5};
 constexpr double kYields[] = {0.95, 0.8, 0.5, 0.2};
-constexpr const char* kShades[] = {"h0", "h1", "h2", "h3", "h4"};
 
 constexpr std::size_t kMaxLevelMethods = 10;  // more bars are indistinguishable
 
@@ -24,7 +23,7 @@ Cell heat_yield(const Row& row) {
   const auto shade =
       std::count_if(std::begin(kYields), std::end(kYields), [&](double y) { return row.yield->share < y; });
   const statistics::Interval& interval = row.yield->interval;
-  return {whole_percent(row.yield->share), std::nullopt, kShades[shade],
+  return {whole_percent(row.yield->share), std::nullopt, "h" + std::to_string(shade),
           interval_text({100 * interval.low, 100 * interval.high}, 3, " to ") + " % (95 % interval)"};
 }
 
@@ -33,7 +32,7 @@ Cell heat_error(const Row& row, double best) {
   if (error.n == 0) return {""};
   const double factor = best > 0 ? error.median / best : 1;
   const auto shade = std::count_if(std::begin(kFactors), std::end(kFactors), [&](double f) { return factor > f; });
-  return {number_text(error.median, 3), std::nullopt, kShades[shade],
+  return {number_text(error.median, 3), std::nullopt, "h" + std::to_string(shade),
           error.interval.exists() ? interval_text(error.interval, 3, " to ") + " (95 % interval)"
                                   : interval_text({error.q25, error.q75}, 3, " to ") + " (quartiles)"};
 }
@@ -55,15 +54,14 @@ struct View {
 };
 
 // The limits of the classes in words and colours.
-void legend(PageWriter& out, const char* kind, const std::string& title, const std::array<double, 4>& limits,
+void legend(PageWriter& out, const std::string& kind, const std::string& title, const std::array<double, 4>& limits,
             bool percent) {
-  static constexpr const char* kColours[] = {"m0", "m1", "m2", "m3", "m4"};
   Words words = title + " ";
   for (std::size_t i = 0; i <= limits.size(); ++i) {
     const double limit = limits[std::min(i, limits.size() - 1)];
     words.add((i < limits.size() ? "at most " : "above ") +
                   (percent ? shortest(rounded(100 * limit, 3)) + " %" : shortest(limit)),
-              kColours[i]);
+              "m" + std::to_string(i));
   }
   out.text(words, kind);
 }
@@ -79,13 +77,6 @@ Cell matrix_cell(const Group& group, const Row* row, const View& view) {
                                     : "only " + counted(row->excess.empty() ? 0 : row->excess.back().images, "image");
     return {row->trials == 0 ? "failed" : "-", std::nullopt, "quiet", why};
   }
-  // Classes by the error and by the share.
-  static constexpr const char* kOfBoth[5][5] = {{"a0 b0", "a0 b1", "a0 b2", "a0 b3", "a0 b4"},
-                                                {"a1 b0", "a1 b1", "a1 b2", "a1 b3", "a1 b4"},
-                                                {"a2 b0", "a2 b1", "a2 b2", "a2 b3", "a2 b4"},
-                                                {"a3 b0", "a3 b1", "a3 b2", "a3 b3", "a3 b4"},
-                                                {"a4 b0", "a4 b1", "a4 b2", "a4 b3", "a4 b4"}};
-  static constexpr const char* kOfError[] = {"a0", "a1", "a2", "a3", "a4"};
   const double share = score->median / group.start_excess;
   const bool fewer = score->n < group.instances;
   std::string hint = score->interval.exists() ? interval_text(score->interval, 3, " to ") + " (95 % interval)"
@@ -93,10 +84,10 @@ Cell matrix_cell(const Group& group, const Row* row, const View& view) {
                                               : "no interval";
   hint += ", " + (fewer ? std::to_string(score->n) + " of " : "") + counted(group.instances, "instance");
   if (row->failed > 0) hint += ", " + counted(row->failed, "trial") + " failed";
-  const auto of_error = static_cast<std::size_t>(excess_class(score->median, kExcessClasses));
-  Cell cell = {excess_text(score->median) + (fewer ? "*" : ""), std::nullopt, kOfError[of_error], hint};
+  Cell cell = {excess_text(score->median) + (fewer ? "*" : ""), std::nullopt,
+               "a" + std::to_string(excess_class(score->median, kExcessClasses)), hint};
   if (!std::isfinite(share)) return cell;
-  cell.kind = kOfBoth[of_error][static_cast<std::size_t>(excess_class(share, kShareClasses))];
+  cell.kind += " b" + std::to_string(excess_class(share, kShareClasses));
   cell.words.add(" ").add(percent_text(share), "share");
   return cell;
 }
@@ -175,7 +166,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
   if (matrix.shares) legend(out, "classes of-share", "Share of the excess at the start:", kShareClasses, true);
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t r = 0; r < rules.size(); ++r) {
-      out.open(("view v" + std::to_string(i) + std::to_string(r)).c_str());
+      out.open("view v" + std::to_string(i) + std::to_string(r));
       for (const MatrixPart& part : matrix.parts) out.table(matrix_table(page, matrix, part, {images[i], rules[r]}));
       out.close();
     }

@@ -207,7 +207,7 @@ void ranking_section(PageWriter& out, const PageParts& parts) {
       std::vector<Cell> cells;
       for (const RankingColumn& column : columns) {
         cells.push_back(column.cell(row));
-        if (column.kind == std::string_view("range") && row.has_score() && scale > 0)
+        if (column.kind == "range" && row.has_score() && scale > 0)
           cells.back().range = {row.score().q25 / scale, row.score().median / scale, row.score().q75 / scale};
       }
       if (count > kMaxRowsExplained)

@@ -212,8 +212,8 @@ struct ClassLead {
   std::size_t first = 0, better = 0;
 };
 
-// "a at 2 of 3, b at 1 of 3 (merit)"
-std::string lead_words(std::vector<ClassLead> leads, std::size_t groups, const std::string& of_class) {
+// "a at 2 of 3, better than every other, b at 1 of 3"
+std::string lead_words(std::vector<ClassLead> leads, std::size_t groups) {
   std::stable_sort(leads.begin(), leads.end(),
                    [](const ClassLead& a, const ClassLead& b) { return a.first > b.first; });
   std::string words;
@@ -221,7 +221,7 @@ std::string lead_words(std::vector<ClassLead> leads, std::size_t groups, const s
     words += (words.empty() ? "" : ", ") + lead.method +
              (lead.first == groups ? "" : " at " + std::to_string(lead.first) + " of " + std::to_string(groups)) +
              (lead.better == lead.first ? ", better than every other" : "");
-  return words + (of_class.empty() ? "" : " (" + of_class + ")");
+  return words;
 }
 
 }  // namespace
@@ -251,14 +251,17 @@ std::string headline(const PageModel& page) {
   bool everywhere = groups > 1;
   for (const ObservationClass of_class : kClasses)
     if (const auto found = leads.find(of_class); found != leads.end()) {
-      parts.push_back(lead_words(found->second, groups, leads.size() > 1 ? class_name(of_class) : ""));
+      parts.push_back(lead_words(found->second, groups));
+      if (leads.size() > 1) parts.back() += " among m" + class_title(of_class).substr(1);
       everywhere = everywhere && found->second.size() == 1 && found->second.front().first == groups;
     }
   return std::string(page.analysis.primary_is_yield             ? "Highest yield"
                      : every_group(page, &Group::measured_only) ? "Lowest measured error"
                                                                 : "Lowest median error") +
-         (leads.size() > 1 ? ", by what methods observe: " : ": ") + join(parts, "; ") +
-         (everywhere ? ", at all " + std::to_string(groups) + (levels ? " noise levels." : " groups.") : ".");
+         (everywhere ? (groups == 2 ? " at both " : " at all " + std::to_string(groups) + " ") +
+                           (levels ? "noise levels" : "groups")
+                     : "") +
+         ": " + join(parts, "; ") + ".";
 }
 
 std::string computing_time_note(const RunState& ran) {

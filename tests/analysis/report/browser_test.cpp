@@ -106,14 +106,14 @@ TEST_F(Browser, TheFirstScreenAnswers) {
   const Seen seen = open(acting(Report(folder_).html(), R"(
       const out = document.documentElement.dataset, by = (id) => document.getElementById(id);
       const bottom = (selector) => document.querySelector(selector).getBoundingClientRect().bottom;
-      out.answer = document.querySelector('.headline').textContent.slice(0, 20);
+      out.answer = document.querySelector('.headline').textContent.slice(0, 40);
       out.fits = String(bottom('#first-figure') < innerHeight && bottom('.verdicts tbody') < innerHeight);
       out.folded = String([...document.querySelectorAll('.sentences')].every((one) => !one.open));
       const drawn = () => by('first-chart').querySelector('.frame').innerHTML, before = drawn();
       by('first-group').value = '1'; by('first-group').dispatchEvent(new Event('change'));
       out.changes = String(drawn() !== before);)"));
   EXPECT_EQ(seen.console, "");
-  EXPECT_THAT(seen.root, HasSubstr("data-answer=\"Lowest median error:\""));
+  EXPECT_THAT(seen.root, HasSubstr("data-answer=\"Lowest median error at both noise levels"));
   EXPECT_THAT(seen.root, HasSubstr("data-fits=\"true\""));
   EXPECT_THAT(seen.root, HasSubstr("data-folded=\"true\""));
   EXPECT_THAT(seen.root, HasSubstr("data-changes=\"true\""));
