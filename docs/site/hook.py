@@ -16,7 +16,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ["*.md", "core/*.md", "docs/**/*.md", "examples/*/*.md", "plugins/**/*.md", "python/*.md", "reports/*.md",
+PAGES = ["*.md", "core/**/*.md", "docs/**/*.md", "examples/*/*.md", "plugins/**/*.md", "python/*.md", "reports/*.md",
          "results/README.md", "tests/peers/*.md"]
 IMAGES = ["docs/images/*", "plugins/**/*.png", "reports/paper/figures/*.svg"]
 INTERFACE = "reference/plugin_interface.md"

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "base/json_members.h"
@@ -17,6 +18,7 @@ constexpr std::size_t kAnyCount = std::numeric_limits<std::size_t>::max();
 // "1 to 3 numbers", "2 numbers", "at least 1 number".
 std::string counted_range(std::size_t least, std::size_t most, const std::string& what) {
   if (least == most) return counted(least, what);
+  if (least == 0) return "at most " + counted(most, what);
   if (most == kAnyCount) return "at least " + counted(least, what);
   return std::to_string(least) + " to " + counted(most, what);
 }
@@ -116,7 +118,9 @@ class Checker {
       return rule.contains("minLength") ? "a text" : "a string";
     }
     if (type == "boolean") return "true or false";
-    if (type == "array") return "a list of " + items_words(rule);
+    if (type == "array")
+      return "a list of " + items_words(rule) +
+             (rule.contains("description") ? " (" + text_of(rule, "description") + ")" : "");
     if (type == "null") return "null";
     return type.is_array() ? "one of these types: " + joined_values(type) : "an object";
   }
@@ -234,19 +238,32 @@ class Checker {
   std::vector<Problem>& problems_;
 };
 
+// Sorts the problems that `check` adds by their places.
+template <class Check>
+Json in_order(std::vector<Problem>& problems, Check&& check) {
+  const auto before = static_cast<std::ptrdiff_t>(problems.size());
+  Json value = check();
+  std::stable_sort(problems.begin() + before, problems.end(), [](const Problem& a, const Problem& b) {
+    return std::tie(a.line, a.column) < std::tie(b.line, b.column);
+  });
+  return value;
+}
+
 }  // namespace
 
 Schema::Schema(const unsigned char* bytes, std::size_t size)
     : root_(valid_json(std::string_view(reinterpret_cast<const char*>(bytes), size))) {}
 
 Json Schema::checked(const JsonSource& source, std::vector<Problem>& problems) const {
-  return Checker(root_, source, problems).check(root_, source.root(), "");
+  return in_order(problems, [&] { return Checker(root_, source, problems).check(root_, source.root(), ""); });
 }
 
 Json Schema::checked(const JsonSource& source, const std::string& pointer, const std::string& rule,
                      std::vector<Problem>& problems) const {
-  return Checker(root_, source, problems)
-      .check(root_.at(Json::json_pointer(rule)), source.root().at(Json::json_pointer(pointer)), pointer);
+  return in_order(problems, [&] {
+    return Checker(root_, source, problems)
+        .check(root_.at(Json::json_pointer(rule)), source.root().at(Json::json_pointer(pointer)), pointer);
+  });
 }
 
 }  // namespace relign

@@ -188,8 +188,8 @@ TEST_F(TolerancesTest, ReportsAllErrorsWithPositions) {
  "elements": {"L3": {"shift_um": [10, 10], "tilt_arcmin": [-3, 3], "pivot": "front", "shift_mm": 1}},
  "movement": {"cross_talk": 2, "backlash_um": -20, "drift_arcmin": 1, "resolution_arcmin": "fine", "pivot_um": [1, 2]},
  "limits_are_sigmas": 0, "colour": 1})");
-  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found '-3'"),
-                          HasSubstr("found 'front', allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
+  EXPECT_THAT(text, AllOf(HasSubstr("limits.json:2:34: /elements/L3/shift_um"), HasSubstr("found -3"),
+                          HasSubstr("found 'front'; allowed: own_front"), HasSubstr("/elements/L3/shift_mm"),
                           HasSubstr("/movement/cross_talk"), HasSubstr("missing key 'start'"), HasSubstr("colour")));
   EXPECT_THAT(text, AllOf(HasSubstr("limits.json:3:47: /movement/backlash_um"), HasSubstr("/movement/pivot_um"),
                           HasSubstr("missing key 'drift_seconds'"), HasSubstr("/movement/resolution_arcmin")));
@@ -301,7 +301,7 @@ TEST_F(TolerancesTest, RejectsMalformedBatches) {
   };
   EXPECT_THAT(batch("{}"), AllOf(HasSubstr("missing key 'size'"), HasSubstr("missing key 'cure_shift'")));
   EXPECT_THAT(batch(R"({"size": 0, "cure_shift": {"shift_um": [-1]}, "inspection_um": -1, "modules": 2})"),
-              AllOf(HasSubstr("/batch/size"), HasSubstr("/batch/cure_shift/shift_um: found '-1'"),
+              AllOf(HasSubstr("/batch/size"), HasSubstr("/batch/cure_shift/shift_um/0: expected a number from 0"),
                     HasSubstr("/batch/inspection_um"), HasSubstr("/batch/modules: unknown key")));
   EXPECT_THAT(batch(R"({"size": 25, "cure_shift": {"shift_um": [1, 1], "tilt_arcmin": [1, 1]}})"),
               AllOf(HasSubstr("/batch/cure_shift"), HasSubstr("none for axis 'z'")));
@@ -320,8 +320,9 @@ TEST_F(TolerancesTest, RejectsStagesThatDoNotFitTheScene) {
   EXPECT_THAT(refusal(moving(R"({"backlash_arcmin": [3, 3, 3]})")), HasSubstr("the scene has 2 axes in degrees"));
   EXPECT_THAT(
       refusal(R"({"use": "tolerances", "elements": {}, "start": {"shift_um": 100, "tilt_arcmin": 60}})"),
-      AllOf(HasSubstr("/start/shift_um: expected a list of limits, one per axis of the scene, such as [100, 100, 60]"),
-            HasSubstr("found 60"), testing::Not(HasSubstr("list of 0"))));
+      AllOf(HasSubstr(
+                "/start/shift_um: expected a list of at most 64 numbers (along the scene's axes in mm, micrometres)"),
+            HasSubstr("found 60")));
   const char* const others = R"({"axes": [{"name": "x", "unit": "mm", "lower": 0, "upper": 1},
                                            {"name": "phi", "unit": "deg", "lower": 0, "upper": 1}]})";
   const std::string start = R"("start": {"shift_um": [1], "tilt_arcmin": [1]}, )";

@@ -61,10 +61,10 @@ TEST(Schema, FillsInDefaults) {
 }
 
 TEST(Schema, ReportsEveryMistakeWithItsPlace) {
-  EXPECT_THAT(read("{\"nam\": \"a\",\n \"size\": 10}").problems,
-              ElementsAre("f.json:1:9: /nam: unknown key 'nam'; did you mean 'name'?",
-                          "f.json:2:10: /size: expected a number from 2 to 9, found 10",
-                          "f.json:1:1: missing key 'name' (a text of at most 4 characters)"));
+  EXPECT_THAT(read("{\"counts\": \"a\",\n \"size\": 10}").problems,
+              ElementsAre("f.json:1:1: missing key 'name' (a text of at most 4 characters)",
+                          "f.json:1:12: /counts: unknown key 'counts'; did you mean 'count'?",
+                          "f.json:2:10: /size: expected a number from 2 to 9, found 10"));
   EXPECT_THAT(read("[]").problems, ElementsAre(HasSubstr("expected an object, found []")));
 }
 
@@ -73,8 +73,8 @@ TEST(Schema, SaysWhatIsAllowed) {
               ElementsAre(HasSubstr("/count: expected an integer of at least 0, found 1.5")));
   EXPECT_THAT(problems_with(R"("count": 18446744073709551615)"),
               ElementsAre(HasSubstr("expected an integer of at least 0")));
-  EXPECT_THAT(problems_with(R"("kind": "sqare")"),
-              ElementsAre(HasSubstr("found 'sqare'; allowed: round, square; did you mean 'square'?")));
+  EXPECT_THAT(problems_with(R"("kind": "squares")"),
+              ElementsAre(HasSubstr("found 'squares'; allowed: round, square; did you mean 'square'?")));
   EXPECT_THAT(problems_with(R"("range": "x")"),
               ElementsAre(HasSubstr("/range: expected a number above 0 or a list of 2 numbers, found \"x\"")));
   EXPECT_THAT(problems_with(R"("range": 0)"), ElementsAre(HasSubstr("/range: expected a number above 0")));
@@ -94,7 +94,7 @@ TEST(Schema, SaysWhatIsAllowed) {
 
 TEST(Schema, LeavesWhatCodeChecksAsItIs) { EXPECT_THAT(problems_with(R"("own": "anything")"), IsEmpty()); }
 
-// Readers go on after a mistake, to report others.
+// Readers continue after a mistake, to report others.
 TEST(Schema, ReplacesWhatIsWrongByAllowedValues) {
   const Reading reading = read(R"({"name": 3, "count": -1, "parts": "x", "range": "x", "by_name": {"b": {}}})");
   EXPECT_EQ(reading.problems.size(), 6U);
