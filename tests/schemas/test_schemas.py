@@ -160,9 +160,6 @@ class Schemas(unittest.TestCase):
 class Readers(unittest.TestCase):
     """Readers list the keys that they accept; the schemas must accept the same."""
 
-    # Read by another reader than the one that is asked here, or handed on as it stands.
-    ELSEWHERE = {"scene": {"/meshes"}}
-
     def said_of(self, name, document):
         """What the program says of a user's file with this content."""
         with tempfile.TemporaryDirectory() as place:
@@ -189,8 +186,6 @@ class Readers(unittest.TestCase):
                 document, expected = tools.with_unknown_keys(schema, schema["examples"][0])
                 if name == "rays":
                     del document[tools.UNKNOWN], expected[f"/{tools.UNKNOWN}"]  # passed over there
-                for place in self.ELSEWHERE.get(name, ()):
-                    del expected[f"{place}/{tools.UNKNOWN}"]
                 said = self.said_of(name, document)[1]
                 found = re.findall(rf": (/\S*{tools.UNKNOWN}): unknown key '{tools.UNKNOWN}'; allowed: (.*)", said)
                 found = {place: set(known.split(", ")) for place, known in found}
