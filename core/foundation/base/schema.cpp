@@ -120,7 +120,7 @@ class Checker {
     if (type == "boolean") return "true or false";
     if (type == "array")
       return "a list of " + items_words(rule) +
-             (rule.contains("description") ? " (" + text_of(rule, "description") + ")" : "");
+             (rule.contains("description") ? " (" + rule["description"].get<std::string>() + ")" : "");
     if (type == "null") return "null";
     return type.is_array() ? "one of these types: " + joined_values(type) : "an object";
   }
