@@ -114,7 +114,9 @@ class Checker {
     const Json& type = member(rule, "type");
     if (type == "number" || type == "integer") return number_words(rule, type == "integer");
     if (type == "string") {
-      if (rule.contains("maxLength")) return "a text of at most " + rule["maxLength"].dump() + " characters";
+      if (rule.contains("maxLength"))
+        return "a text of " + (rule.contains("minLength") ? rule["minLength"].dump() + " to " : "at most ") +
+               rule["maxLength"].dump() + " characters";
       return rule.contains("minLength") ? "a text" : "a string";
     }
     if (type == "boolean") return "true or false";

@@ -53,7 +53,8 @@ class SubmissionChecks {
     refuse("/version", word_mistake(submission.version, "._-+"));
     for (const char* key : {"summary", "licence", "citation", "homepage"})
       if (file.contains(key)) refuse(std::string("/") + key, text_mistake(file[key]));
-    for (const std::string& author : submission.authors) refuse("/authors", text_mistake(author));
+    for (std::size_t i = 0; i < submission.authors.size(); ++i)
+      refuse("/authors/" + std::to_string(i), text_mistake(submission.authors[i]));
     // A page links to it, so that no other scheme, such as javascript, is allowed.
     const std::string& home = submission.homepage;
     if (!home.empty() && home.rfind("https://", 0) != 0 && home.rfind("http://", 0) != 0)

@@ -62,7 +62,7 @@ TEST(Schema, FillsInDefaults) {
 
 TEST(Schema, ReportsEveryMistakeWithItsPlace) {
   EXPECT_THAT(read("{\"counts\": \"a\",\n \"size\": 10}").problems,
-              ElementsAre("f.json:1:1: missing key 'name' (a text of at most 4 characters)",
+              ElementsAre("f.json:1:1: missing key 'name' (a text of 1 to 4 characters)",
                           "f.json:1:12: /counts: unknown key 'counts'; did you mean 'count'?",
                           "f.json:2:10: /size: expected a number from 2 to 9, found 10"));
   EXPECT_THAT(read("[]").problems, ElementsAre(HasSubstr("expected an object, found []")));

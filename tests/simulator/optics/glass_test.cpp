@@ -172,7 +172,7 @@ TEST(Glass, ReportsMistakes) {
   EXPECT_THAT(complaint(R"({})"), HasSubstr("are missing"));
   EXPECT_THAT(complaint(R"({"nd": 1.5})"), HasSubstr("missing key 'vd'"));
   EXPECT_THAT(complaint(R"({"nd": 0.9, "vd": 60})"),
-              HasSubstr("g.json:1:27: /glasses/G/nd: expected a number from 1.0001"));
+              HasSubstr("g.json:1:26: /glasses/G/nd: expected a number from 1.0001"));
   EXPECT_THAT(complaint(R"({"nd": 1.5, "vd": 60, "agf_formula": 2})"), HasSubstr("give either"));
   EXPECT_THAT(complaint(R"({"agf_formula": 14, "coefficients": [1]})"), HasSubstr("from 1 to 13, found 14"));
   EXPECT_THAT(complaint(R"({"agf_formula": 5, "coefficients": [1, 2, 3, 4]})"), HasSubstr("takes 1 to 3"));
