@@ -28,6 +28,7 @@ class Reader {
   Prescription read() {
     static const Schema schema(relign_schema_lens, relign_schema_lens_size);
     const Json file = schema.checked(source_, problems_);
+    throw_if_any(problems_);  // the values in place of wrong ones would have mistakes of their own
     lens_.name = file["name"];
     lens_.source = text_of(file, "source");
     lens_.wavelength_nm = other_nm_ ? *other_nm_ : file.value("wavelength_nm", 0.0);

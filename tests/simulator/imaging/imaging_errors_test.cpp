@@ -313,8 +313,7 @@ TEST(ImagingErrors, MistakesAreReportedWithTheirPositions) {
   EXPECT_THAT(failure(R"({"gain": [1.2, 0.9]})"),
               HasSubstr("errors.json:1:10: /gain: expected a range [low, high], found"));
   EXPECT_THAT(failure(R"({"offset": "x"})"),
-              HasSubstr("/offset: expected a number from -10 to 10 or a list of 2 numbers, "
-                        "high], found \"x\""));
+              HasSubstr("/offset: expected a number from -10 to 10 or a list of 2 numbers, found \"x\""));
   EXPECT_THAT(failure(R"({"drawn": "frame"})"), HasSubstr("found 'frame'; allowed: scene, capture"));
   EXPECT_THAT(failure(R"({"stray_light": {"men": 1}})"), HasSubstr("did you mean 'mean'?"));
   EXPECT_THAT(failure(R"({"stray_light": {"mean": 0.1, "blobs": 1.5}})"),
