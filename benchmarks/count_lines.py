@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Lines of the tree: benchmarks/count_lines.py [--json]
 
-Counts the lines of tracked source files (C, C++, CUDA, Python, JavaScript, CSS and shell; no blank line or comment is left
-out) in core/, in all that is no test, and in tests, then by component (core/README.md).
+Counts the lines of tracked source files (C, C++, CUDA, Python, JavaScript, CSS and shell), blank lines and comments included,
+in core/, in everything except tests, and in tests, then by component (core/README.md).
 """
 
 import argparse
