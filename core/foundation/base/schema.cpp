@@ -40,6 +40,14 @@ bool has_type(const Json& value, const std::string& type) {
          (!value.is_number_unsigned() || value.get<std::uint64_t>() <= std::uint64_t{INT64_MAX});
 }
 
+// Whether the rule's "type", one or a list, has the value's; true without "type".
+bool allows_type(const Json& rule, const Json& value) {
+  const Json& type = member(rule, "type");
+  if (type.is_array())
+    return std::any_of(type.begin(), type.end(), [&](const Json& one) { return has_type(value, one); });
+  return type.is_null() || has_type(value, type);
+}
+
 class Checker {
  public:
   Checker(const Json& root, const JsonSource& source, std::vector<Problem>& problems)
@@ -54,13 +62,8 @@ class Checker {
     }
     if (const auto only = rule.find("const"); only != rule.end())
       return *only == value ? value : wrong(rule, pointer, "found " + shown(value) + "; allowed: " + only->dump());
-    const Json& type = member(rule, "type");
-    const bool fits =
-        type.is_null() ||
-        (type.is_array() ? std::any_of(type.begin(), type.end(), [&](const Json& one) { return has_type(value, one); })
-                         : has_type(value, type));
-    const bool has_alternative = type.is_null() && rule.contains("oneOf");
-    if (!fits || has_alternative || !in_limits(rule, value))
+    const bool without_alternative = rule.contains("oneOf") && !rule.contains("type");
+    if (without_alternative || !allows_type(rule, value) || !in_limits(rule, value))
       return wrong(rule, pointer, "expected " + words_of(given_rule) + ", found " + shown(value));
     if (value.is_object()) return check_object(rule, value, pointer);
     if (value.is_array()) return check_list(rule, value, pointer);
@@ -80,8 +83,7 @@ class Checker {
     if (choices == rule.end()) return rule;
     for (const Json& choice : *choices) {
       const Json& one = resolved(choice);
-      if (one.contains("enum") && value.is_string() && choices->size() == 1) return one;
-      if (one.contains("type") && has_type(value, one.at("type"))) return one;
+      if (one.contains("type") && allows_type(one, value)) return one;
     }
     return rule;
   }
