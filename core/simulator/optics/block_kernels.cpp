@@ -157,10 +157,21 @@ void apply(RayBlock& block, const Op& op, int count) {
   }
 }
 
-void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count) {
+void keep_state(const RayBlock& block, float* state, int count) {
+  const float* const numbers[kStateNumbers] = {block.x, block.y, block.z, block.lx, block.ly, block.lz};
+  for (int k = 0; k < kStateNumbers; ++k) {
+    const float* const from = numbers[k];
+    float* const to = state + k * kBlockRays;
+    RELIGN_LOOP
+    for (int i = 0; i < count; ++i) to[i] = from[i];
+  }
+}
+
+void trace_recorded(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count, float* record) {
   int faces = 0;
   for (int k = 0; k < op_count; ++k) {
     const Op& op = ops[k];
+    if (record) keep_state(block, record + k * kStateNumbers * kBlockRays, count);
     if (fresnel && (op.kind == Op::face || op.kind == Op::asphere) && ++faces > kFacesPerProduct) {
       each_ray(block, op, count, [](FloatRay& ray, const Op&) { divide_products(ray); });
       faces = 1;
@@ -170,6 +181,11 @@ void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count
     else
       apply<false>(block, op, count);
   }
+  if (record) keep_state(block, record + op_count * kStateNumbers * kBlockRays, count);
+}
+
+void trace(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count) {
+  trace_recorded(block, ops, op_count, fresnel, count, nullptr);
 }
 
 template <bool EightBits>
@@ -288,6 +304,7 @@ const BlockKernels& kernels() {
                                          start_in_hemisphere,
                                          aim,
                                          trace,
+                                         trace_recorded,
                                          look_up,
                                          apply_transmittance,
                                          count_reached,
@@ -296,6 +313,7 @@ const BlockKernels& kernels() {
                                          take_pixels,
                                          lattice,
                                          sum_runs,
+                                         &adjoint_kernels,
                                          &ghost_kernels,
                                          &lane_kernels};
   return table;

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 
+#include "optics/adjoint_block.h"
 #include "optics/ghost_block.h"
 #include "optics/lane_block.h"
 #include "optics/ray_ops.h"
@@ -52,6 +53,9 @@ struct BlockKernels {
   void (*aim)(RayBlock& block, const double (&rotation)[9], const double (&start)[3], const double (&from)[3],
               const double* x, const double* y, const double* z, int count);
   void (*trace)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count);
+  // The same, with the state of every ray before each operation and at the end: (op_count + 1) x kStateNumbers x
+  // kBlockRays.
+  void (*trace_recorded)(RayBlock& block, const Op* ops, int op_count, bool fresnel, int count, float* record);
   // Moves rays to the emitter's plane and looks up its radiance; x, y become those of the hit.
   void (*look_up)(RayBlock& block, const EmitterPlane& emitter, int count);
   // radiance *= above / below^2.
@@ -73,6 +77,7 @@ struct BlockKernels {
   // sums[i] = sum of radiance over the rays i * length to (i + 1) * length, in an order that is the same on
   // every instruction set. length: 8 to kBlockRays, a power of two.
   void (*sum_runs)(const RayBlock& block, int length, float* sums, int count);
+  const AdjointKernels* adjoints;
   const GhostKernels* ghosts;
   const LaneKernels* lanes;
 };

@@ -277,9 +277,22 @@ RELIGN_DEVICE float move_to_plane(FloatRay& ray, float distance_z) {
   return t;
 }
 
-// Moves a ray to the emitter's plane; the radiance there, 0 if the ray was lost or misses the square.
+// The four texels around a hit, left and right above, then below, and its place between their centres.
+struct TexelPatch {
+  float a, b, c, d;
+  float fu, fv;
+  float free_u, free_v;  // 1; 0 where the outermost texel is repeated
+};
+
+RELIGN_DEVICE float value_of(const TexelPatch& patch) {
+  const float top = multiply_add(patch.fu, patch.b - patch.a, patch.a);
+  const float bottom = multiply_add(patch.fu, patch.d - patch.c, patch.c);
+  return multiply_add(patch.fv, bottom - top, top);
+}
+
+// Moves a ray to the emitter's plane. False if it was lost or misses the square.
 template <bool EightBits>
-RELIGN_DEVICE float look_up(FloatRay& ray, const EmitterPlane& emitter) {
+RELIGN_DEVICE bool find_texels(FloatRay& ray, const EmitterPlane& emitter, TexelPatch& patch) {
   const float last = static_cast<float>(emitter.texels - 1);
   const float t = move_to_plane(ray, emitter.distance_z);
   const float x = ray.x, y = ray.y;
@@ -293,26 +306,33 @@ RELIGN_DEVICE float look_up(FloatRay& ray, const EmitterPlane& emitter) {
   const float vc = smaller(larger(v, 0.0F), last);
   const float u_floor = smaller(static_cast<float>(static_cast<std::int32_t>(uc)), last - 1.0F);
   const float v_floor = smaller(static_cast<float>(static_cast<std::int32_t>(vc)), last - 1.0F);
-  const float fu = uc - u_floor;
-  const float fv = vc - v_floor;
+  patch.fu = uc - u_floor;
+  patch.fv = vc - v_floor;
+  patch.free_u = uc == u ? 1.0F : 0.0F;
+  patch.free_v = vc == v ? 1.0F : 0.0F;
   const std::int32_t at = static_cast<std::int32_t>(v_floor) * emitter.texels + static_cast<std::int32_t>(u_floor);
-  float a = 0, b = 0, c = 0, d = 0;  // left and right above, then below
   if (EightBits) {
     const std::uint32_t four = two_words(emitter.texels_8_bit + at);
-    a = texel_level(four & 0xFFU, 1.0F / 255.0F);
-    b = texel_level(four >> 16 & 0xFFU, 1.0F / 255.0F);
-    c = texel_level(four >> 8 & 0xFFU, 1.0F / 255.0F);
-    d = texel_level(four >> 24, 1.0F / 255.0F);
+    patch.a = texel_level(four & 0xFFU, 1.0F / 255.0F);
+    patch.b = texel_level(four >> 16 & 0xFFU, 1.0F / 255.0F);
+    patch.c = texel_level(four >> 8 & 0xFFU, 1.0F / 255.0F);
+    patch.d = texel_level(four >> 24, 1.0F / 255.0F);
   } else {
     const std::uint32_t upper = emitter.texels_16_bit[at], lower = emitter.texels_16_bit[at + emitter.texels];
-    a = texel_level(upper & 0xFFFFU, 1.0F / 65535.0F);
-    b = texel_level(upper >> 16, 1.0F / 65535.0F);
-    c = texel_level(lower & 0xFFFFU, 1.0F / 65535.0F);
-    d = texel_level(lower >> 16, 1.0F / 65535.0F);
+    patch.a = texel_level(upper & 0xFFFFU, 1.0F / 65535.0F);
+    patch.b = texel_level(upper >> 16, 1.0F / 65535.0F);
+    patch.c = texel_level(lower & 0xFFFFU, 1.0F / 65535.0F);
+    patch.d = texel_level(lower >> 16, 1.0F / 65535.0F);
   }
-  const float top = multiply_add(fu, b - a, a);
-  const float bottom = multiply_add(fu, d - c, c);
-  const float value = multiply_add(fv, bottom - top, top);
+  return hits;
+}
+
+// Moves a ray to the emitter's plane; the radiance there, 0 if the ray was lost or misses the square.
+template <bool EightBits>
+RELIGN_DEVICE float look_up(FloatRay& ray, const EmitterPlane& emitter) {
+  TexelPatch patch;
+  const bool hits = find_texels<EightBits>(ray, emitter, patch);
+  const float value = value_of(patch);
   return hits ? value : 0.0F;
 }
 

@@ -1,0 +1,315 @@
+// Derivatives of what one ray carries by its start and by every motion of the parts it passes, in reverse: each function
+// takes the derivative of a value by the ray behind an operation back to the ray in front of it. The operations
+// themselves are in ray_steps.h and asphere_steps.h; docs/derivatives.md has the formulas.
+//
+// Compiled for several instruction sets and by NVRTC, as ray_steps.h is.
+#pragma once
+
+#include "optics/asphere_steps.h"
+
+namespace relign::optics {
+
+// Derivative of a value F by the position and the direction of a ray, as vectors of its frame.
+template <class Real>
+struct AdjointOf {
+  Real x, y, z;     // dF / dposition, per mm
+  Real lx, ly, lz;  // dF / ddirection
+};
+
+// Derivative of F by a rigid motion of everything that the ray meets later: by its shift (per mm) and by its turn about
+// the frame's origin (per rad).
+template <class Real>
+struct WrenchOf {
+  Real fx, fy, fz;
+  Real tx, ty, tz;
+};
+
+// What belongs to F at an operation besides the adjoint of the ray behind it.
+template <class Real>
+struct PullsOf {
+  Real log_transmittance;  // dF / d(logarithm of the face's transmittance)
+  Real edge;               // dF / d(clear radius^2 - distance from the axis^2), per mm^2
+};
+
+// Which rays stand for an edge, whose motion lets light in or out: those inside it, at 0 <= distance < width, with this
+// weight. It is 1 in the mean and has no first moment, so that the integral over the edge is extrapolated from the
+// inside with an error of second order in the width.
+template <class Real>
+RELIGN_DEVICE Real edge_weight(Real distance, Real width) {
+  const Real share = distance / width;
+  return share < Real{1} ? (Real{4} - Real{6} * share) / width : Real{0};
+}
+// Width of the edge of an aperture, in its clear radius^2.
+constexpr float kEdgeWidth = 0.25F;
+
+// dF / d(edge) of the aperture at (x, y), of a ray with value F that passes.
+template <class Real>
+RELIGN_DEVICE Real edge_pull(const OpOf<Real>& op, Real x, Real y, Real value) {
+  const Real edge = multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2));
+  return value * edge_weight(edge, Real{kEdgeWidth} * op.clear_radius2);
+}
+
+template <class Real>
+RELIGN_DEVICE WrenchOf<Real> wrench_of(const RayOf<Real>& ray, const AdjointOf<Real>& a) {
+  return {a.x,
+          a.y,
+          a.z,
+          ray.y * a.z - ray.z * a.y + ray.ly * a.lz - ray.lz * a.ly,
+          ray.z * a.x - ray.x * a.z + ray.lz * a.lx - ray.lx * a.lz,
+          ray.x * a.y - ray.y * a.x + ray.lx * a.ly - ray.ly * a.lx};
+}
+
+// The adjoint of a ray in front of a surface with normal (nx, ny, nz) of any length, from that of its hit (in place of
+// the position) and of its direction, which the surface may have changed already: the hit stays on the surface.
+template <class Real>
+RELIGN_DEVICE void slide_back(AdjointOf<Real>& a, Real t, const RayOf<Real>& before, Real nx, Real ny, Real nz) {
+  const Real along = a.x * before.lx + a.y * before.ly + a.z * before.lz;
+  const Real w = along / (nx * before.lx + ny * before.ly + nz * before.lz);
+  a.x -= w * nx;
+  a.y -= w * ny;
+  a.z -= w * nz;
+  a.lx = multiply_add(t, a.x, a.lx);
+  a.ly = multiply_add(t, a.y, a.ly);
+  a.lz = multiply_add(t, a.z, a.lz);
+}
+
+template <class Real>
+RELIGN_DEVICE Real way_between(const RayOf<Real>& before, Real x, Real y, Real z) {
+  return (x - before.x) * before.lx + (y - before.y) * before.ly + (z - before.z) * before.lz;
+}
+
+template <class Real>
+RELIGN_DEVICE void frame_back(AdjointOf<Real>& a, const OpOf<Real>& op) {
+  const Real* const r = op.rotation;
+  const AdjointOf<Real> b = a;
+  a.x = r[0] * b.x + r[3] * b.y + r[6] * b.z;
+  a.y = r[1] * b.x + r[4] * b.y + r[7] * b.z;
+  a.z = r[2] * b.x + r[5] * b.y + r[8] * b.z;
+  a.lx = r[0] * b.lx + r[3] * b.ly + r[6] * b.lz;
+  a.ly = r[1] * b.lx + r[4] * b.ly + r[7] * b.lz;
+  a.lz = r[2] * b.lx + r[5] * b.ly + r[8] * b.lz;
+}
+
+// d(log transmittance) / d(cosine of incidence), the cosine of refraction following; see transmit().
+template <class Real>
+RELIGN_DEVICE Real log_transmittance_slope(Real back_ratio, Real cosine, Real cosine_after, Real after_slope) {
+  const Real a = multiply_add(back_ratio, cosine_after, cosine);
+  const Real d = multiply_add(back_ratio, cosine, cosine_after);
+  const Real two_per_squares = Real{2} / multiply_add(a, a, d * d);
+  const Real by_a = a * two_per_squares - Real{2} / a, by_d = d * two_per_squares - Real{2} / d;
+  const Real by_cosine = Real{1} / cosine + by_a + back_ratio * by_d;
+  const Real by_after = Real{1} / cosine_after + back_ratio * by_a + by_d;
+  return multiply_add(by_after, after_slope, by_cosine);
+}
+
+// What a refracting surface with unit normal n (towards +z) does to the adjoint of the direction behind it. Returns the
+// adjoint of the normal.
+template <class Real>
+struct NormalAdjoint {
+  Real x, y, z;
+};
+template <bool Fresnel, class Real>
+RELIGN_DEVICE NormalAdjoint<Real> refract_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
+                                               const RayOf<Real>& behind, Real nx, Real ny, Real nz,
+                                               Real log_transmittance) {
+  const Real ratio = op.index_ratio;
+  const Real cosine = -(before.lx * nx + before.ly * ny + before.lz * nz);
+  const Real cosine_after = -(behind.lx * nx + behind.ly * ny + behind.lz * nz);
+  const Real after_slope = ratio * ratio * cosine / cosine_after;
+  const Real g = multiply_add(ratio, cosine, -cosine_after);
+  const Real along_normal = a.lx * nx + a.ly * ny + a.lz * nz;
+  Real by_cosine = along_normal * (ratio - after_slope);
+  if (Fresnel)
+    by_cosine +=
+        log_transmittance * log_transmittance_slope(op.index_after / op.index_before, cosine, cosine_after, after_slope);
+  const NormalAdjoint<Real> normal = {g * a.lx - by_cosine * before.lx, g * a.ly - by_cosine * before.ly,
+                                      g * a.lz - by_cosine * before.lz};
+  a.lx = ratio * a.lx - by_cosine * nx;
+  a.ly = ratio * a.ly - by_cosine * ny;
+  a.lz = ratio * a.lz - by_cosine * nz;
+  return normal;
+}
+
+template <bool Fresnel, class Real>
+RELIGN_DEVICE void face_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
+                             const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
+  const Real c = op.curvature, x = behind.x, y = behind.y;
+  const Real nx = -c * x, ny = -c * y, nz = multiply_add(-c, behind.z, Real{1});
+  const NormalAdjoint<Real> normal =
+      refract_back<Fresnel>(a, op, before, behind, nx, ny, nz, pulls.log_transmittance);
+  a.x -= multiply_add(c, normal.x, Real{2} * pulls.edge * x);
+  a.y -= multiply_add(c, normal.y, Real{2} * pulls.edge * y);
+  a.z -= c * normal.z;
+  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
+}
+
+// Slope of an asphere over r^2, twice (place_at()), and its derivative by r^2.
+template <class Real>
+struct AsphereBend {
+  Real slope, bend;
+};
+template <class Real>
+RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
+  const Real r2 = multiply_add(x, x, y * y);
+  const Real kappa_c2 = op.conic_plus_1 * op.curvature * op.curvature;
+  const Real root2 = larger(multiply_add(-kappa_c2, r2, Real{1}), Real{kMinRoot2});
+  const Real root = square_root(root2);
+  const Real per = op.per_shape_radius2;
+  const Real q = smaller(r2 * per, Real{kMaxQ});
+  Real even = Real{0}, slope = Real{0}, bend = Real{0};  // of the sum by q, and its derivatives
+  for (int k = op.even_terms - 1; k >= 0; --k) {
+    bend = multiply_add(bend, q, Real{2} * slope);
+    slope = multiply_add(slope, q, even);
+    even = multiply_add(even, q, op.even[k]);
+  }
+  bend = multiply_add(bend, q, Real{2} * slope);
+  slope = multiply_add(slope, q, even);
+  even *= q;
+  slope *= per;
+  bend *= per * per;
+  if (op.over_root) {  // of even / root, where 1 / root has the derivative kappa_c2 / (2 root^3)
+    const Real half = Real{0.5} * kappa_c2 / root2;
+    bend = (bend + Real{2} * half * slope + Real{3} * half * half * even) / root;
+    slope = multiply_add(half, even, slope) / root;
+  }
+  if (op.odd_terms > 0) {
+    const Real root_q = square_root(q);
+    Real odd_slope = Real{0}, odd_bend = Real{0};  // over root_q, and over 1 / root_q
+    for (int k = op.odd_terms - 1; k >= 0; --k) {
+      const Real power = static_cast<Real>(k) + Real{1.5};
+      odd_slope = multiply_add(odd_slope, q, power * op.odd[k]);
+      odd_bend = multiply_add(odd_bend, q, power * (power - Real{1}) * op.odd[k]);
+    }
+    slope = multiply_add(odd_slope, root_q * per, slope);
+    bend = multiply_add(odd_bend, per * per / larger(root_q, Real{1e-6F}), bend);
+  }
+  const Real conic = op.curvature / root;
+  return {multiply_add(Real{2}, slope, conic), multiply_add(Real{2}, bend, Real{0.5} * kappa_c2 * conic / root2)};
+}
+
+template <bool Fresnel, class Real>
+RELIGN_DEVICE void asphere_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
+                                const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
+  const Real x = behind.x, y = behind.y;
+  const AsphereBend<Real> face = bend_at(op, x, y);
+  const Real sx = -face.slope * x, sy = -face.slope * y;
+  const Real per_length = Real{1} / square_root(multiply_add(sx, sx, multiply_add(sy, sy, Real{1})));
+  const Real nx = sx * per_length, ny = sy * per_length, nz = per_length;
+  const NormalAdjoint<Real> normal =
+      refract_back<Fresnel>(a, op, before, behind, nx, ny, nz, pulls.log_transmittance);
+  // Of (sx, sy, 1), before it is normalised.
+  const Real along = normal.x * nx + normal.y * ny + normal.z * nz;
+  const Real bx = per_length * (normal.x - along * nx), by = per_length * (normal.y - along * ny);
+  const Real by_r2 = -face.bend * (bx * x + by * y);
+  const Real both = Real{2} * (by_r2 - pulls.edge);
+  a.x += multiply_add(both, x, -face.slope * bx);
+  a.y += multiply_add(both, y, -face.slope * by);
+  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
+}
+
+template <class Real>
+RELIGN_DEVICE void stop_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
+                             const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
+  a.x -= Real{2} * pulls.edge * behind.x;
+  a.y -= Real{2} * pulls.edge * behind.y;
+  a.z = Real{0};
+  slide_back(a, (op.vertex_z - before.z) / before.lz, before, Real{0}, Real{0}, Real{1});
+}
+
+// The bore does not move the ray.
+template <class Real>
+RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before, Real value) {
+  const Real height = before.z - op.vertex_z;
+  const Real t = -larger(height, Real{0}) / before.lz;
+  const Real x = multiply_add(t, before.lx, before.x), y = multiply_add(t, before.ly, before.y);
+  const Real edge = edge_pull(op, x, y, value);
+  AdjointOf<Real> rim = {Real{-2} * edge * x, Real{-2} * edge * y, Real{0}, Real{0}, Real{0}, Real{0}};
+  if (height > Real{0}) slide_back(rim, t, before, Real{0}, Real{0}, Real{1});
+  a.x += rim.x;
+  a.y += rim.y;
+  a.z += rim.z;
+  a.lx += rim.lx;
+  a.ly += rim.ly;
+  a.lz += rim.lz;
+}
+
+// Radiance at a hit, and its slopes (1/mm).
+struct RadianceSlopes {
+  float value, x, y;
+};
+
+// The square's border within `edge_width` of a hit contributes what its motion lets in or out.
+template <bool EightBits>
+RELIGN_DEVICE RadianceSlopes look_up_slopes(FloatRay& ray, const EmitterPlane& emitter, float edge_width) {
+  TexelPatch patch;
+  const bool hits = find_texels<EightBits>(ray, emitter, patch);
+  const float value = value_of(patch);
+  const float top = multiply_add(patch.fu, patch.b - patch.a, patch.a);
+  const float bottom = multiply_add(patch.fu, patch.d - patch.c, patch.c);
+  const float across = multiply_add(patch.fv, (patch.d - patch.c) - (patch.b - patch.a), patch.b - patch.a);
+  const float at_x = value * edge_weight(emitter.half_side - magnitude(ray.x), edge_width);
+  const float at_y = value * edge_weight(emitter.half_side - magnitude(ray.y), edge_width);
+  const float x = patch.free_u * emitter.texels_per_mm * across - (ray.x < 0.0F ? -at_x : at_x);
+  const float y = patch.free_v * emitter.texels_per_mm * (bottom - top) - (ray.y < 0.0F ? -at_y : at_y);
+  return {hits ? value : 0.0F, hits ? x : 0.0F, hits ? y : 0.0F};
+}
+
+// Back from the hit on the emitter's plane to the ray before it.
+RELIGN_DEVICE AdjointOf<float> emitter_back(const FloatRay& before, float distance_z, float by_x, float by_y) {
+  AdjointOf<float> a = {by_x, by_y, 0.0F, 0.0F, 0.0F, 0.0F};
+  slide_back(a, (distance_z - before.z) / before.lz, before, 0.0F, 0.0F, 1.0F);
+  return a;
+}
+
+// What the value F of a ray changes by, as a wrench, because the ray moves with the pupil: the point where it crosses
+// the plane z = pupil_z of the lens follows the lens, and the place on the sensor does not. With it changes the share of
+// directions that the ray stands for. ray, a: at the sensor, in lens coordinates; across: normal of the sensor.
+template <class Real>
+RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointOf<Real>& a, Real pupil_z,
+                                          const Real* across, Real value) {
+  const Real way = (pupil_z - ray.z) / ray.lz;
+  const Real px = multiply_add(way, ray.lx, ray.x), py = multiply_add(way, ray.ly, ray.y);
+  const Real along = a.lx * ray.lx + a.ly * ray.ly + a.lz * ray.lz;
+  const Real per_way = Real{1} / way;
+  const Real per_sensor = Real{1} / (across[0] * ray.lx + across[1] * ray.ly + across[2] * ray.lz);
+  const Real per_lens = Real{1} / ray.lz;
+  const Real rest = -along - Real{4} * value;
+  const Real fx = per_way * (a.lx + rest * ray.lx + value * across[0] * per_sensor);
+  const Real fy = per_way * (a.ly + rest * ray.ly + value * across[1] * per_sensor);
+  const Real fz = per_way * (a.lz + rest * ray.lz + value * (across[2] * per_sensor + per_lens));
+  // (0, 0, 1) x direction
+  return {fx,
+          fy,
+          fz,
+          py * fz - pupil_z * fy - value * ray.ly * per_lens,
+          pupil_z * fx - px * fz + value * ray.lx * per_lens,
+          px * fy - py * fx};
+}
+
+// Back over one operation. `value`: F of the ray, which is proportional to its transmittance.
+template <bool Fresnel, class Real>
+RELIGN_DEVICE void operation_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
+                                  const RayOf<Real>& behind, Real value) {
+  const PullsOf<Real> pulls = {value, edge_pull(op, behind.x, behind.y, value)};
+  switch (op.kind) {
+    case OpKinds::frame:
+      frame_back(a, op);
+      break;
+    case OpKinds::shift:
+      break;
+    case OpKinds::face:
+      face_back<Fresnel>(a, op, before, behind, pulls);
+      break;
+    case OpKinds::asphere:
+      asphere_back<Fresnel>(a, op, before, behind, pulls);
+      break;
+    case OpKinds::stop:
+      stop_back(a, op, before, behind, pulls);
+      break;
+    case OpKinds::bore:
+      bore_back(a, op, before, value);
+      break;
+  }
+}
+
+}  // namespace relign::optics
