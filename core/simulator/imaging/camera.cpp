@@ -11,6 +11,7 @@
 #include "imaging/read_out.h"
 #include "imaging/sequences.h"
 #include "imaging/streams.h"
+#include "optics/first_order.h"
 
 namespace relign::imaging {
 namespace {
@@ -101,6 +102,7 @@ MseEstimate estimate_of(const MseSum& sum, double pixels) {
 // What one thread needs: a block of rays and their owners.
 struct Camera::Workspace {
   RaySource source;
+  RayDerivatives derivatives;
   optics::RayBlock words;  // for the read-out
   float sums[kTilePixels * kTilePixels];
   double light[kMseGroups][kTilePixels * kTilePixels];  // of all views
@@ -378,6 +380,64 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
   }
   for (std::size_t i = 0; i < count; ++i) pixels[i] = static_cast<float>(sum[i] / static_cast<double>(batches));
   return reached;
+}
+
+void Camera::render_derivatives(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                                std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
+                                float* derivatives) {
+  if (tracer_)
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': images of a lens of meshes have no derivatives; use "
+                                                                "'lens_system'");
+  place(lens, true_pose);
+  const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
+  for (View& view : views_)
+    view.readings.place(parts, view.path, view.ops.size(), lens_to_world,
+                        optics::first_order(lens.assembly(view.which).lens()).exit_pupil_z, scene_->sensor.pitch_mm);
+  const std::size_t stride = parts.count() * optics::kWrenchNumbers;
+  const auto width = static_cast<std::size_t>(scene_->sensor.width);
+  std::fill_n(derivatives, scene_->sensor.pixels() * stride, 0.0F);
+  const std::vector<int> shares = samples > 0 ? allocate_samples(samples) : capture_shares_;
+  parallel_->for_each(static_cast<int>(views_.front().tiles.selected().size()), [&](int index, unsigned thread) {
+    const std::size_t at = views_.front().tiles.selected()[static_cast<std::size_t>(index)];
+    Workspace& work = *workspaces_[thread];
+    fill_with_black(tiles()[at].box, scene_->sensor.width, pixels);
+    for (std::size_t i = 0; i < views_.size(); ++i) {
+      const Tile& tile = views_[i].tiles.tiles()[at];
+      if (tile.unlit) continue;
+      work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
+      work.derivatives.start_tile(views_[i].readings, tile.lit.columns * tile.lit.rows);
+      work.source.differentiate(&work.derivatives);
+      const double scale = views_[i].weight * draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
+      work.source.differentiate(nullptr);
+      add_to_pixels(tile.lit, work.sums, scale, scene_->sensor.width, pixels);
+      int pixel = 0;
+      for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
+        for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column) {
+          const float* const from = work.derivatives.of_pixel(pixel++);
+          float* const to =
+              derivatives + (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * stride;
+          for (std::size_t k = 0; k < stride; ++k) to[k] += static_cast<float>(scale * static_cast<double>(from[k]));
+        }
+    }
+  });
+}
+
+double Camera::draw_rays(RaySource& source, const View& view, const Tile& tile, std::uint64_t seed, std::uint32_t group,
+                         int samples, int share) const {
+  const RayPath path = ray_path(view);
+  if (samples > 0 || settings_.sampler == Sampler::lattice) {
+    source.lattice_directions(path, seed, group, share);
+    return tile.area / share;
+  }
+  if (settings_.sampler == Sampler::pupil) {
+    source.random_directions(path, seed, share);
+    return tile.area / share;
+  }
+  if (settings_.sampler == Sampler::hemisphere)
+    source.all_directions(path, seed, share, kRouletteSurvival);
+  else
+    source.binomial_directions(path, seed, share, kRouletteSurvival);
+  return kPi / share / kRouletteSurvival;
 }
 
 void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels) {

@@ -18,6 +18,7 @@
 #include "imaging/mounted_lens.h"
 #include "imaging/mse_pixel.h"
 #include "imaging/pupil_tiles.h"
+#include "imaging/ray_derivatives.h"
 #include "imaging/scene_file.h"
 #include "optics/assembly.h"
 #include "optics/block_tracer.h"
@@ -25,6 +26,7 @@
 namespace relign::imaging {
 
 struct RayPath;
+class RaySource;
 class DiffractedMse;
 
 enum class Transport {
@@ -126,6 +128,15 @@ class Camera {
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
+  // Light and its derivatives by rigid motions of the lens and of elements; without diffraction, electronics and reflected
+  // light, and not for a lens of meshes. samples: low-discrepancy rays per pixel, as render_noise_free() takes them; 0:
+  // the rays of a capture, with its bits. derivatives: for each pixel of the frame and each part 6 numbers, of its shift
+  // along x, y, z (per mm) and turn about x, y, z through the lens's origin (per rad), lens coordinates; pixels that are
+  // not read out have 0. Throws Error(bad_input) where they are not supported.
+  void render_derivatives(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                          std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
+                          float* derivatives);
+
   // The pixels that are read out, and their share of all.
   const std::vector<PixelSpan>& spans() const { return spans_; }
   double share_read_out() const;
@@ -145,6 +156,7 @@ class Camera {
     // of the current pose
     optics::BackwardPath path;
     std::vector<optics::Op> ops;
+    PartReadings readings;
   };
   // How many of a pixel's samples each view gets; at least one.
   std::vector<int> allocate_samples(int samples) const;
@@ -153,6 +165,10 @@ class Camera {
              const std::optional<optics::Motion>& into_print = std::nullopt, const PixelRegions& regions = {});
   RayPath ray_path(const View& view) const;
   void render_light(std::uint64_t seed, float* pixels);
+  // The rays of a tile's pixels: of a noise-free render, or with samples 0 of a capture. Returns the factor for their
+  // sums.
+  double draw_rays(RaySource& source, const View& view, const Tile& tile, std::uint64_t seed, std::uint32_t group,
+                   int samples, int share) const;
   // Light of one group through the current lens: without reflections; and with ghosts. Both without diffraction.
   void render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   void render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels);

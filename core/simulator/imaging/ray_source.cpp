@@ -54,11 +54,15 @@ void RaySource::trace_and_weigh(const RayPath& path, Weight weight, double bound
     kernels.start_in_hemisphere(block_, start_, count);
   else
     kernels.start_in_ellipse(block_, start_, count);
-  if (path.tracer)
-    path.tracer->trace(block_, path.fresnel, count);
-  else
-    kernels.trace(block_, path.ops, path.op_count, path.fresnel, count);
-  kernels.look_up(block_, *path.emitter, count);
+  if (derivatives_) {
+    derivatives_->trace(block_, path, weight == Weight::roulette ? bound : 1, count);
+  } else {
+    if (path.tracer)
+      path.tracer->trace(block_, path.fresnel, count);
+    else
+      kernels.trace(block_, path.ops, path.op_count, path.fresnel, count);
+    kernels.look_up(block_, *path.emitter, count);
+  }
   if (weight == Weight::roulette)
     kernels.play_roulette(block_, static_cast<float>(bound), count);
   else if (path.fresnel)
@@ -68,6 +72,10 @@ void RaySource::trace_and_weigh(const RayPath& path, Weight weight, double bound
 void RaySource::one_each(int from, int count) {
   for (int i = 0; i < padded(count); ++i) owner_[i] = static_cast<std::uint32_t>(std::min(from + i, pixels_ - 1));
   take_pixels(padded(count));
+}
+
+void RaySource::add_derivatives(int count) {
+  if (derivatives_) derivatives_->add(owner_, count);
 }
 
 void RaySource::add_by_owner(int count) {
@@ -87,6 +95,7 @@ void RaySource::equal_runs(const RayPath& path, int samples, Weight weight, doub
     take_pixels(all);
     words(all);
     trace_and_weigh(path, weight, bound, all);
+    add_derivatives(count);
     if (!even) {
       add_by_owner(count);
       continue;
@@ -146,6 +155,7 @@ void RaySource::binomial_directions(const RayPath& path, std::uint64_t seed, int
     take_pixels(padded(count));
     draw_words(seed, path.streams + kDirections, padded(count));
     trace_and_weigh(path, Weight::roulette, path.highest_transmittance, padded(count));
+    add_derivatives(count);
     add_by_owner(count);
   };
   constexpr std::uint32_t kAtOnce = 8;  // always writes this many entries: no branch to mispredict

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "imaging/pupil_tiles.h"
+#include "imaging/ray_derivatives.h"
 #include "imaging/scene_file.h"
 #include "optics/block_tracer.h"
 #include "optics/ray_block.h"
@@ -30,6 +31,10 @@ class RaySource {
   void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, const PixelBox& lit,
                   float* sums);
 
+  // Until null is given, derivatives of the pixels are summed as well; not with a tracer. Of rays that play roulette they
+  // have the mean over its outcomes, which scatters less.
+  void differentiate(RayDerivatives* derivatives) { derivatives_ = derivatives; }
+
   // `samples` directions over the whole hemisphere for each pixel; Fresnel losses and survival by Russian roulette.
   void all_directions(const RayPath& path, std::uint64_t seed, int samples, double survival);
   // Same distribution, tracing few of them: a binomial draw gives how many of `samples` directions fall into B and
@@ -51,6 +56,7 @@ class RaySource {
   void draw_words(std::uint64_t seed, std::uint32_t stream, int count);
   void trace_and_weigh(const RayPath& path, Weight weight, double bound, int count);
   void add_by_owner(int count);
+  void add_derivatives(int count);
   // One ray for each pixel from number `from` on.
   void one_each(int from, int count);
   // `samples` rays for each pixel, block by block; words(count) draws their words.
@@ -59,6 +65,7 @@ class RaySource {
   void draw_counts(std::uint64_t seed, std::uint32_t streams, int samples, double probability);
 
   float* sums_ = nullptr;
+  RayDerivatives* derivatives_ = nullptr;
   optics::TileStart start_{};
   double area_ = 0;     // of B
   bool whole_ = false;  // draw directions from the whole disc instead of the ellipse

@@ -26,19 +26,34 @@ struct PupilPlane {
   float across[3];  // the normal of the sensor in lens coordinates, unit
 };
 
+// What is traced back: x and y of the hit on the emitter's plane, and the logarithm of the light (adjoint_steps.h).
+constexpr int kTracedBack = 3;
+constexpr int kPlaceNumbers = kTracedBack * kWrenchNumbers;
+
+// How the pixels lie behind a block.
+struct PixelSteps {
+  float x[3], y[3];        // world x and y in lens coordinates
+  float pitch_x, pitch_y;  // mm, signed as TileStart's
+};
+
+// A part between two places: it moves, and what is outside does not.
+struct PartBetween {
+  std::int32_t into, out;
+};
+
 // Numbers of a block are arrays of kBlockRays (ray_block.h).
 struct AdjointKernels {
-  // What BlockKernels::look_up does, with the slopes of the radiance at the hit (1/mm). At the border of the square,
-  // within `edge_width` (mm) inside it, they contain what its motion lets in or out.
-  void (*look_up_slopes)(RayBlock& block, const EmitterPlane& emitter, float edge_width, float* slope_x, float* slope_y,
-                         int count);
-  // From the emitter's plane at distance_z back to the sensor. record: of trace_recorded; slopes: of F, the value of a
-  // ray; value: F, of which the transmittance is a factor. wrenches: place_count x kWrenchNumbers x kBlockRays, dF per mm
-  // and per rad about the lens's origin; 0 for rays that were lost (margin). follow: if not null, what F changes by
-  // because rays move with the pupil is subtracted from the first wrench.
-  void (*trace_back)(const RayBlock& block, const Op* ops, int op_count, bool fresnel, const float* record,
-                     float distance_z, const float* slope_x, const float* slope_y, const float* value,
+  // From the emitter's plane at distance_z back to the sensor. record: of trace_recorded. wrenches: place_count x
+  // kPlaceNumbers arrays. places: ascending; the first is the sensor. follow: if not null, the second is the sensor once
+  // more, and there what changes because rays move with the pupil is subtracted.
+  void (*trace_back)(const Op* ops, int op_count, bool fresnel, const float* record, float distance_z,
                      const ReadingPlace* places, int place_count, const PupilPlane* follow, float* wrenches, int count);
+  // block: as look_up left it. Derivative of the value of each ray, radiance times transmittance (if `fresnel`) over
+  // `bound`, by the motion of each part: part_count x kWrenchNumbers arrays, per mm and per rad about the lens's origin;
+  // 0 for rays that were lost.
+  void (*differentiate)(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound,
+                        const PixelSteps& steps, const float* at_sensor, const float* wrenches,
+                        const PartBetween* parts, int part_count, float* derivatives, int count);
 };
 
 namespace generic {

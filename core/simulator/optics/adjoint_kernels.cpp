@@ -9,30 +9,6 @@ namespace {
 
 #define RELIGN_LOOP _Pragma("omp simd")
 
-template <bool EightBits>
-void look_up_texel_slopes(RayBlock& block, const EmitterPlane& given, float edge_width, float* slope_x, float* slope_y,
-                          int count) {
-  const EmitterPlane emitter = given;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    FloatRay ray = {block.x[i], block.y[i], block.z[i], block.lx[i], block.ly[i], block.lz[i], 1, 1, block.margin[i]};
-    const RadianceSlopes found = optics::look_up_slopes<EightBits>(ray, emitter, edge_width);
-    block.x[i] = ray.x;
-    block.y[i] = ray.y;
-    block.radiance[i] = found.value;
-    slope_x[i] = found.x;
-    slope_y[i] = found.y;
-  }
-}
-
-void look_up_slopes(RayBlock& block, const EmitterPlane& emitter, float edge_width, float* slope_x, float* slope_y,
-                    int count) {
-  if (emitter.texels_8_bit)
-    look_up_texel_slopes<true>(block, emitter, edge_width, slope_x, slope_y, count);
-  else
-    look_up_texel_slopes<false>(block, emitter, edge_width, slope_x, slope_y, count);
-}
-
 RELIGN_DEVICE FloatRay recorded(const float* state, int i) {
   return {state[i],
           state[kBlockRays + i],
@@ -60,63 +36,54 @@ RELIGN_DEVICE void put(Adjoints& all, int i, const AdjointOf<float>& one) {
   all.lz[i] = one.lz;
 }
 
-void from_emitter(Adjoints& all, const float* state, float distance_z, const float* slope_x, const float* slope_y,
-                  int count) {
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) put(all, i, emitter_back(recorded(state, i), distance_z, slope_x[i], slope_y[i]));
-}
+// Of the coordinates of the hit, and of the light.
+struct Traced {
+  Adjoints x, y, light;
+};
 
-template <class Step>
-RELIGN_DEVICE void each_back(Adjoints& all, const Op& given, const float* before, const float* value, int count,
-                             const Step& step) {
-  const Op op = given;
-  const float* const behind = before + kStateNumbers * kBlockRays;
+void from_emitter(Traced& all, const float* state, float distance_z, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    AdjointOf<float> one = taken(all, i);
-    step(one, op, recorded(before, i), recorded(behind, i), value[i]);
-    put(all, i, one);
+    put(all.x, i, hit_back(recorded(state, i), distance_z, 1.0F, 0.0F));
+    put(all.y, i, hit_back(recorded(state, i), distance_z, 0.0F, 1.0F));
+    put(all.light, i, {0, 0, 0, 0, 0, 0});
   }
 }
 
-RELIGN_DEVICE PullsOf<float> pulls_at(const Op& op, const FloatRay& behind, float value) {
-  return {value, edge_pull(op, behind.x, behind.y, value)};
+// The kind is known to the compiler, so that nothing is chosen in the loop.
+template <OpKinds::Kind Kind, Carries Light>
+void each_back(Traced& all, const Op& given, const float* before, int count) {
+  Op op = given;
+  op.kind = Kind;
+  const float* const behind = before + kStateNumbers * kBlockRays;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const FloatRay from = recorded(before, i), to = recorded(behind, i);
+    AdjointOf<float> x = taken(all.x, i), y = taken(all.y, i), light = taken(all.light, i);
+    operation_back<Carries::position>(x, op, from, to);
+    operation_back<Carries::position>(y, op, from, to);
+    operation_back<Light>(light, op, from, to);
+    put(all.x, i, x);
+    put(all.y, i, y);
+    put(all.light, i, light);
+  }
 }
 
-template <bool Fresnel>
-void back_over(Adjoints& all, const Op& op, const float* before, const float* value, int count) {
-  using Adjoint = AdjointOf<float>;
+template <Carries Light>
+void back_over(Traced& all, const Op& op, const float* before, int count) {
   switch (op.kind) {
     case Op::frame:
-      each_back(all, op, before, value, count,
-                [](Adjoint& a, const Op& one, const FloatRay&, const FloatRay&, float) { frame_back(a, one); });
-      break;
+      return each_back<Op::frame, Light>(all, op, before, count);
     case Op::shift:
-      break;
+      return;
     case Op::face:
-      each_back(all, op, before, value, count,
-                [](Adjoint& a, const Op& one, const FloatRay& ray, const FloatRay& behind, float f) {
-                  face_back<Fresnel>(a, one, ray, behind, pulls_at(one, behind, f));
-                });
-      break;
+      return each_back<Op::face, Light>(all, op, before, count);
     case Op::asphere:
-      each_back(all, op, before, value, count,
-                [](Adjoint& a, const Op& one, const FloatRay& ray, const FloatRay& behind, float f) {
-                  asphere_back<Fresnel>(a, one, ray, behind, pulls_at(one, behind, f));
-                });
-      break;
+      return each_back<Op::asphere, Light>(all, op, before, count);
     case Op::stop:
-      each_back(all, op, before, value, count,
-                [](Adjoint& a, const Op& one, const FloatRay& ray, const FloatRay& behind, float f) {
-                  stop_back(a, one, ray, behind, pulls_at(one, behind, f));
-                });
-      break;
+      return each_back<Op::stop, Light>(all, op, before, count);
     case Op::bore:
-      each_back(all, op, before, value, count,
-                [](Adjoint& a, const Op& one, const FloatRay& ray, const FloatRay&, float f) {
-                  bore_back(a, one, ray, f);
-                });
-      break;
+      return each_back<Op::bore, Light>(all, op, before, count);
   }
 }
 
@@ -135,12 +102,9 @@ RELIGN_DEVICE AdjointOf<float> in_lens(const AdjointOf<float>& a, const ReadingP
           r[3] * a.lx + r[4] * a.ly + r[5] * a.lz, r[6] * a.lx + r[7] * a.ly + r[8] * a.lz};
 }
 
-// NaN, of rays that were lost on their way, becomes 0 as well.
-RELIGN_DEVICE float kept(float number, float margin) { return margin > 0.0F && number == number ? number : 0.0F; }
-
-template <bool Follow>
-void read_wrench(const Adjoints& all, const RayBlock& block, const float* state, const float* value,
-                 const ReadingPlace& given, const PupilPlane& given_pupil, float* wrench, int count) {
+template <bool Follow, bool Light>
+void read_wrench(const Adjoints& all, const float* state, const ReadingPlace& given, const PupilPlane& given_pupil,
+                 float* wrench, int count) {
   const ReadingPlace place = given;
   const PupilPlane pupil = given_pupil;
   RELIGN_LOOP
@@ -149,45 +113,107 @@ void read_wrench(const Adjoints& all, const RayBlock& block, const float* state,
     const AdjointOf<float> a = in_lens(taken(all, i), place);
     WrenchOf<float> w = wrench_of(ray, a);
     if (Follow) {
-      const WrenchOf<float> moved = pupil_wrench(ray, a, pupil.z, pupil.across, value[i]);
+      const WrenchOf<float> moved = pupil_wrench<Light>(ray, a, pupil.z, pupil.across);
       w = {w.fx - moved.fx, w.fy - moved.fy, w.fz - moved.fz, w.tx - moved.tx, w.ty - moved.ty, w.tz - moved.tz};
     }
-    const float margin = block.margin[i];
-    wrench[i] = kept(w.fx, margin);
-    wrench[kBlockRays + i] = kept(w.fy, margin);
-    wrench[2 * kBlockRays + i] = kept(w.fz, margin);
-    wrench[3 * kBlockRays + i] = kept(w.tx, margin);
-    wrench[4 * kBlockRays + i] = kept(w.ty, margin);
-    wrench[5 * kBlockRays + i] = kept(w.tz, margin);
+    wrench[i] = w.fx;
+    wrench[kBlockRays + i] = w.fy;
+    wrench[2 * kBlockRays + i] = w.fz;
+    wrench[3 * kBlockRays + i] = w.tx;
+    wrench[4 * kBlockRays + i] = w.ty;
+    wrench[5 * kBlockRays + i] = w.tz;
   }
 }
 
-void trace_back(const RayBlock& block, const Op* ops, int op_count, bool fresnel, const float* record, float distance_z,
-                const float* slope_x, const float* slope_y, const float* value, const ReadingPlace* places,
-                int place_count, const PupilPlane* follow, float* wrenches, int count) {
+template <bool Follow>
+void read_place(const Traced& all, const float* state, const ReadingPlace& place, const PupilPlane& pupil,
+                float* wrenches, int count) {
+  constexpr int kNext = kWrenchNumbers * kBlockRays;
+  read_wrench<Follow, false>(all.x, state, place, pupil, wrenches, count);
+  read_wrench<Follow, false>(all.y, state, place, pupil, wrenches + kNext, count);
+  read_wrench<Follow, true>(all.light, state, place, pupil, wrenches + 2 * kNext, count);
+}
+
+void trace_back(const Op* ops, int op_count, bool fresnel, const float* record, float distance_z,
+                const ReadingPlace* places, int place_count, const PupilPlane* follow, float* wrenches, int count) {
   const auto state = [&](int k) { return record + k * kStateNumbers * kBlockRays; };
-  Adjoints all;
-  from_emitter(all, state(op_count), distance_z, slope_x, slope_y, count);
+  Traced all;
+  from_emitter(all, state(op_count), distance_z, count);
   int place = place_count - 1;
   for (int k = op_count; k >= 0; --k) {
     for (; place >= 0 && places[place].before == k; --place) {
-      float* const wrench = wrenches + place * kWrenchNumbers * kBlockRays;
-      if (place == 0 && follow)
-        read_wrench<true>(all, block, state(k), value, places[place], *follow, wrench, count);
+      float* const here = wrenches + place * kPlaceNumbers * kBlockRays;
+      if (place == 1 && follow)
+        read_place<true>(all, state(k), places[place], *follow, here, count);
       else
-        read_wrench<false>(all, block, state(k), value, places[place], {}, wrench, count);
+        read_place<false>(all, state(k), places[place], {}, here, count);
     }
-    if (k == 0 || place < 0) break;
-    if (fresnel)
-      back_over<true>(all, ops[k - 1], state(k - 1), value, count);
-    else
-      back_over<false>(all, ops[k - 1], state(k - 1), value, count);
+    if (k > 0)
+      (fresnel ? back_over<Carries::light> : back_over<Carries::light_free>)(all, ops[k - 1], state(k - 1), count);
+  }
+}
+
+// Of a ray: factors of the wrenches of its hit's x and y and of its light.
+struct Factors {
+  float x[kBlockRays], y[kBlockRays], light[kBlockRays];
+};
+
+template <bool EightBits>
+void find_factors(const RayBlock& block, const EmitterPlane& given, bool fresnel, float bound, const PixelSteps& given_steps,
+                  const float* at_sensor, Factors& factors, int count) {
+  const EmitterPlane emitter = given;
+  const PixelSteps steps = given_steps;
+  const float per_bound = 1.0F / bound;
+  const float cell_x = steps.pitch_x / kCells, cell_y = steps.pitch_y / kCells;
+  const float* const by_x = at_sensor;
+  const float* const by_y = at_sensor + kWrenchNumbers * kBlockRays;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const float x1 = by_x[i], x2 = by_x[kBlockRays + i], x3 = by_x[2 * kBlockRays + i];
+    const float y1 = by_y[i], y2 = by_y[kBlockRays + i], y3 = by_y[2 * kBlockRays + i];
+    const HitSteps hit = {cell_x * (steps.x[0] * x1 + steps.x[1] * x2 + steps.x[2] * x3),
+                          cell_x * (steps.x[0] * y1 + steps.x[1] * y2 + steps.x[2] * y3),
+                          cell_y * (steps.y[0] * x1 + steps.y[1] * x2 + steps.y[2] * x3),
+                          cell_y * (steps.y[0] * y1 + steps.y[1] * y2 + steps.y[2] * y3)};
+    const float u = place_in_cell(unit_of_word(block.u0[i])), v = place_in_cell(unit_of_word(block.u1[i]));
+    const MeanSlope slope = mean_slope<EightBits>(emitter, block.x[i], block.y[i], hit, u, v);
+    const bool passed = block.margin[i] > 0.0F;
+    const float transmitted = fresnel ? block.above[i] / (block.below[i] * block.below[i]) : 1.0F;
+    const float weight = passed ? per_bound * transmitted : 0.0F;
+    factors.x[i] = slope.x != 0.0F ? weight * slope.x : 0.0F;
+    factors.y[i] = slope.y != 0.0F ? weight * slope.y : 0.0F;
+    factors.light[i] = block.radiance[i] > 0.0F ? weight * block.radiance[i] : 0.0F;
+  }
+}
+
+void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound, const PixelSteps& steps,
+                   const float* at_sensor, const float* wrenches, const PartBetween* parts, int part_count,
+                   float* derivatives, int count) {
+  Factors factors;
+  (emitter.texels_8_bit ? find_factors<true> : find_factors<false>)(block, emitter, fresnel, bound, steps, at_sensor,
+                                                                  factors, count);
+  constexpr int kNext = kWrenchNumbers * kBlockRays;
+  for (int part = 0; part < part_count; ++part) {
+    const float* const into = wrenches + parts[part].into * kPlaceNumbers * kBlockRays;
+    const float* const out = wrenches + parts[part].out * kPlaceNumbers * kBlockRays;
+    for (int k = 0; k < kWrenchNumbers; ++k) {
+      const float* const from = into + k * kBlockRays;
+      const float* const to = out + k * kBlockRays;
+      float* const derivative = derivatives + (part * kWrenchNumbers + k) * kBlockRays;
+      RELIGN_LOOP
+      for (int i = 0; i < count; ++i) {
+        const float total = factors.x[i] * (to[i] - from[i]) + factors.y[i] * (to[kNext + i] - from[kNext + i]) +
+                            factors.light[i] * (to[2 * kNext + i] - from[2 * kNext + i]);
+        // NaN is of rays that were lost on their way.
+        derivative[i] = block.margin[i] > 0.0F && total == total ? total : 0.0F;
+      }
+    }
   }
 }
 
 }  // namespace
 
-extern const AdjointKernels adjoint_kernels = {look_up_slopes, trace_back};
+extern const AdjointKernels adjoint_kernels = {trace_back, differentiate};
 
 }  // namespace RELIGN_KERNEL_ISA
 }  // namespace relign::optics

@@ -24,11 +24,11 @@ struct WrenchOf {
   Real tx, ty, tz;
 };
 
-// What belongs to F at an operation besides the adjoint of the ray behind it.
-template <class Real>
-struct PullsOf {
-  Real log_transmittance;  // dF / d(logarithm of the face's transmittance)
-  Real edge;               // dF / d(clear radius^2 - distance from the axis^2), per mm^2
+// What F has of an operation besides the adjoint of the ray behind it.
+enum class Carries {
+  position,    // nothing: F is the place of a hit
+  light,       // F is the logarithm of the transmittance of faces, and whether apertures let the ray pass
+  light_free,  // the same where faces transmit everything
 };
 
 // Which rays stand for an edge, whose motion lets light in or out: those inside it, at 0 <= distance < width, with this
@@ -40,13 +40,13 @@ RELIGN_DEVICE Real edge_weight(Real distance, Real width) {
   return share < Real{1} ? (Real{4} - Real{6} * share) / width : Real{0};
 }
 // Width of the edge of an aperture, in its clear radius^2.
-constexpr float kEdgeWidth = 0.25F;
+constexpr float kEdgeWidth = 0.06F;
 
-// dF / d(edge) of the aperture at (x, y), of a ray with value F that passes.
+// dF / d(clear radius^2 - distance from the axis^2) of a ray that passes an aperture at (x, y), per mm^2.
 template <class Real>
-RELIGN_DEVICE Real edge_pull(const OpOf<Real>& op, Real x, Real y, Real value) {
+RELIGN_DEVICE Real edge_pull(const OpOf<Real>& op, Real x, Real y) {
   const Real edge = multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2));
-  return value * edge_weight(edge, Real{kEdgeWidth} * op.clear_radius2);
+  return edge_weight(edge, Real{kEdgeWidth} * op.clear_radius2);
 }
 
 template <class Real>
@@ -108,10 +108,9 @@ template <class Real>
 struct NormalAdjoint {
   Real x, y, z;
 };
-template <bool Fresnel, class Real>
+template <Carries What, class Real>
 RELIGN_DEVICE NormalAdjoint<Real> refract_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                               const RayOf<Real>& behind, Real nx, Real ny, Real nz,
-                                               Real log_transmittance) {
+                                               const RayOf<Real>& behind, Real nx, Real ny, Real nz) {
   const Real ratio = op.index_ratio;
   const Real cosine = -(before.lx * nx + before.ly * ny + before.lz * nz);
   const Real cosine_after = -(behind.lx * nx + behind.ly * ny + behind.lz * nz);
@@ -119,9 +118,8 @@ RELIGN_DEVICE NormalAdjoint<Real> refract_back(AdjointOf<Real>& a, const OpOf<Re
   const Real g = multiply_add(ratio, cosine, -cosine_after);
   const Real along_normal = a.lx * nx + a.ly * ny + a.lz * nz;
   Real by_cosine = along_normal * (ratio - after_slope);
-  if (Fresnel)
-    by_cosine +=
-        log_transmittance * log_transmittance_slope(op.index_after / op.index_before, cosine, cosine_after, after_slope);
+  if (What == Carries::light)
+    by_cosine += log_transmittance_slope(op.index_after / op.index_before, cosine, cosine_after, after_slope);
   const NormalAdjoint<Real> normal = {g * a.lx - by_cosine * before.lx, g * a.ly - by_cosine * before.ly,
                                       g * a.lz - by_cosine * before.lz};
   a.lx = ratio * a.lx - by_cosine * nx;
@@ -130,16 +128,23 @@ RELIGN_DEVICE NormalAdjoint<Real> refract_back(AdjointOf<Real>& a, const OpOf<Re
   return normal;
 }
 
-template <bool Fresnel, class Real>
+template <class Real>
+RELIGN_DEVICE void pull_inwards(AdjointOf<Real>& a, const OpOf<Real>& op, Real x, Real y) {
+  const Real pull = Real{2} * edge_pull(op, x, y);
+  a.x -= pull * x;
+  a.y -= pull * y;
+}
+
+template <Carries What, class Real>
 RELIGN_DEVICE void face_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                             const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
+                             const RayOf<Real>& behind) {
   const Real c = op.curvature, x = behind.x, y = behind.y;
   const Real nx = -c * x, ny = -c * y, nz = multiply_add(-c, behind.z, Real{1});
-  const NormalAdjoint<Real> normal =
-      refract_back<Fresnel>(a, op, before, behind, nx, ny, nz, pulls.log_transmittance);
-  a.x -= multiply_add(c, normal.x, Real{2} * pulls.edge * x);
-  a.y -= multiply_add(c, normal.y, Real{2} * pulls.edge * y);
+  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, behind, nx, ny, nz);
+  a.x -= c * normal.x;
+  a.y -= c * normal.y;
   a.z -= c * normal.z;
+  if (What != Carries::position) pull_inwards(a, op, x, y);
   slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
 }
 
@@ -187,110 +192,91 @@ RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
   return {multiply_add(Real{2}, slope, conic), multiply_add(Real{2}, bend, Real{0.5} * kappa_c2 * conic / root2)};
 }
 
-template <bool Fresnel, class Real>
+template <Carries What, class Real>
 RELIGN_DEVICE void asphere_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
+                                const RayOf<Real>& behind) {
   const Real x = behind.x, y = behind.y;
   const AsphereBend<Real> face = bend_at(op, x, y);
   const Real sx = -face.slope * x, sy = -face.slope * y;
   const Real per_length = Real{1} / square_root(multiply_add(sx, sx, multiply_add(sy, sy, Real{1})));
   const Real nx = sx * per_length, ny = sy * per_length, nz = per_length;
-  const NormalAdjoint<Real> normal =
-      refract_back<Fresnel>(a, op, before, behind, nx, ny, nz, pulls.log_transmittance);
+  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, behind, nx, ny, nz);
   // Of (sx, sy, 1), before it is normalised.
   const Real along = normal.x * nx + normal.y * ny + normal.z * nz;
   const Real bx = per_length * (normal.x - along * nx), by = per_length * (normal.y - along * ny);
-  const Real by_r2 = -face.bend * (bx * x + by * y);
-  const Real both = Real{2} * (by_r2 - pulls.edge);
-  a.x += multiply_add(both, x, -face.slope * bx);
-  a.y += multiply_add(both, y, -face.slope * by);
+  const Real by_r2 = Real{-2} * face.bend * (bx * x + by * y);
+  a.x += multiply_add(by_r2, x, -face.slope * bx);
+  a.y += multiply_add(by_r2, y, -face.slope * by);
+  if (What != Carries::position) pull_inwards(a, op, x, y);
   slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
 }
 
-template <class Real>
+template <Carries What, class Real>
 RELIGN_DEVICE void stop_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                             const RayOf<Real>& behind, const PullsOf<Real>& pulls) {
-  a.x -= Real{2} * pulls.edge * behind.x;
-  a.y -= Real{2} * pulls.edge * behind.y;
+                             const RayOf<Real>& behind) {
+  if (What != Carries::position) pull_inwards(a, op, behind.x, behind.y);
   a.z = Real{0};
   slide_back(a, (op.vertex_z - before.z) / before.lz, before, Real{0}, Real{0}, Real{1});
 }
 
 // The bore does not move the ray.
-template <class Real>
-RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before, Real value) {
+template <Carries What, class Real>
+RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before) {
+  if (What == Carries::position) return;
   const Real height = before.z - op.vertex_z;
   const Real t = -larger(height, Real{0}) / before.lz;
-  const Real x = multiply_add(t, before.lx, before.x), y = multiply_add(t, before.ly, before.y);
-  const Real edge = edge_pull(op, x, y, value);
-  AdjointOf<Real> rim = {Real{-2} * edge * x, Real{-2} * edge * y, Real{0}, Real{0}, Real{0}, Real{0}};
-  if (height > Real{0}) slide_back(rim, t, before, Real{0}, Real{0}, Real{1});
+  AdjointOf<Real> rim = {Real{0}, Real{0}, Real{0}, Real{0}, Real{0}, Real{0}};
+  pull_inwards(rim, op, multiply_add(t, before.lx, before.x), multiply_add(t, before.ly, before.y));
+  AdjointOf<Real> slid = rim;
+  slide_back(slid, t, before, Real{0}, Real{0}, Real{1});
+  const bool in_front = height > Real{0};
   a.x += rim.x;
   a.y += rim.y;
-  a.z += rim.z;
-  a.lx += rim.lx;
-  a.ly += rim.ly;
-  a.lz += rim.lz;
+  a.z += in_front ? slid.z : Real{0};
+  a.lx += in_front ? slid.lx : Real{0};
+  a.ly += in_front ? slid.ly : Real{0};
+  a.lz += in_front ? slid.lz : Real{0};
 }
 
-// Radiance at a hit, and its slopes (1/mm).
-struct RadianceSlopes {
-  float value, x, y;
-};
-
-// The square's border within `edge_width` of a hit contributes what its motion lets in or out.
-template <bool EightBits>
-RELIGN_DEVICE RadianceSlopes look_up_slopes(FloatRay& ray, const EmitterPlane& emitter, float edge_width) {
-  TexelPatch patch;
-  const bool hits = find_texels<EightBits>(ray, emitter, patch);
-  const float value = value_of(patch);
-  const float top = multiply_add(patch.fu, patch.b - patch.a, patch.a);
-  const float bottom = multiply_add(patch.fu, patch.d - patch.c, patch.c);
-  const float across = multiply_add(patch.fv, (patch.d - patch.c) - (patch.b - patch.a), patch.b - patch.a);
-  const float at_x = value * edge_weight(emitter.half_side - magnitude(ray.x), edge_width);
-  const float at_y = value * edge_weight(emitter.half_side - magnitude(ray.y), edge_width);
-  const float x = patch.free_u * emitter.texels_per_mm * across - (ray.x < 0.0F ? -at_x : at_x);
-  const float y = patch.free_v * emitter.texels_per_mm * (bottom - top) - (ray.y < 0.0F ? -at_y : at_y);
-  return {hits ? value : 0.0F, hits ? x : 0.0F, hits ? y : 0.0F};
-}
-
-// Back from the hit on the emitter's plane to the ray before it.
-RELIGN_DEVICE AdjointOf<float> emitter_back(const FloatRay& before, float distance_z, float by_x, float by_y) {
-  AdjointOf<float> a = {by_x, by_y, 0.0F, 0.0F, 0.0F, 0.0F};
-  slide_back(a, (distance_z - before.z) / before.lz, before, 0.0F, 0.0F, 1.0F);
+// Back from a hit on the emitter's plane, one of whose coordinates is F, to the ray before it.
+template <class Real>
+RELIGN_DEVICE AdjointOf<Real> hit_back(const RayOf<Real>& before, Real distance_z, Real by_x, Real by_y) {
+  AdjointOf<Real> a = {by_x, by_y, Real{0}, Real{0}, Real{0}, Real{0}};
+  slide_back(a, (distance_z - before.z) / before.lz, before, Real{0}, Real{0}, Real{1});
   return a;
 }
 
-// What the value F of a ray changes by, as a wrench, because the ray moves with the pupil: the point where it crosses
-// the plane z = pupil_z of the lens follows the lens, and the place on the sensor does not. With it changes the share of
-// directions that the ray stands for. ray, a: at the sensor, in lens coordinates; across: normal of the sensor.
-template <class Real>
+// What F changes by, as a wrench, because a ray moves with the pupil: the point where it crosses the plane z = pupil_z
+// of the lens follows the lens, and its place on the sensor does not. light: F is a logarithm of light, to which the
+// share of directions that the ray stands for belongs, too. ray, a: at the sensor, in lens coordinates; across: normal of
+// the sensor.
+template <bool Light, class Real>
 RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointOf<Real>& a, Real pupil_z,
-                                          const Real* across, Real value) {
+                                          const Real* across) {
+  const Real light = Light ? Real{1} : Real{0};
   const Real way = (pupil_z - ray.z) / ray.lz;
   const Real px = multiply_add(way, ray.lx, ray.x), py = multiply_add(way, ray.ly, ray.y);
   const Real along = a.lx * ray.lx + a.ly * ray.ly + a.lz * ray.lz;
   const Real per_way = Real{1} / way;
   const Real per_sensor = Real{1} / (across[0] * ray.lx + across[1] * ray.ly + across[2] * ray.lz);
   const Real per_lens = Real{1} / ray.lz;
-  const Real rest = -along - Real{4} * value;
-  const Real fx = per_way * (a.lx + rest * ray.lx + value * across[0] * per_sensor);
-  const Real fy = per_way * (a.ly + rest * ray.ly + value * across[1] * per_sensor);
-  const Real fz = per_way * (a.lz + rest * ray.lz + value * (across[2] * per_sensor + per_lens));
+  const Real rest = -along - Real{4} * light;
+  const Real fx = per_way * (a.lx + rest * ray.lx + light * across[0] * per_sensor);
+  const Real fy = per_way * (a.ly + rest * ray.ly + light * across[1] * per_sensor);
+  const Real fz = per_way * (a.lz + rest * ray.lz + light * (across[2] * per_sensor + per_lens));
   // (0, 0, 1) x direction
   return {fx,
           fy,
           fz,
-          py * fz - pupil_z * fy - value * ray.ly * per_lens,
-          pupil_z * fx - px * fz + value * ray.lx * per_lens,
+          py * fz - pupil_z * fy - light * ray.ly * per_lens,
+          pupil_z * fx - px * fz + light * ray.lx * per_lens,
           px * fy - py * fx};
 }
 
-// Back over one operation. `value`: F of the ray, which is proportional to its transmittance.
-template <bool Fresnel, class Real>
+// Back over one operation.
+template <Carries What, class Real>
 RELIGN_DEVICE void operation_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                  const RayOf<Real>& behind, Real value) {
-  const PullsOf<Real> pulls = {value, edge_pull(op, behind.x, behind.y, value)};
+                                  const RayOf<Real>& behind) {
   switch (op.kind) {
     case OpKinds::frame:
       frame_back(a, op);
@@ -298,18 +284,58 @@ RELIGN_DEVICE void operation_back(AdjointOf<Real>& a, const OpOf<Real>& op, cons
     case OpKinds::shift:
       break;
     case OpKinds::face:
-      face_back<Fresnel>(a, op, before, behind, pulls);
+      face_back<What>(a, op, before, behind);
       break;
     case OpKinds::asphere:
-      asphere_back<Fresnel>(a, op, before, behind, pulls);
+      asphere_back<What>(a, op, before, behind);
       break;
     case OpKinds::stop:
-      stop_back(a, op, before, behind, pulls);
+      stop_back<What>(a, op, before, behind);
       break;
     case OpKinds::bore:
-      bore_back(a, op, before, value);
+      bore_back<What>(a, op, before);
       break;
   }
+}
+
+// ---- The slope of the radiance, in the mean over a pixel ----
+
+// How a hit moves with the place on the sensor: columns of a matrix, mm per step of the place.
+struct HitSteps {
+  float x_by_u, y_by_u, x_by_v, y_by_v;
+};
+
+// For (dx, dy), the motion of a hit: slope (x, y) times it is what the radiance at the hit changes by, in the mean over
+// the places within a cell of the pixel around the ray's, along u and along v: the difference of the radiance at the
+// ends over the length. It sees every edge of the target in the cell, the border of the square as well, where a slope at
+// the hit would be rare and large. u, v: of the ray, in cells of this size, from 0 to 1.
+struct MeanSlope {
+  float x, y;
+};
+constexpr float kCells = 1.0F;  // across a pixel
+RELIGN_DEVICE float place_in_cell(float place) {
+  const float cells = kCells * place;
+  return cells - static_cast<float>(static_cast<std::int32_t>(cells));
+}
+template <bool EightBits>
+RELIGN_DEVICE float radiance_at(const EmitterPlane& emitter, float x, float y) {
+  FloatRay ray = {x, y, emitter.distance_z + 1.0F, 0.0F, 0.0F, -1.0F, 1.0F, 1.0F, 1.0F};
+  return look_up<EightBits>(ray, emitter);
+}
+template <bool EightBits>
+RELIGN_DEVICE MeanSlope mean_slope(const EmitterPlane& emitter, float x, float y, const HitSteps& steps, float u,
+                                   float v) {
+  const float rest_u = 1.0F - u, rest_v = 1.0F - v;
+  const float along_u =
+      radiance_at<EightBits>(emitter, multiply_add(rest_u, steps.x_by_u, x), multiply_add(rest_u, steps.y_by_u, y)) -
+      radiance_at<EightBits>(emitter, multiply_add(-u, steps.x_by_u, x), multiply_add(-u, steps.y_by_u, y));
+  const float along_v =
+      radiance_at<EightBits>(emitter, multiply_add(rest_v, steps.x_by_v, x), multiply_add(rest_v, steps.y_by_v, y)) -
+      radiance_at<EightBits>(emitter, multiply_add(-v, steps.x_by_v, x), multiply_add(-v, steps.y_by_v, y));
+  const float determinant = steps.x_by_u * steps.y_by_v - steps.x_by_v * steps.y_by_u;
+  const float per = 1.0F / determinant;
+  return {per * (steps.y_by_v * along_u - steps.y_by_u * along_v),
+          per * (steps.x_by_u * along_v - steps.x_by_v * along_u)};
 }
 
 }  // namespace relign::optics

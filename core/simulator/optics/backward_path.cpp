@@ -135,6 +135,7 @@ class Builder {
     op.vertex_z = z - z_;
     ops_.push_back(op);
   }
+  PlaceOnPath place() const { return {ops_.size(), frame_}; }
   const Motion& first() const { return first_; }
   const Motion& current() const { return frame_; }
   void start_at(const Motion& part, double z) {
@@ -158,6 +159,8 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
   const Prescription& lens = assembly.lens();
   path.exact_ops.clear();
   path.rings.clear();
+  path.into_element.resize(lens.elements.size());
+  path.out_of_element.resize(lens.elements.size());
   path.through_aperture = 0;
   path.highest_transmittance = 1;
   Builder builder(path.exact_ops);
@@ -181,6 +184,7 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
   pass_stops_before(number);
   for (std::size_t e = lens.elements.size(); e-- > 0;) {
     const Element& element = lens.elements[e];
+    path.into_element[e] = builder.place();
     for (std::size_t f = element.faces.size(); f-- > 0;) {
       const double index_before = f == 0 ? 1.0 : element.faces[f - 1].index_after;
       --number;
@@ -197,9 +201,12 @@ void set_backward_path(BackwardPath& path, const Assembly& assembly, const Motio
                     face_op(element.faces[f], bounds, index_before, opening));
       if (is_aperture) path.through_aperture = path.exact_ops.size();
       path.highest_transmittance *= highest_transmittance(index_before, element.faces[f].index_after);
+      if (f == 0) path.out_of_element[e] = builder.place();
       pass_stops_before(number);
     }
   }
+  for (PlaceOnPath& place : path.into_element)
+    if (place.before == 0) place.to_lens = builder.first();  // not known before the first operation
   path.ops.clear();
   std::transform(path.exact_ops.begin(), path.exact_ops.end(), std::back_inserter(path.ops), rounded);
   // Rounding of float products, which grows with the number of faces.

@@ -43,25 +43,20 @@ void apply(Ray& ray, const ExactOp& op) {
   }
 }
 
-// A value of the ray behind the operation: linear in its state and proportional to its transmittance. Edges are left out:
-// they are integrals over rays.
+// A value of the ray behind the operation: linear in its state, plus the logarithm of its transmittance. Edges are left
+// out: they are integrals over rays.
 struct Value {
-  double state[6], offset;
+  double state[6];
   double of(const Ray& ray) const {
-    const double t = transmittance(ray);
-    return t * (offset + state[0] * ray.x + state[1] * ray.y + state[2] * ray.z + state[3] * ray.lx +
-                state[4] * ray.ly + state[5] * ray.lz);
+    return std::log(transmittance(ray)) + state[0] * ray.x + state[1] * ray.y + state[2] * ray.z + state[3] * ray.lx +
+           state[4] * ray.ly + state[5] * ray.lz;
   }
-  Adjoint slopes(const Ray& ray) const {
-    const double t = transmittance(ray);
-    return {t * state[0], t * state[1], t * state[2], t * state[3], t * state[4], t * state[5]};
-  }
+  Adjoint slopes() const { return {state[0], state[1], state[2], state[3], state[4], state[5]}; }
 };
 
 Value random_value(Random& random) {
   Value value{};
   for (double& number : value.state) number = random.uniform(-1, 1);
-  value.offset = random.uniform(-1, 1);
   return value;
 }
 
@@ -98,8 +93,8 @@ void check(const ExactOp& op, int seed) {
     Ray behind = ray;
     apply(behind, open);
     ASSERT_GT(behind.margin, 0);
-    Adjoint a = value.slopes(behind);
-    operation_back<true>(a, open, ray, behind, value.of(behind));
+    Adjoint a = value.slopes();
+    operation_back<Carries::light>(a, open, ray, behind);
     for (int freedom = 0; freedom < 6; ++freedom) {
       double shift[3] = {}, turn[3] = {};
       (freedom < 3 ? shift : turn)[freedom % 3] = 1;
@@ -216,10 +211,10 @@ TEST(AdjointSteps, EdgesMoveWithTheirAperture) {
       Ray behind = before;
       intersect_stop(behind, op);
       Adjoint a{};
-      operation_back<false>(a, op, before, behind, value(x, y));
+      operation_back<Carries::light>(a, op, before, behind);
       // A shift of the stop is the opposite shift of the ray.
-      sum_x -= a.x * cell * cell;
-      sum_y -= a.y * cell * cell;
+      sum_x -= a.x * value(x, y) * cell * cell;
+      sum_y -= a.y * value(x, y) * cell * cell;
     }
   const double area = 3.14159265358979 * 4;
   EXPECT_NEAR(sum_x, 0.3 * area, 0.002 * area);
@@ -254,7 +249,7 @@ TEST(AdjointSteps, RaysThatFollowThePupilKeepItsSolidAngle) {
       const double r = std::sqrt(dx * dx + dy * dy + z * z);
       const Ray ray = {0.5, -0.3, 0, dx / r, dy / r, z / r, 1, 1, 1};
       const double weight = z * z / (r * r * r * r) * reach * reach / (n * n);
-      const WrenchOf<double> w = pupil_wrench<double>(ray, {}, z, across, 1.0);
+      const WrenchOf<double> w = pupil_wrench<true, double>(ray, {}, z, across);
       sum.fx += w.fx * weight;
       sum.fy += w.fy * weight;
       sum.fz += w.fz * weight;

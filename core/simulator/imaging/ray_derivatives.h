@@ -1,0 +1,63 @@
+// Derivatives of the pixels of a tile by rigid motions of the lens and of its elements: traces blocks of rays with a
+// record, then back (optics/adjoint_block.h), and sums over the rays of each pixel. Internal to imaging.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "optics/backward_path.h"
+#include "optics/ray_block.h"
+
+namespace relign::imaging {
+
+struct RayPath;
+
+// Which parts move: the lens as a whole, and single elements by their number.
+struct MovingParts {
+  bool lens = true;
+  std::vector<std::size_t> elements;
+  std::size_t count() const { return (lens ? 1U : 0U) + elements.size(); }
+};
+
+// Where wrenches are read off along a path, and between which of them each part is.
+class PartReadings {
+ public:
+  // path, lens_to_world: of the current pose. pupil_z_mm: of the exit pupil, lens coordinates. pitch_mm: of pixels.
+  void place(const MovingParts& parts, const optics::BackwardPath& path, std::size_t op_count,
+             const optics::Motion& lens_to_world, double pupil_z_mm, double pitch_mm);
+
+  const std::vector<optics::ReadingPlace>& places() const { return places_; }
+  const std::vector<optics::PartBetween>& parts() const { return parts_; }
+  const optics::PixelSteps& steps() const { return steps_; }
+  // Of places(): the sensor, where rays keep their point of the pupil if they follow it.
+  std::size_t sensor() const { return follows_ ? 1 : 0; }
+  const optics::PupilPlane* follow() const { return follows_ ? &pupil_ : nullptr; }
+
+ private:
+  std::vector<optics::ReadingPlace> places_;
+  std::vector<optics::PartBetween> parts_;
+  optics::PixelSteps steps_{};
+  optics::PupilPlane pupil_{};
+  bool follows_ = false;
+};
+
+// What one thread needs.
+class RayDerivatives {
+ public:
+  // Of so many pixels, whose sums are set to 0. Until the next call `readings` must not change.
+  void start_tile(const PartReadings& readings, int pixels);
+  // In place of tracing and looking up. bound: of the roulette that follows, or 1.
+  void trace(optics::RayBlock& block, const RayPath& path, double bound, int count);
+  // Adds the latest rays to their pixels.
+  void add(const std::uint32_t* owner, int count);
+
+  // Of a pixel: the derivative of its sum of values by each part, as wrenches: 6 numbers a part.
+  const float* of_pixel(int pixel) const { return sums_.data() + static_cast<std::size_t>(pixel) * stride_; }
+
+ private:
+  const PartReadings* readings_ = nullptr;
+  std::size_t stride_ = 0;
+  std::vector<float> sums_, record_, wrenches_, derivatives_;
+};
+
+}  // namespace relign::imaging
