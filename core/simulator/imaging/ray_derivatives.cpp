@@ -26,28 +26,26 @@ optics::ReadingPlace reading_place(std::size_t before, const optics::Motion& to_
 
 void PartReadings::place(const MovingParts& parts, const optics::BackwardPath& path, std::size_t op_count,
                          const optics::Motion& lens_to_world, double pupil_z_mm, double pitch_mm) {
+  const auto set = [](const optics::Vec3& from, float (&to)[3]) {
+    to[0] = static_cast<float>(from.x);
+    to[1] = static_cast<float>(from.y);
+    to[2] = static_cast<float>(from.z);
+  };
+  const optics::Motion& into_first = path.into_first_frame;  // from the world
+  const optics::Motion first_of_lens = after(into_first, lens_to_world);
+  const double cell_mm = pitch_mm / static_cast<double>(optics::kCells);
+  set(into_first.direction({cell_mm, 0, 0}), view_.u);
+  set(into_first.direction({0, -cell_mm, 0}), view_.v);
+  set(into_first.direction({0, 0, 1}), view_.pupil.across);
+  const optics::Vec3 axis = first_of_lens.direction({0, 0, 1});
+  set(axis, view_.pupil.normal);
+  const double pupil_z = std::clamp(pupil_z_mm, -kFarthestPupil, kFarthestPupil);
+  view_.pupil.distance = static_cast<float>(dot(axis, first_of_lens.point({0, 0, pupil_z})));
+
   places_.clear();
   parts_.clear();
   follows_ = parts.lens;
-  const optics::Motion into_lens = inverse(lens_to_world);
-  const auto axis = [&](const optics::Vec3& world, float (&in_lens)[3]) {
-    const optics::Vec3 there = into_lens.direction(world);
-    in_lens[0] = static_cast<float>(there.x);
-    in_lens[1] = static_cast<float>(there.y);
-    in_lens[2] = static_cast<float>(there.z);
-  };
-  axis({1, 0, 0}, steps_.x);
-  axis({0, 1, 0}, steps_.y);
-  steps_.pitch_x = static_cast<float>(pitch_mm);
-  steps_.pitch_y = static_cast<float>(-pitch_mm);
-  const optics::ReadingPlace start = reading_place(0, inverse(after(path.into_first_frame, lens_to_world)));
-  places_.push_back(start);
-  if (parts.lens) {  // once more: at the first place the rays follow the pupil
-    places_.push_back(start);
-    pupil_.z = static_cast<float>(std::clamp(pupil_z_mm, -kFarthestPupil, kFarthestPupil));
-    axis({0, 0, 1}, pupil_.across);
-  }
-  const std::size_t start_count = places_.size();
+  places_.push_back(reading_place(0, inverse(first_of_lens)));
   std::vector<std::size_t> elements = parts.elements;
   std::sort(elements.begin(), elements.end(), std::greater<>());  // as rays meet them
   for (const std::size_t e : elements) {
@@ -57,13 +55,12 @@ void PartReadings::place(const MovingParts& parts, const optics::BackwardPath& p
     places_.push_back(reading_place(out.before, out.to_lens));
   }
   if (parts.lens) {
-    places_.push_back(reading_place(op_count, into_lens));
-    parts_.push_back({1, static_cast<std::int32_t>(places_.size()) - 1});
+    places_.push_back(reading_place(op_count, inverse(lens_to_world)));
+    parts_.push_back({0, static_cast<std::int32_t>(places_.size()) - 1});
   }
   for (const std::size_t e : parts.elements) {
-    const auto at = std::find(elements.begin(), elements.end(), e) - elements.begin();
-    const auto into = static_cast<std::int32_t>(start_count) + 2 * static_cast<std::int32_t>(at);
-    parts_.push_back({into, into + 1});
+    const auto at = static_cast<std::int32_t>(std::find(elements.begin(), elements.end(), e) - elements.begin());
+    parts_.push_back({1 + 2 * at, 2 + 2 * at});
   }
 }
 
@@ -71,7 +68,7 @@ void RayDerivatives::start_tile(const PartReadings& readings, int pixels) {
   readings_ = &readings;
   stride_ = readings.parts().size() * kWrenchNumbers;
   sums_.assign(static_cast<std::size_t>(pixels) * stride_, 0.0F);
-  wrenches_.resize(readings.places().size() * optics::kPlaceNumbers * kBlockRays);
+  adjoints_.resize(readings.places().size() * optics::kPlaceNumbers * kBlockRays);
   derivatives_.resize(stride_ * kBlockRays);
 }
 
@@ -80,12 +77,13 @@ void RayDerivatives::trace(optics::RayBlock& block, const RayPath& path, double 
   record_.resize((static_cast<std::size_t>(path.op_count) + 1) * optics::kStateNumbers * kBlockRays);
   kernels.trace_recorded(block, path.ops, path.op_count, path.fresnel, count, record_.data());
   kernels.look_up(block, *path.emitter, count);
+  const std::vector<optics::ReadingPlace>& places = readings_->places();
   kernels.adjoints->trace_back(path.ops, path.op_count, path.fresnel, record_.data(), path.emitter->distance_z,
-                               readings_->places().data(), static_cast<int>(readings_->places().size()),
-                               readings_->follow(), wrenches_.data(), count);
-  kernels.adjoints->differentiate(block, *path.emitter, path.fresnel, static_cast<float>(bound), readings_->steps(),
-                                  wrenches_.data() + readings_->sensor() * optics::kPlaceNumbers * kBlockRays, wrenches_.data(), readings_->parts().data(),
-                                  static_cast<int>(readings_->parts().size()), derivatives_.data(), count);
+                               places.data(), static_cast<int>(places.size()), adjoints_.data(), count);
+  kernels.adjoints->differentiate(block, *path.emitter, path.fresnel, static_cast<float>(bound), record_.data(),
+                                  adjoints_.data(), readings_->view(), places.data(), readings_->parts().data(),
+                                  static_cast<int>(readings_->parts().size()), readings_->follow(),
+                                  derivatives_.data(), count);
 }
 
 void RayDerivatives::add(const std::uint32_t* owner, int count) {

@@ -28,16 +28,13 @@ class PartReadings {
 
   const std::vector<optics::ReadingPlace>& places() const { return places_; }
   const std::vector<optics::PartBetween>& parts() const { return parts_; }
-  const optics::PixelSteps& steps() const { return steps_; }
-  // Of places(): the sensor, where rays keep their point of the pupil if they follow it.
-  std::size_t sensor() const { return follows_ ? 1 : 0; }
-  const optics::PupilPlane* follow() const { return follows_ ? &pupil_ : nullptr; }
+  const optics::SensorView& view() const { return view_; }
+  const optics::PupilPlane* follow() const { return follows_ ? &view_.pupil : nullptr; }
 
  private:
   std::vector<optics::ReadingPlace> places_;
   std::vector<optics::PartBetween> parts_;
-  optics::PixelSteps steps_{};
-  optics::PupilPlane pupil_{};
+  optics::SensorView view_{};
   bool follows_ = false;
 };
 
@@ -57,7 +54,7 @@ class RayDerivatives {
  private:
   const PartReadings* readings_ = nullptr;
   std::size_t stride_ = 0;
-  std::vector<float> sums_, record_, wrenches_, derivatives_;
+  std::vector<float> sums_, record_, adjoints_, derivatives_;
 };
 
 }  // namespace relign::imaging

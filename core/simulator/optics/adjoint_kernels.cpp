@@ -87,127 +87,117 @@ void back_over(Traced& all, const Op& op, const float* before, int count) {
   }
 }
 
-RELIGN_DEVICE FloatRay in_lens(const FloatRay& ray, const ReadingPlace& place) {
-  Op op;
-  for (int k = 0; k < 9; ++k) op.rotation[k] = place.rotation[k];
-  for (int k = 0; k < 3; ++k) op.translation[k] = place.translation[k];
-  FloatRay there = ray;
-  apply_frame(there, op);
-  return there;
-}
-RELIGN_DEVICE AdjointOf<float> in_lens(const AdjointOf<float>& a, const ReadingPlace& place) {
-  const float* const r = place.rotation;
-  return {r[0] * a.x + r[1] * a.y + r[2] * a.z,    r[3] * a.x + r[4] * a.y + r[5] * a.z,
-          r[6] * a.x + r[7] * a.y + r[8] * a.z,    r[0] * a.lx + r[1] * a.ly + r[2] * a.lz,
-          r[3] * a.lx + r[4] * a.ly + r[5] * a.lz, r[6] * a.lx + r[7] * a.ly + r[8] * a.lz};
-}
-
-template <bool Follow, bool Light>
-void read_wrench(const Adjoints& all, const float* state, const ReadingPlace& given, const PupilPlane& given_pupil,
-                 float* wrench, int count) {
-  const ReadingPlace place = given;
-  const PupilPlane pupil = given_pupil;
-  RELIGN_LOOP
-  for (int i = 0; i < count; ++i) {
-    const FloatRay ray = in_lens(recorded(state, i), place);
-    const AdjointOf<float> a = in_lens(taken(all, i), place);
-    WrenchOf<float> w = wrench_of(ray, a);
-    if (Follow) {
-      const WrenchOf<float> moved = pupil_wrench<Light>(ray, a, pupil.z, pupil.across);
-      w = {w.fx - moved.fx, w.fy - moved.fy, w.fz - moved.fz, w.tx - moved.tx, w.ty - moved.ty, w.tz - moved.tz};
+void keep(const Traced& all, float* adjoints, int count) {
+  const Adjoints* const traced[kTracedBack] = {&all.x, &all.y, &all.light};
+  for (const Adjoints* one : traced) {
+    const float* const numbers[kStateNumbers] = {one->x, one->y, one->z, one->lx, one->ly, one->lz};
+    for (const float* from : numbers) {
+      RELIGN_LOOP
+      for (int i = 0; i < count; ++i) adjoints[i] = from[i];
+      adjoints += kBlockRays;
     }
-    wrench[i] = w.fx;
-    wrench[kBlockRays + i] = w.fy;
-    wrench[2 * kBlockRays + i] = w.fz;
-    wrench[3 * kBlockRays + i] = w.tx;
-    wrench[4 * kBlockRays + i] = w.ty;
-    wrench[5 * kBlockRays + i] = w.tz;
   }
 }
 
-template <bool Follow>
-void read_place(const Traced& all, const float* state, const ReadingPlace& place, const PupilPlane& pupil,
-                float* wrenches, int count) {
-  constexpr int kNext = kWrenchNumbers * kBlockRays;
-  read_wrench<Follow, false>(all.x, state, place, pupil, wrenches, count);
-  read_wrench<Follow, false>(all.y, state, place, pupil, wrenches + kNext, count);
-  read_wrench<Follow, true>(all.light, state, place, pupil, wrenches + 2 * kNext, count);
-}
-
 void trace_back(const Op* ops, int op_count, bool fresnel, const float* record, float distance_z,
-                const ReadingPlace* places, int place_count, const PupilPlane* follow, float* wrenches, int count) {
+                const ReadingPlace* places, int place_count, float* adjoints, int count) {
   const auto state = [&](int k) { return record + k * kStateNumbers * kBlockRays; };
   Traced all;
   from_emitter(all, state(op_count), distance_z, count);
   int place = place_count - 1;
   for (int k = op_count; k >= 0; --k) {
-    for (; place >= 0 && places[place].before == k; --place) {
-      float* const here = wrenches + place * kPlaceNumbers * kBlockRays;
-      if (place == 1 && follow)
-        read_place<true>(all, state(k), places[place], *follow, here, count);
-      else
-        read_place<false>(all, state(k), places[place], {}, here, count);
-    }
+    for (; place >= 0 && places[place].before == k; --place)
+      keep(all, adjoints + place * kPlaceNumbers * kBlockRays, count);
     if (k > 0)
       (fresnel ? back_over<Carries::light> : back_over<Carries::light_free>)(all, ops[k - 1], state(k - 1), count);
   }
 }
 
-// Of a ray: factors of the wrenches of its hit's x and y and of its light.
-struct Factors {
+RELIGN_DEVICE AdjointOf<float> kept(const float* adjoints, int i) {
+  return {adjoints[i],
+          adjoints[kBlockRays + i],
+          adjoints[2 * kBlockRays + i],
+          adjoints[3 * kBlockRays + i],
+          adjoints[4 * kBlockRays + i],
+          adjoints[5 * kBlockRays + i]};
+}
+
+// The derivative of a ray's value is the sum of these, times the derivatives of its hit's x and y and of its light.
+struct alignas(64) Factors {
   float x[kBlockRays], y[kBlockRays], light[kBlockRays];
 };
 
+// sensor: its state and adjoints in the first frame.
 template <bool EightBits>
-void find_factors(const RayBlock& block, const EmitterPlane& given, bool fresnel, float bound, const PixelSteps& given_steps,
-                  const float* at_sensor, Factors& factors, int count) {
+void find_factors(const RayBlock& block, const EmitterPlane& given, bool fresnel, float bound, const SensorView& given_view,
+                  const float* state, const float* adjoints, Factors& factors, int count) {
   const EmitterPlane emitter = given;
-  const PixelSteps steps = given_steps;
-  const float per_bound = 1.0F / bound;
-  const float cell_x = steps.pitch_x / kCells, cell_y = steps.pitch_y / kCells;
-  const float* const by_x = at_sensor;
-  const float* const by_y = at_sensor + kWrenchNumbers * kBlockRays;
+  const SensorView view = given_view;
+  const float per_bound = 1.0F / bound, opaque = fresnel ? 1.0F : 0.0F;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const float x1 = by_x[i], x2 = by_x[kBlockRays + i], x3 = by_x[2 * kBlockRays + i];
-    const float y1 = by_y[i], y2 = by_y[kBlockRays + i], y3 = by_y[2 * kBlockRays + i];
-    const HitSteps hit = {cell_x * (steps.x[0] * x1 + steps.x[1] * x2 + steps.x[2] * x3),
-                          cell_x * (steps.x[0] * y1 + steps.x[1] * y2 + steps.x[2] * y3),
-                          cell_y * (steps.y[0] * x1 + steps.y[1] * x2 + steps.y[2] * x3),
-                          cell_y * (steps.y[0] * y1 + steps.y[1] * y2 + steps.y[2] * y3)};
+    const FloatRay ray = recorded(state, i);
+    const HitSteps steps = hit_steps(ray, kept(adjoints, i), kept(adjoints + kStateNumbers * kBlockRays, i), view);
     const float u = place_in_cell(unit_of_word(block.u0[i])), v = place_in_cell(unit_of_word(block.u1[i]));
-    const MeanSlope slope = mean_slope<EightBits>(emitter, block.x[i], block.y[i], hit, u, v);
-    const bool passed = block.margin[i] > 0.0F;
-    const float transmitted = fresnel ? block.above[i] / (block.below[i] * block.below[i]) : 1.0F;
-    const float weight = passed ? per_bound * transmitted : 0.0F;
+    const MeanSlope slope = mean_slope<EightBits>(emitter, block.x[i], block.y[i], steps, u, v);
+    const float transmitted = opaque > 0.0F ? block.above[i] / (block.below[i] * block.below[i]) : 1.0F;
+    const float weight = block.margin[i] > 0.0F ? per_bound * transmitted : 0.0F;
     factors.x[i] = slope.x != 0.0F ? weight * slope.x : 0.0F;
     factors.y[i] = slope.y != 0.0F ? weight * slope.y : 0.0F;
     factors.light[i] = block.radiance[i] > 0.0F ? weight * block.radiance[i] : 0.0F;
   }
 }
 
-void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound, const PixelSteps& steps,
-                   const float* at_sensor, const float* wrenches, const PartBetween* parts, int part_count,
-                   float* derivatives, int count) {
-  Factors factors;
-  (emitter.texels_8_bit ? find_factors<true> : find_factors<false>)(block, emitter, fresnel, bound, steps, at_sensor,
-                                                                  factors, count);
-  constexpr int kNext = kWrenchNumbers * kBlockRays;
-  for (int part = 0; part < part_count; ++part) {
-    const float* const into = wrenches + parts[part].into * kPlaceNumbers * kBlockRays;
-    const float* const out = wrenches + parts[part].out * kPlaceNumbers * kBlockRays;
-    for (int k = 0; k < kWrenchNumbers; ++k) {
-      const float* const from = into + k * kBlockRays;
-      const float* const to = out + k * kBlockRays;
-      float* const derivative = derivatives + (part * kWrenchNumbers + k) * kBlockRays;
-      RELIGN_LOOP
-      for (int i = 0; i < count; ++i) {
-        const float total = factors.x[i] * (to[i] - from[i]) + factors.y[i] * (to[kNext + i] - from[kNext + i]) +
-                            factors.light[i] * (to[2 * kNext + i] - from[2 * kNext + i]);
-        // NaN is of rays that were lost on their way.
-        derivative[i] = block.margin[i] > 0.0F && total == total ? total : 0.0F;
-      }
+// Adds the wrench of a place, in lens coordinates, times `sign`.
+template <bool Follow>
+void add_wrench(const RayBlock& block, const Factors& factors, const float* state, const float* adjoints,
+                const ReadingPlace& given, const PupilPlane& given_pupil, float sign, float* derivatives, int count) {
+  const ReadingPlace place = given;
+  const PupilPlane pupil = given_pupil;
+  constexpr int kNext = kStateNumbers * kBlockRays;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const FloatRay ray = recorded(state, i);
+    const float value = factors.light[i];
+    const AdjointOf<float> a = combined(kept(adjoints, i), factors.x[i], kept(adjoints + kNext, i), factors.y[i],
+                                        kept(adjoints + 2 * kNext, i), value);
+    WrenchOf<float> w = wrench_of(ray, a);
+    if (Follow) {
+      const WrenchOf<float> moved = pupil_wrench(ray, a, value, pupil.normal, pupil.distance, pupil.across);
+      w = {w.fx - moved.fx, w.fy - moved.fy, w.fz - moved.fz, w.tx - moved.tx, w.ty - moved.ty, w.tz - moved.tz};
     }
+    w = moved_to(w, place.rotation, place.translation);
+    const float margin = block.margin[i];
+    const float numbers[kWrenchNumbers] = {w.fx, w.fy, w.fz, w.tx, w.ty, w.tz};
+    for (int k = 0; k < kWrenchNumbers; ++k) {
+      const float one = sign * numbers[k];
+      // NaN is of rays that were lost on their way.
+      derivatives[k * kBlockRays + i] += margin > 0.0F && one == one ? one : 0.0F;
+    }
+  }
+}
+
+void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound, const float* record,
+                   const float* adjoints, const SensorView& view, const ReadingPlace* places, const PartBetween* parts,
+                   int part_count, const PupilPlane* follow, float* derivatives, int count) {
+  Factors factors;
+  (emitter.texels_8_bit ? find_factors<true> : find_factors<false>)(block, emitter, fresnel, bound, view, record, adjoints,
+                                                                  factors, count);
+  for (int k = 0; k < part_count * kWrenchNumbers; ++k) {
+    float* const derivative = derivatives + k * kBlockRays;
+    RELIGN_LOOP
+    for (int i = 0; i < count; ++i) derivative[i] = 0;
+  }
+  const auto state = [&](int place) { return record + places[place].before * kStateNumbers * kBlockRays; };
+  const auto adjoints_at = [&](int place) { return adjoints + place * kPlaceNumbers * kBlockRays; };
+  for (int part = 0; part < part_count; ++part) {
+    float* const derivative = derivatives + part * kWrenchNumbers * kBlockRays;
+    const int into = parts[part].into, out = parts[part].out;
+    add_wrench<false>(block, factors, state(out), adjoints_at(out), places[out], {}, 1.0F, derivative, count);
+    if (part == 0 && follow)
+      add_wrench<true>(block, factors, state(into), adjoints_at(into), places[into], *follow, -1.0F, derivative, count);
+    else
+      add_wrench<false>(block, factors, state(into), adjoints_at(into), places[into], {}, -1.0F, derivative, count);
   }
 }
 

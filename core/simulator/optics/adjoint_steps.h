@@ -5,6 +5,7 @@
 // Compiled for several instruction sets and by NVRTC, as ray_steps.h is.
 #pragma once
 
+#include "optics/adjoint_block.h"
 #include "optics/asphere_steps.h"
 
 namespace relign::optics {
@@ -246,31 +247,53 @@ RELIGN_DEVICE AdjointOf<Real> hit_back(const RayOf<Real>& before, Real distance_
   return a;
 }
 
-// What F changes by, as a wrench, because a ray moves with the pupil: the point where it crosses the plane z = pupil_z
-// of the lens follows the lens, and its place on the sensor does not. light: F is a logarithm of light, to which the
-// share of directions that the ray stands for belongs, too. ray, a: at the sensor, in lens coordinates; across: normal of
-// the sensor.
-template <bool Light, class Real>
-RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointOf<Real>& a, Real pupil_z,
-                                          const Real* across) {
-  const Real light = Light ? Real{1} : Real{0};
-  const Real way = (pupil_z - ray.z) / ray.lz;
-  const Real px = multiply_add(way, ray.lx, ray.x), py = multiply_add(way, ray.ly, ray.y);
-  const Real along = a.lx * ray.lx + a.ly * ray.ly + a.lz * ray.lz;
-  const Real per_way = Real{1} / way;
-  const Real per_sensor = Real{1} / (across[0] * ray.lx + across[1] * ray.ly + across[2] * ray.lz);
-  const Real per_lens = Real{1} / ray.lz;
-  const Real rest = -along - Real{4} * light;
-  const Real fx = per_way * (a.lx + rest * ray.lx + light * across[0] * per_sensor);
-  const Real fy = per_way * (a.ly + rest * ray.ly + light * across[1] * per_sensor);
-  const Real fz = per_way * (a.lz + rest * ray.lz + light * (across[2] * per_sensor + per_lens));
-  // (0, 0, 1) x direction
+// x times by_x and so on.
+template <class Real>
+RELIGN_DEVICE AdjointOf<Real> combined(const AdjointOf<Real>& x, Real by_x, const AdjointOf<Real>& y, Real by_y,
+                                       const AdjointOf<Real>& light, Real by_light) {
+  return {by_x * x.x + by_y * y.x + by_light * light.x,    by_x * x.y + by_y * y.y + by_light * light.y,
+          by_x * x.z + by_y * y.z + by_light * light.z,    by_x * x.lx + by_y * y.lx + by_light * light.lx,
+          by_x * x.ly + by_y * y.ly + by_light * light.ly, by_x * x.lz + by_y * y.lz + by_light * light.lz};
+}
+
+// In the coordinates p' = R p + t.
+template <class Real>
+RELIGN_DEVICE WrenchOf<Real> moved_to(const WrenchOf<Real>& w, const Real* r, const Real* t) {
+  const Real fx = r[0] * w.fx + r[1] * w.fy + r[2] * w.fz;
+  const Real fy = r[3] * w.fx + r[4] * w.fy + r[5] * w.fz;
+  const Real fz = r[6] * w.fx + r[7] * w.fy + r[8] * w.fz;
   return {fx,
           fy,
           fz,
-          py * fz - pupil_z * fy - light * ray.ly * per_lens,
-          pupil_z * fx - px * fz + light * ray.lx * per_lens,
-          px * fy - py * fx};
+          r[0] * w.tx + r[1] * w.ty + r[2] * w.tz + t[1] * fz - t[2] * fy,
+          r[3] * w.tx + r[4] * w.ty + r[5] * w.tz + t[2] * fx - t[0] * fz,
+          r[6] * w.tx + r[7] * w.ty + r[8] * w.tz + t[0] * fy - t[1] * fx};
+}
+
+// What F changes by, as a wrench, because a ray moves with the pupil: the point where it crosses the plane normal * p =
+// distance follows the lens, and its place on the sensor does not. light: the value of the ray, to which the share of
+// directions that it stands for belongs; 0: F is no light. ray, a: at the sensor; across: its normal.
+template <class Real>
+RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointOf<Real>& a, Real light,
+                                          const Real* normal, Real distance, const Real* across) {
+  const Real per_lens = Real{1} / (normal[0] * ray.lx + normal[1] * ray.ly + normal[2] * ray.lz);
+  const Real way = (distance - (normal[0] * ray.x + normal[1] * ray.y + normal[2] * ray.z)) * per_lens;
+  const Real px = multiply_add(way, ray.lx, ray.x), py = multiply_add(way, ray.ly, ray.y);
+  const Real pz = multiply_add(way, ray.lz, ray.z);
+  const Real along = a.lx * ray.lx + a.ly * ray.ly + a.lz * ray.lz;
+  const Real per_way = Real{1} / way;
+  const Real sensor = light / (across[0] * ray.lx + across[1] * ray.ly + across[2] * ray.lz), lens = light * per_lens;
+  const Real rest = -along - Real{4} * light;
+  const Real fx = per_way * (a.lx + rest * ray.lx + sensor * across[0] + lens * normal[0]);
+  const Real fy = per_way * (a.ly + rest * ray.ly + sensor * across[1] + lens * normal[1]);
+  const Real fz = per_way * (a.lz + rest * ray.lz + sensor * across[2] + lens * normal[2]);
+  // normal x direction
+  return {fx,
+          fy,
+          fz,
+          py * fz - pz * fy + lens * (normal[1] * ray.lz - normal[2] * ray.ly),
+          pz * fx - px * fz + lens * (normal[2] * ray.lx - normal[0] * ray.lz),
+          px * fy - py * fx + lens * (normal[0] * ray.ly - normal[1] * ray.lx)};
 }
 
 // Back over one operation.
@@ -305,6 +328,23 @@ struct HitSteps {
   float x_by_u, y_by_u, x_by_v, y_by_v;
 };
 
+// x, y: adjoints of the hit's coordinates at the sensor. The place moves while the point of the pupil is kept.
+RELIGN_DEVICE HitSteps hit_steps(const FloatRay& ray, const AdjointOf<float>& x, const AdjointOf<float>& y,
+                                 const SensorView& view) {
+  const float* const n = view.pupil.normal;
+  const float per_way = (n[0] * ray.lx + n[1] * ray.ly + n[2] * ray.lz) /
+                        (view.pupil.distance - (n[0] * ray.x + n[1] * ray.y + n[2] * ray.z));
+  const float along_x = per_way * (x.lx * ray.lx + x.ly * ray.ly + x.lz * ray.lz);
+  const float along_y = per_way * (y.lx * ray.lx + y.ly * ray.ly + y.lz * ray.lz);
+  const float x1 = x.x - per_way * x.lx + along_x * ray.lx, y1 = y.x - per_way * y.lx + along_y * ray.lx;
+  const float x2 = x.y - per_way * x.ly + along_x * ray.ly, y2 = y.y - per_way * y.ly + along_y * ray.ly;
+  const float x3 = x.z - per_way * x.lz + along_x * ray.lz, y3 = y.z - per_way * y.lz + along_y * ray.lz;
+  const float* const u = view.u;
+  const float* const v = view.v;
+  return {u[0] * x1 + u[1] * x2 + u[2] * x3, u[0] * y1 + u[1] * y2 + u[2] * y3, v[0] * x1 + v[1] * x2 + v[2] * x3,
+          v[0] * y1 + v[1] * y2 + v[2] * y3};
+}
+
 // For (dx, dy), the motion of a hit: slope (x, y) times it is what the radiance at the hit changes by, in the mean over
 // the places within a cell of the pixel around the ray's, along u and along v: the difference of the radiance at the
 // ends over the length. It sees every edge of the target in the cell, the border of the square as well, where a slope at
@@ -312,7 +352,6 @@ struct HitSteps {
 struct MeanSlope {
   float x, y;
 };
-constexpr float kCells = 1.0F;  // across a pixel
 RELIGN_DEVICE float place_in_cell(float place) {
   const float cells = kCells * place;
   return cells - static_cast<float>(static_cast<std::int32_t>(cells));

@@ -224,7 +224,7 @@ TEST(AdjointSteps, EdgesMoveWithTheirAperture) {
 // The share of directions that a ray stands for: a wrench of constant radiance, summed over the pupil, is the derivative
 // of the pupil's area in direction cosines.
 TEST(AdjointSteps, RaysThatFollowThePupilKeepItsSolidAngle) {
-  const double z = -7, across[3] = {0, 0, 1};
+  const double z = -7, normal[3] = {0, 0, 1};
   const double n = 400, reach = 2.0;
   // Of the integral of dp dq over a square of side 2 in the plane z, seen from (0.5, -0.3, 0).
   const auto area = [&](double sx, double sy, double sz, double tilt_y) {
@@ -237,8 +237,8 @@ TEST(AdjointSteps, RaysThatFollowThePupilKeepItsSolidAngle) {
         const double pz = -u * std::sin(tilt_y) + z * std::cos(tilt_y) + sz;
         const double dx = px - 0.5, dy = py + 0.3, dz = pz;
         const double r2 = dx * dx + dy * dy + dz * dz, r = std::sqrt(r2);
-        const double normal = std::abs(std::sin(tilt_y) * dx + std::cos(tilt_y) * dz) / r;
-        sum += std::abs(dz) / r * normal / r2;
+        const double cosine = std::abs(std::sin(tilt_y) * dx + std::cos(tilt_y) * dz) / r;
+        sum += std::abs(dz) / r * cosine / r2;
       }
     return sum * reach * reach / (n * n);
   };
@@ -249,7 +249,7 @@ TEST(AdjointSteps, RaysThatFollowThePupilKeepItsSolidAngle) {
       const double r = std::sqrt(dx * dx + dy * dy + z * z);
       const Ray ray = {0.5, -0.3, 0, dx / r, dy / r, z / r, 1, 1, 1};
       const double weight = z * z / (r * r * r * r) * reach * reach / (n * n);
-      const WrenchOf<double> w = pupil_wrench<true, double>(ray, {}, z, across);
+      const WrenchOf<double> w = pupil_wrench<double>(ray, {}, 1.0, normal, z, normal);
       sum.fx += w.fx * weight;
       sum.fy += w.fy * weight;
       sum.fz += w.fz * weight;
