@@ -127,24 +127,57 @@ struct alignas(64) Factors {
   float x[kBlockRays], y[kBlockRays], light[kBlockRays];
 };
 
-// sensor: its state and adjoints in the first frame.
+// Four hits beside each ray's: at the far and the near end of its cell, along u, then along v; and the steps between.
+struct alignas(64) Ends {
+  float x[4][kBlockRays], y[4][kBlockRays], radiance[4][kBlockRays];
+  float x_by_u[kBlockRays], y_by_u[kBlockRays], x_by_v[kBlockRays], y_by_v[kBlockRays];
+};
+
+// state, adjoints: at the sensor, in the first frame.
+void find_ends(const RayBlock& block, const SensorView& given, const float* state, const float* adjoints, Ends& ends,
+               int count) {
+  const SensorView view = given;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const HitSteps steps =
+        hit_steps(recorded(state, i), kept(adjoints, i), kept(adjoints + kStateNumbers * kBlockRays, i), view);
+    const float u = place_in_cell(unit_of_word(block.u0[i])), v = place_in_cell(unit_of_word(block.u1[i]));
+    const float x = block.x[i], y = block.y[i];
+    ends.x_by_u[i] = steps.x_by_u;
+    ends.y_by_u[i] = steps.y_by_u;
+    ends.x_by_v[i] = steps.x_by_v;
+    ends.y_by_v[i] = steps.y_by_v;
+    ends.x[0][i] = multiply_add(1.0F - u, steps.x_by_u, x);
+    ends.y[0][i] = multiply_add(1.0F - u, steps.y_by_u, y);
+    ends.x[1][i] = multiply_add(-u, steps.x_by_u, x);
+    ends.y[1][i] = multiply_add(-u, steps.y_by_u, y);
+    ends.x[2][i] = multiply_add(1.0F - v, steps.x_by_v, x);
+    ends.y[2][i] = multiply_add(1.0F - v, steps.y_by_v, y);
+    ends.x[3][i] = multiply_add(-v, steps.x_by_v, x);
+    ends.y[3][i] = multiply_add(-v, steps.y_by_v, y);
+  }
+}
+
 template <bool EightBits>
-void find_factors(const RayBlock& block, const EmitterPlane& given, bool fresnel, float bound, const SensorView& given_view,
-                  const float* state, const float* adjoints, Factors& factors, int count) {
+void look_up_hits(const EmitterPlane& given, const float* x, const float* y, float* radiance, int count) {
   const EmitterPlane emitter = given;
-  const SensorView view = given_view;
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) radiance[i] = radiance_at<EightBits>(emitter, x[i], y[i]);
+}
+
+void find_factors(const RayBlock& block, bool fresnel, float bound, const Ends& ends, Factors& factors, int count) {
   const float per_bound = 1.0F / bound, opaque = fresnel ? 1.0F : 0.0F;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const FloatRay ray = recorded(state, i);
-    const HitSteps steps = hit_steps(ray, kept(adjoints, i), kept(adjoints + kStateNumbers * kBlockRays, i), view);
-    const float u = place_in_cell(unit_of_word(block.u0[i])), v = place_in_cell(unit_of_word(block.u1[i]));
-    const MeanSlope slope = mean_slope<EightBits>(emitter, block.x[i], block.y[i], steps, u, v);
-    const float transmitted = opaque > 0.0F ? block.above[i] / (block.below[i] * block.below[i]) : 1.0F;
-    const float weight = block.margin[i] > 0.0F ? per_bound * transmitted : 0.0F;
-    factors.x[i] = slope.x != 0.0F ? weight * slope.x : 0.0F;
-    factors.y[i] = slope.y != 0.0F ? weight * slope.y : 0.0F;
-    factors.light[i] = block.radiance[i] > 0.0F ? weight * block.radiance[i] : 0.0F;
+    const HitSteps steps = {ends.x_by_u[i], ends.y_by_u[i], ends.x_by_v[i], ends.y_by_v[i]};
+    const MeanSlope slope =
+        mean_slope(steps, ends.radiance[0][i] - ends.radiance[1][i], ends.radiance[2][i] - ends.radiance[3][i]);
+    const float transmitted = block.above[i] / (block.below[i] * block.below[i]);
+    const float weight = per_bound * (opaque > 0.0F ? transmitted : 1.0F);
+    const float keeps = block.margin[i] > 0.0F ? 1.0F : 0.0F;
+    factors.x[i] = keeps > 0.0F ? weight * slope.x : 0.0F;
+    factors.y[i] = keeps > 0.0F ? weight * slope.y : 0.0F;
+    factors.light[i] = keeps > 0.0F ? weight * block.radiance[i] : 0.0F;
   }
 }
 
@@ -180,9 +213,13 @@ void add_wrench(const RayBlock& block, const Factors& factors, const float* stat
 void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound, const float* record,
                    const float* adjoints, const SensorView& view, const ReadingPlace* places, const PartBetween* parts,
                    int part_count, const PupilPlane* follow, float* derivatives, int count) {
+  Ends ends;
   Factors factors;
-  (emitter.texels_8_bit ? find_factors<true> : find_factors<false>)(block, emitter, fresnel, bound, view, record, adjoints,
-                                                                  factors, count);
+  find_ends(block, view, record, adjoints, ends, count);
+  for (int k = 0; k < 4; ++k)
+    (emitter.texels_8_bit ? look_up_hits<true> : look_up_hits<false>)(emitter, ends.x[k], ends.y[k], ends.radiance[k],
+                                                                    count);
+  find_factors(block, fresnel, bound, ends, factors, count);
   for (int k = 0; k < part_count * kWrenchNumbers; ++k) {
     float* const derivative = derivatives + k * kBlockRays;
     RELIGN_LOOP

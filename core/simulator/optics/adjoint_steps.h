@@ -36,9 +36,9 @@ enum class Carries {
 // weight. It is 1 in the mean and has no first moment, so that the integral over the edge is extrapolated from the
 // inside with an error of second order in the width.
 template <class Real>
-RELIGN_DEVICE Real edge_weight(Real distance, Real width) {
-  const Real share = distance / width;
-  return share < Real{1} ? (Real{4} - Real{6} * share) / width : Real{0};
+RELIGN_DEVICE Real edge_weight(Real distance, Real per_width) {
+  const Real share = distance * per_width;
+  return share < Real{1} ? (Real{4} - Real{6} * share) * per_width : Real{0};
 }
 // Width of the edge of an aperture, in its clear radius^2.
 constexpr float kEdgeWidth = 0.06F;
@@ -47,7 +47,7 @@ constexpr float kEdgeWidth = 0.06F;
 template <class Real>
 RELIGN_DEVICE Real edge_pull(const OpOf<Real>& op, Real x, Real y) {
   const Real edge = multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2));
-  return edge_weight(edge, Real{kEdgeWidth} * op.clear_radius2);
+  return edge_weight(edge, Real{1} / (Real{kEdgeWidth} * op.clear_radius2));
 }
 
 template <class Real>
@@ -60,15 +60,16 @@ RELIGN_DEVICE WrenchOf<Real> wrench_of(const RayOf<Real>& ray, const AdjointOf<R
           ray.x * a.y - ray.y * a.x + ray.lx * a.ly - ray.ly * a.lx};
 }
 
-// The adjoint of a ray in front of a surface with normal (nx, ny, nz) of any length, from that of its hit (in place of
-// the position) and of its direction, which the surface may have changed already: the hit stays on the surface.
+// The adjoint of a ray in front of a surface with normal (nx, ny, nz), from that of its hit (in place of the position)
+// and of its direction, which the surface may have changed already: the hit stays on the surface. per_approach: 1 /
+// (normal * direction).
 template <class Real>
-RELIGN_DEVICE void slide_back(AdjointOf<Real>& a, Real t, const RayOf<Real>& before, Real nx, Real ny, Real nz) {
-  const Real along = a.x * before.lx + a.y * before.ly + a.z * before.lz;
-  const Real w = along / (nx * before.lx + ny * before.ly + nz * before.lz);
-  a.x -= w * nx;
-  a.y -= w * ny;
-  a.z -= w * nz;
+RELIGN_DEVICE void slide_back(AdjointOf<Real>& a, Real t, const RayOf<Real>& before, Real nx, Real ny, Real nz,
+                              Real per_approach) {
+  const Real w = per_approach * (a.x * before.lx + a.y * before.ly + a.z * before.lz);
+  a.x = multiply_add(-w, nx, a.x);
+  a.y = multiply_add(-w, ny, a.y);
+  a.z = multiply_add(-w, nz, a.z);
   a.lx = multiply_add(t, a.x, a.lx);
   a.ly = multiply_add(t, a.y, a.ly);
   a.lz = multiply_add(t, a.z, a.lz);
@@ -91,41 +92,63 @@ RELIGN_DEVICE void frame_back(AdjointOf<Real>& a, const OpOf<Real>& op) {
   a.lz = r[2] * b.lx + r[5] * b.ly + r[8] * b.lz;
 }
 
-// d(log transmittance) / d(cosine of incidence), the cosine of refraction following; see transmit().
+// What happens at a face: the same for all that is traced back.
 template <class Real>
-RELIGN_DEVICE Real log_transmittance_slope(Real back_ratio, Real cosine, Real cosine_after, Real after_slope) {
-  const Real a = multiply_add(back_ratio, cosine_after, cosine);
-  const Real d = multiply_add(back_ratio, cosine, cosine_after);
-  const Real two_per_squares = Real{2} / multiply_add(a, a, d * d);
-  const Real by_a = a * two_per_squares - Real{2} / a, by_d = d * two_per_squares - Real{2} / d;
-  const Real by_cosine = Real{1} / cosine + by_a + back_ratio * by_d;
-  const Real by_after = Real{1} / cosine_after + back_ratio * by_a + by_d;
-  return multiply_add(by_after, after_slope, by_cosine);
+struct Refraction {
+  Real nx, ny, nz;                          // unit normal, towards +z
+  Real per_cosine;                          // of the cosine of incidence
+  Real g, g_slope;                          // direction behind = ratio * direction + g * normal; slope by the cosine
+  Real log_transmittance_slope;             // by the cosine, that of refraction following
+};
+
+template <Carries What, class Real>
+RELIGN_DEVICE Refraction<Real> refraction_at(const OpOf<Real>& op, const RayOf<Real>& before, const RayOf<Real>& behind,
+                                             Real nx, Real ny, Real nz) {
+  const Real ratio = op.index_ratio;
+  const Real cosine = -multiply_add(before.lx, nx, multiply_add(before.ly, ny, before.lz * nz));
+  const Real after = -multiply_add(behind.lx, nx, multiply_add(behind.ly, ny, behind.lz * nz));
+  const Real per_both = Real{1} / (cosine * after);
+  Refraction<Real> face;
+  face.nx = nx;
+  face.ny = ny;
+  face.nz = nz;
+  face.per_cosine = per_both * after;
+  const Real per_after = per_both * cosine;
+  const Real after_slope = ratio * ratio * cosine * per_after;
+  face.g = multiply_add(ratio, cosine, -after);
+  face.g_slope = ratio - after_slope;
+  face.log_transmittance_slope = Real{0};
+  if (What == Carries::light) {  // of transmit()
+    const Real back_ratio = op.index_after / op.index_before;
+    const Real a = multiply_add(back_ratio, after, cosine), d = multiply_add(back_ratio, cosine, after);
+    const Real squares = multiply_add(a, a, d * d), ad = a * d;
+    const Real per = Real{2} / (ad * squares);  // 2 a / squares - 2 / a = 2 (a^2 - squares) / (a squares)
+    const Real by_a = -per * d * d * d, by_d = -per * a * a * a;
+    const Real by_cosine = face.per_cosine + by_a + back_ratio * by_d;
+    const Real by_after = per_after + back_ratio * by_a + by_d;
+    face.log_transmittance_slope = multiply_add(by_after, after_slope, by_cosine);
+  }
+  return face;
 }
 
-// What a refracting surface with unit normal n (towards +z) does to the adjoint of the direction behind it. Returns the
-// adjoint of the normal.
+// To the direction in front of a face. Returns the adjoint of the normal.
 template <class Real>
 struct NormalAdjoint {
   Real x, y, z;
 };
 template <Carries What, class Real>
 RELIGN_DEVICE NormalAdjoint<Real> refract_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                               const RayOf<Real>& behind, Real nx, Real ny, Real nz) {
+                                               const Refraction<Real>& face) {
+  const Real along_normal = multiply_add(a.lx, face.nx, multiply_add(a.ly, face.ny, a.lz * face.nz));
+  Real by_cosine = along_normal * face.g_slope;
+  if (What == Carries::light) by_cosine += face.log_transmittance_slope;
+  const NormalAdjoint<Real> normal = {multiply_add(face.g, a.lx, -by_cosine * before.lx),
+                                      multiply_add(face.g, a.ly, -by_cosine * before.ly),
+                                      multiply_add(face.g, a.lz, -by_cosine * before.lz)};
   const Real ratio = op.index_ratio;
-  const Real cosine = -(before.lx * nx + before.ly * ny + before.lz * nz);
-  const Real cosine_after = -(behind.lx * nx + behind.ly * ny + behind.lz * nz);
-  const Real after_slope = ratio * ratio * cosine / cosine_after;
-  const Real g = multiply_add(ratio, cosine, -cosine_after);
-  const Real along_normal = a.lx * nx + a.ly * ny + a.lz * nz;
-  Real by_cosine = along_normal * (ratio - after_slope);
-  if (What == Carries::light)
-    by_cosine += log_transmittance_slope(op.index_after / op.index_before, cosine, cosine_after, after_slope);
-  const NormalAdjoint<Real> normal = {g * a.lx - by_cosine * before.lx, g * a.ly - by_cosine * before.ly,
-                                      g * a.lz - by_cosine * before.lz};
-  a.lx = ratio * a.lx - by_cosine * nx;
-  a.ly = ratio * a.ly - by_cosine * ny;
-  a.lz = ratio * a.lz - by_cosine * nz;
+  a.lx = multiply_add(ratio, a.lx, -by_cosine * face.nx);
+  a.ly = multiply_add(ratio, a.ly, -by_cosine * face.ny);
+  a.lz = multiply_add(ratio, a.lz, -by_cosine * face.nz);
   return normal;
 }
 
@@ -141,12 +164,13 @@ RELIGN_DEVICE void face_back(AdjointOf<Real>& a, const OpOf<Real>& op, const Ray
                              const RayOf<Real>& behind) {
   const Real c = op.curvature, x = behind.x, y = behind.y;
   const Real nx = -c * x, ny = -c * y, nz = multiply_add(-c, behind.z, Real{1});
-  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, behind, nx, ny, nz);
-  a.x -= c * normal.x;
-  a.y -= c * normal.y;
-  a.z -= c * normal.z;
+  const Refraction<Real> face = refraction_at<What>(op, before, behind, nx, ny, nz);
+  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, face);
+  a.x = multiply_add(-c, normal.x, a.x);
+  a.y = multiply_add(-c, normal.y, a.y);
+  a.z = multiply_add(-c, normal.z, a.z);
   if (What != Carries::position) pull_inwards(a, op, x, y);
-  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
+  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz, -face.per_cosine);
 }
 
 // Slope of an asphere over r^2, twice (place_at()), and its derivative by r^2.
@@ -197,19 +221,20 @@ template <Carries What, class Real>
 RELIGN_DEVICE void asphere_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
                                 const RayOf<Real>& behind) {
   const Real x = behind.x, y = behind.y;
-  const AsphereBend<Real> face = bend_at(op, x, y);
-  const Real sx = -face.slope * x, sy = -face.slope * y;
+  const AsphereBend<Real> shape = bend_at(op, x, y);
+  const Real sx = -shape.slope * x, sy = -shape.slope * y;
   const Real per_length = Real{1} / square_root(multiply_add(sx, sx, multiply_add(sy, sy, Real{1})));
   const Real nx = sx * per_length, ny = sy * per_length, nz = per_length;
-  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, behind, nx, ny, nz);
+  const Refraction<Real> face = refraction_at<What>(op, before, behind, nx, ny, nz);
+  const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, face);
   // Of (sx, sy, 1), before it is normalised.
   const Real along = normal.x * nx + normal.y * ny + normal.z * nz;
   const Real bx = per_length * (normal.x - along * nx), by = per_length * (normal.y - along * ny);
-  const Real by_r2 = Real{-2} * face.bend * (bx * x + by * y);
-  a.x += multiply_add(by_r2, x, -face.slope * bx);
-  a.y += multiply_add(by_r2, y, -face.slope * by);
+  const Real by_r2 = Real{-2} * shape.bend * (bx * x + by * y);
+  a.x += multiply_add(by_r2, x, -shape.slope * bx);
+  a.y += multiply_add(by_r2, y, -shape.slope * by);
   if (What != Carries::position) pull_inwards(a, op, x, y);
-  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz);
+  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz, -face.per_cosine);
 }
 
 template <Carries What, class Real>
@@ -217,7 +242,8 @@ RELIGN_DEVICE void stop_back(AdjointOf<Real>& a, const OpOf<Real>& op, const Ray
                              const RayOf<Real>& behind) {
   if (What != Carries::position) pull_inwards(a, op, behind.x, behind.y);
   a.z = Real{0};
-  slide_back(a, (op.vertex_z - before.z) / before.lz, before, Real{0}, Real{0}, Real{1});
+  const Real per = Real{1} / before.lz;
+  slide_back(a, (op.vertex_z - before.z) * per, before, Real{0}, Real{0}, Real{1}, per);
 }
 
 // The bore does not move the ray.
@@ -225,11 +251,12 @@ template <Carries What, class Real>
 RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before) {
   if (What == Carries::position) return;
   const Real height = before.z - op.vertex_z;
-  const Real t = -larger(height, Real{0}) / before.lz;
+  const Real per = Real{1} / before.lz;
+  const Real t = -larger(height, Real{0}) * per;
   AdjointOf<Real> rim = {Real{0}, Real{0}, Real{0}, Real{0}, Real{0}, Real{0}};
   pull_inwards(rim, op, multiply_add(t, before.lx, before.x), multiply_add(t, before.ly, before.y));
   AdjointOf<Real> slid = rim;
-  slide_back(slid, t, before, Real{0}, Real{0}, Real{1});
+  slide_back(slid, t, before, Real{0}, Real{0}, Real{1}, per);
   const bool in_front = height > Real{0};
   a.x += rim.x;
   a.y += rim.y;
@@ -243,7 +270,8 @@ RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const Ray
 template <class Real>
 RELIGN_DEVICE AdjointOf<Real> hit_back(const RayOf<Real>& before, Real distance_z, Real by_x, Real by_y) {
   AdjointOf<Real> a = {by_x, by_y, Real{0}, Real{0}, Real{0}, Real{0}};
-  slide_back(a, (distance_z - before.z) / before.lz, before, Real{0}, Real{0}, Real{1});
+  const Real per = Real{1} / before.lz;
+  slide_back(a, (distance_z - before.z) * per, before, Real{0}, Real{0}, Real{1}, per);
   return a;
 }
 
@@ -361,18 +389,9 @@ RELIGN_DEVICE float radiance_at(const EmitterPlane& emitter, float x, float y) {
   FloatRay ray = {x, y, emitter.distance_z + 1.0F, 0.0F, 0.0F, -1.0F, 1.0F, 1.0F, 1.0F};
   return look_up<EightBits>(ray, emitter);
 }
-template <bool EightBits>
-RELIGN_DEVICE MeanSlope mean_slope(const EmitterPlane& emitter, float x, float y, const HitSteps& steps, float u,
-                                   float v) {
-  const float rest_u = 1.0F - u, rest_v = 1.0F - v;
-  const float along_u =
-      radiance_at<EightBits>(emitter, multiply_add(rest_u, steps.x_by_u, x), multiply_add(rest_u, steps.y_by_u, y)) -
-      radiance_at<EightBits>(emitter, multiply_add(-u, steps.x_by_u, x), multiply_add(-u, steps.y_by_u, y));
-  const float along_v =
-      radiance_at<EightBits>(emitter, multiply_add(rest_v, steps.x_by_v, x), multiply_add(rest_v, steps.y_by_v, y)) -
-      radiance_at<EightBits>(emitter, multiply_add(-v, steps.x_by_v, x), multiply_add(-v, steps.y_by_v, y));
-  const float determinant = steps.x_by_u * steps.y_by_v - steps.x_by_v * steps.y_by_u;
-  const float per = 1.0F / determinant;
+// along_u, along_v: differences of the radiance between the ends.
+RELIGN_DEVICE MeanSlope mean_slope(const HitSteps& steps, float along_u, float along_v) {
+  const float per = 1.0F / (steps.x_by_u * steps.y_by_v - steps.x_by_v * steps.y_by_u);
   return {per * (steps.y_by_v * along_u - steps.y_by_u * along_v),
           per * (steps.x_by_u * along_v - steps.x_by_v * along_u)};
 }
