@@ -6,12 +6,11 @@
 #include <relign/random.hpp>
 
 #include "base/error.h"
+#include "imaging/camera_workspace.h"
 #include "imaging/diffracted_mse.h"
-#include "imaging/ray_source.h"
 #include "imaging/read_out.h"
 #include "imaging/sequences.h"
 #include "imaging/streams.h"
-#include "optics/first_order.h"
 
 namespace relign::imaging {
 namespace {
@@ -98,16 +97,6 @@ int mse_samples(double pixels_read_out) {
 MseEstimate estimate_of(const MseSum& sum, double pixels) {
   return {sum.product / pixels, std::sqrt(std::max(0.0, sum.variance)) / pixels};
 }
-
-// What one thread needs: a block of rays and their owners.
-struct Camera::Workspace {
-  RaySource source;
-  RayDerivatives derivatives;
-  optics::RayBlock words;  // for the read-out
-  float sums[kTilePixels * kTilePixels];
-  double light[kMseGroups][kTilePixels * kTilePixels];  // of all views
-  GhostImage::Workspace paths;
-};
 
 Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
     : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer) {
@@ -205,21 +194,6 @@ int Camera::certify(MountedLens& lens, const std::vector<double>& true_pose, con
   return arrived;
 }
 
-namespace {
-
-void fill_with_black(const PixelBox& box, int width, float* pixels) {
-  for (int row = box.row; row < box.row + box.rows; ++row)
-    std::fill_n(pixels + row * width + box.column, box.columns, 0.0F);
-}
-
-void add_to_pixels(const PixelBox& box, const float* sums, double factor, int width, float* pixels) {
-  for (int row = box.row; row < box.row + box.rows; ++row)
-    for (int column = box.column; column < box.column + box.columns; ++column)
-      pixels[row * width + column] += static_cast<float>(factor * static_cast<double>(*sums++));
-}
-
-}  // namespace
-
 RayPath Camera::ray_path(const View& view) const {
   const bool fresnel = settings_.transport != Transport::refract;
   return {view.ops.data(),
@@ -231,8 +205,10 @@ RayPath Camera::ray_path(const View& view) const {
           view.streams};
 }
 
-template <class Body>
-void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body) {
+void Camera::render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
+  // The hemisphere sampler assumes nothing of tiles.
+  const bool all = samples == 0 && settings_.sampler == Sampler::hemisphere;
+  const std::vector<int> shares = samples > 0 ? allocate_samples(samples) : capture_shares_;
   const int width = scene_->sensor.width;
   const std::vector<std::size_t>& selected = views_.front().tiles.selected();  // the same in all views
   if (!scene_->sensor.windows.empty() && selected.size() == tiles().size())
@@ -243,10 +219,10 @@ void Camera::for_tiles(float* pixels, Pixels which, const std::vector<int>& shar
     fill_with_black(tiles()[at].box, width, pixels);
     for (std::size_t i = 0; i < views_.size(); ++i) {
       const Tile& tile = views_[i].tiles.tiles()[at];
-      if (which == Pixels::lit && tile.unlit) continue;
-      const PixelBox& box = which == Pixels::all ? tile.box : tile.lit;
+      if (!all && tile.unlit) continue;
+      const PixelBox& box = all ? tile.box : tile.lit;
       work.source.start_tile(*scene_, views_[i].path, tile, box, work.sums);
-      const double scale = body(work.source, ray_path(views_[i]), tile, shares[i]);
+      const double scale = draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
       add_to_pixels(box, work.sums, views_[i].weight * scale, width, pixels);
     }
   });
@@ -308,33 +284,9 @@ void Camera::render_light(std::uint64_t seed, float* pixels) {
     capture_ghosts(seed, pixels);
     return;
   }
-  const auto everywhere = [&](RaySource& source, const RayPath& path, const Tile&, int samples) {
-    source.all_directions(path, seed, samples, kRouletteSurvival);
-    return kPi / samples / kRouletteSurvival;
-  };
-  const auto paper = [&](RaySource& source, const RayPath& path, const Tile&, int samples) {
-    source.binomial_directions(path, seed, samples, kRouletteSurvival);
-    return kPi / samples / kRouletteSurvival;
-  };
-  const auto pupil = [&](RaySource& source, const RayPath& path, const Tile& tile, int samples) {
-    source.random_directions(path, seed, samples);
-    return tile.area / samples;
-  };
-  const auto lattice = [&](RaySource& source, const RayPath& path, const Tile& tile, int samples) {
-    source.lattice_directions(path, seed, 0, samples);
-    return tile.area / samples;
-  };
-  if (settings_.sampler == Sampler::hemisphere) {
-    for_tiles(pixels, Pixels::all, capture_shares_, everywhere);  // all tiles: this sampler assumes nothing
-    return;
-  }
-  if (settings_.sampler == Sampler::paper)
-    for_tiles(pixels, Pixels::lit, capture_shares_, paper);
-  else if (settings_.sampler == Sampler::pupil)
-    for_tiles(pixels, Pixels::lit, capture_shares_, pupil);
-  else
-    for_tiles(pixels, Pixels::lit, capture_shares_, lattice);
-  add_ghosts(seed, 0, settings_.samples, pixels);
+  render_tiles(seed, 0, 0, pixels);
+  if (settings_.sampler == Sampler::pupil || settings_.sampler == Sampler::lattice)
+    add_ghosts(seed, 0, settings_.samples, pixels);
 }
 
 void Camera::render_noise_free(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed, int samples,
@@ -382,46 +334,6 @@ NoiseFreeResult Camera::render_noise_free(MountedLens& lens, const std::vector<d
   return reached;
 }
 
-void Camera::render_derivatives(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
-                                std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
-                                float* derivatives) {
-  if (tracer_)
-    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': images of a lens of meshes have no derivatives; use "
-                                                                "'lens_system'");
-  place(lens, true_pose);
-  const optics::Motion lens_to_world = scene_->lens_to_world(true_pose);
-  for (View& view : views_)
-    view.readings.place(parts, view.path, view.ops.size(), lens_to_world,
-                        optics::first_order(lens.assembly(view.which).lens()).exit_pupil_z, scene_->sensor.pitch_mm);
-  const std::size_t stride = parts.count() * optics::kWrenchNumbers;
-  const auto width = static_cast<std::size_t>(scene_->sensor.width);
-  std::fill_n(derivatives, scene_->sensor.pixels() * stride, 0.0F);
-  const std::vector<int> shares = samples > 0 ? allocate_samples(samples) : capture_shares_;
-  parallel_->for_each(static_cast<int>(views_.front().tiles.selected().size()), [&](int index, unsigned thread) {
-    const std::size_t at = views_.front().tiles.selected()[static_cast<std::size_t>(index)];
-    Workspace& work = *workspaces_[thread];
-    fill_with_black(tiles()[at].box, scene_->sensor.width, pixels);
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      const Tile& tile = views_[i].tiles.tiles()[at];
-      if (tile.unlit) continue;
-      work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
-      work.derivatives.start_tile(views_[i].readings, tile.lit.columns * tile.lit.rows);
-      work.source.differentiate(&work.derivatives);
-      const double scale = views_[i].weight * draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
-      work.source.differentiate(nullptr);
-      add_to_pixels(tile.lit, work.sums, scale, scene_->sensor.width, pixels);
-      int pixel = 0;
-      for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
-        for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column) {
-          const float* const from = work.derivatives.of_pixel(pixel++);
-          float* const to =
-              derivatives + (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * stride;
-          for (std::size_t k = 0; k < stride; ++k) to[k] += static_cast<float>(scale * static_cast<double>(from[k]));
-        }
-    }
-  });
-}
-
 double Camera::draw_rays(RaySource& source, const View& view, const Tile& tile, std::uint64_t seed, std::uint32_t group,
                          int samples, int share) const {
   const RayPath path = ray_path(view);
@@ -441,73 +353,12 @@ double Camera::draw_rays(RaySource& source, const View& view, const Tile& tile, 
 }
 
 void Camera::render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels) {
-  render_straight(seed, group, samples, pixels);
+  render_tiles(seed, group, samples, pixels);
   add_ghosts(seed, group, ghosts, pixels);
-}
-
-void Camera::render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
-  for_tiles(pixels, Pixels::lit, allocate_samples(samples),
-            [&](RaySource& source, const RayPath& path, const Tile& tile, int share) {
-              source.lattice_directions(path, seed, group, share);
-              return tile.area / share;
-            });
 }
 
 void Camera::add_diffraction(float* pixels) {
   if (diffraction_) diffraction_->blur(pixels, pixels, *parallel_, blurring_);
-}
-
-MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
-                                   const Reference& reference) {
-  place(lens, true_pose);
-  if (diffraction_) {
-    if (!diffracted_mse_)
-      diffracted_mse_ = std::make_unique<DiffractedMse>(*diffraction_, scene_->sensor.width, scene_->sensor.height);
-    for (int group = 0; group < kMseGroups; ++group)
-      render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, diffracted_mse_->group(group));
-    return diffracted_mse_->estimate(reference, *parallel_);
-  }
-  const int width = scene_->sensor.width;
-  constexpr int groups = kMseGroups;
-  if (ghosts_)
-    for (int group = 0; group < groups; ++group)
-      render_rays(seed, static_cast<std::uint32_t>(group), mse_samples_, kMseGhosts, with_ghosts_[group].data());
-  parallel_->for_each(static_cast<int>(scored_.size()), [&](int index, unsigned thread) {
-    const auto at_tile = static_cast<std::size_t>(scored_[static_cast<std::size_t>(index)]);
-    const PixelBox& box = tiles()[at_tile].box;
-    Workspace& work = *workspaces_[thread];
-    for (double(&light)[kTilePixels * kTilePixels] : work.light) std::fill_n(light, box.columns * box.rows, 0.0);
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      const Tile& tile = views_[i].tiles.tiles()[at_tile];
-      if (tile.unlit || ghosts_) continue;
-      const double scale = views_[i].weight * (tile.area / mse_shares_[i]);
-      for (int group = 0; group < groups; ++group) {
-        work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
-        work.source.lattice_directions(ray_path(views_[i]), seed, static_cast<std::uint32_t>(group), mse_shares_[i]);
-        const float* value = work.sums;
-        for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
-          for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column)
-            work.light[group][(row - box.row) * box.columns + column - box.column] +=
-                scale * static_cast<double>(*value++);
-      }
-    }
-    MseSum sum;
-    int in_tile = 0;
-    for (int row = box.row; row < box.row + box.rows; ++row)
-      for (int column = box.column; column < box.column + box.columns; ++column) {
-        const auto at = static_cast<std::size_t>(row * width + column);
-        const double o1 = static_cast<double>(reference.first[at]), o2 = static_cast<double>(reference.second[at]);
-        double values[kMseGroups];
-        for (int group = 0; group < groups; ++group)
-          values[group] = ghosts_ ? static_cast<double>(with_ghosts_[group][at]) : work.light[group][in_tile];
-        ++in_tile;
-        sum += mse_of_pixel(values, o1, o2);
-      }
-    sums_[static_cast<std::size_t>(index)] = sum;
-  });
-  MseSum all;
-  for (const MseSum& sum : sums_) all += sum;
-  return estimate_of(all, static_cast<double>(scene_->sensor.pixels()) / pixels_per_scored_);
 }
 
 }  // namespace relign::imaging

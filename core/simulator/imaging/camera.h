@@ -4,6 +4,7 @@
 // and on any x86-64 with AVX2. Values are irradiance for an emitter of radiance 1.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -87,6 +88,12 @@ struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
   double standard_error = 0;
 };
+// How an MSE changes with a rigid motion of the lens, its shift (mm) and turn (rad) about its origin, in lens coordinates.
+// Unbiased: each term is a product of independent renders.
+struct MseSlopes {
+  std::array<double, 6> gradient{};
+  std::array<double, 36> gauss_newton{};  // 2 J^T J / pixels: the second derivatives where residuals vanish; symmetric
+};
 // Of the sum over so many pixels.
 MseEstimate estimate_of(const MseSum& sum, double pixels);
 
@@ -137,6 +144,11 @@ class Camera {
                           std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
                           float* derivatives);
 
+  // The MSE with its slopes: the bits of noise_free_mse(), whose first two renders are differentiated. Not with
+  // diffraction, reflected light or a lens of meshes: throws Error(bad_input).
+  MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
+                             const Reference& reference, MseSlopes& slopes);
+
   // The pixels that are read out, and their share of all.
   const std::vector<PixelSpan>& spans() const { return spans_; }
   double share_read_out() const;
@@ -165,25 +177,28 @@ class Camera {
              const std::optional<optics::Motion>& into_print = std::nullopt, const PixelRegions& regions = {});
   RayPath ray_path(const View& view) const;
   void render_light(std::uint64_t seed, float* pixels);
-  // The rays of a tile's pixels: of a noise-free render, or with samples 0 of a capture. Returns the factor for their
-  // sums.
+  // The rays of a tile's pixels, as render_tiles() takes them. Returns the factor for the sums of their light.
   double draw_rays(RaySource& source, const View& view, const Tile& tile, std::uint64_t seed, std::uint32_t group,
                    int samples, int share) const;
-  // Light of one group through the current lens: without reflections; and with ghosts. Both without diffraction.
-  void render_straight(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
+  // Light of one group through the current lens, without diffraction.
   void render_rays(std::uint64_t seed, std::uint32_t group, int samples, int ghosts, float* pixels);
   void add_diffraction(float* pixels);
+  // Of a placed lens without diffraction. slopes: null if not wanted.
+  MseEstimate score_tiles(std::uint64_t seed, const Reference& reference, MseSlopes* slopes);
+  MseSum score_tile(std::size_t tile, std::uint64_t seed, const Reference& reference, Workspace& work,
+                    MseSlopes* slopes);
+  // The light of a tile's pixels in each of the groups, and its derivatives in the first two.
+  void render_groups(std::size_t tile, std::uint64_t seed, Workspace& work, bool slopes);
+  void require_derivatives() const;
+  void place_for_derivatives(MountedLens& lens, const std::vector<double>& true_pose, const MovingParts& parts);
   // Transport ghost: a capture with the paper's noise; and the light that edges, reflections and sensor scatter add to
   // an image without them.
   void capture_ghosts(std::uint64_t seed, float* pixels);
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   void choose_scored_tiles();
   void read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels);
-  // Renders an image from each view's share of a pixel's samples: body(source, path, tile, samples) traces the rays of
-  // a tile and returns the factor for the sum of a pixel's rays.
-  enum class Pixels { lit, all };
-  template <class Body>
-  void for_tiles(float* pixels, Pixels which, const std::vector<int>& shares, const Body& body);
+  // Straight light, from each view's share of a pixel's samples: of a noise-free render, or with samples 0 of a capture.
+  void render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
 
   const SceneFile* scene_;
   CaptureSettings settings_;
@@ -206,6 +221,7 @@ class Camera {
   std::vector<int> scored_;                             // tiles that noise_free_mse renders
   double pixels_per_scored_ = 1;                        // read out, over those in scored tiles
   std::vector<MseSum> sums_;                            // one per scored tile
+  std::vector<MseSlopes> tile_slopes_;                  // likewise
 };
 
 }  // namespace relign::imaging
