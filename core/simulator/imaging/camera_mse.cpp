@@ -3,7 +3,6 @@
 #include "imaging/camera.h"
 #include "imaging/camera_workspace.h"
 #include "imaging/diffracted_mse.h"
-#include "optics/first_order.h"
 
 namespace relign::imaging {
 
@@ -21,8 +20,8 @@ void Camera::require_derivatives() const {
 void Camera::place_for_derivatives(MountedLens& lens, const std::vector<double>& true_pose, const MovingParts& parts) {
   place(lens, true_pose);
   for (View& view : views_)
-    view.readings.place(parts, view.path, view.ops.size(), scene_->lens_to_world(true_pose),
-                        optics::first_order(lens.assembly(view.which).lens()).exit_pupil_z, scene_->sensor.pitch_mm);
+    view.readings.place(parts, lens.assembly(view.which).lens(), view.path, view.ops.size(),
+                        scene_->lens_to_world(true_pose), scene_->sensor.pitch_mm);
 }
 
 void Camera::render_derivatives(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,

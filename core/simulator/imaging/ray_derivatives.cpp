@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "imaging/ray_source.h"
+#include "optics/first_order.h"
 
 namespace relign::imaging {
 namespace {
@@ -10,7 +11,15 @@ namespace {
 using optics::kBlockRays;
 using optics::kWrenchNumbers;
 
-constexpr double kFarthestPupil = 1e4;  // mm: telecentric lenses have theirs at infinity
+// z of a plane, in lens coordinates, of which passing rays keep their points when the lens moves a little: that of the
+// exit pupil. Telecentric lenses have it at infinity, and lenses of a model may have it at the sensor, where no plane
+// can be: then it is that of the last face. Any plane gives the same derivatives, with more noise.
+double plane_of_pupil(const optics::Prescription& lens) {
+  constexpr double kFarthest = 1e4;  // mm
+  const double last = lens.elements.back().faces.back().z_mm, pupil = optics::first_order(lens).exit_pupil_z;
+  const bool in_front = lens.image_z_mm - pupil > 0.5 * (lens.image_z_mm - last);
+  return in_front ? std::max(pupil, -kFarthest) : pupil > lens.image_z_mm + kFarthest ? kFarthest : last;
+}
 
 optics::ReadingPlace reading_place(std::size_t before, const optics::Motion& to_lens) {
   optics::ReadingPlace place{};
@@ -24,8 +33,8 @@ optics::ReadingPlace reading_place(std::size_t before, const optics::Motion& to_
 
 }  // namespace
 
-void PartReadings::place(const MovingParts& parts, const optics::BackwardPath& path, std::size_t op_count,
-                         const optics::Motion& lens_to_world, double pupil_z_mm, double pitch_mm) {
+void PartReadings::place(const MovingParts& parts, const optics::Prescription& lens, const optics::BackwardPath& path,
+                         std::size_t op_count, const optics::Motion& lens_to_world, double pitch_mm) {
   const auto set = [](const optics::Vec3& from, float (&to)[3]) {
     to[0] = static_cast<float>(from.x);
     to[1] = static_cast<float>(from.y);
@@ -33,14 +42,13 @@ void PartReadings::place(const MovingParts& parts, const optics::BackwardPath& p
   };
   const optics::Motion& into_first = path.into_first_frame;  // from the world
   const optics::Motion first_of_lens = after(into_first, lens_to_world);
-  const double cell_mm = pitch_mm / static_cast<double>(optics::kCells);
-  set(into_first.direction({cell_mm, 0, 0}), view_.u);
-  set(into_first.direction({0, -cell_mm, 0}), view_.v);
+  set(into_first.direction({pitch_mm, 0, 0}), view_.u);
+  set(into_first.direction({0, -pitch_mm, 0}), view_.v);
+  view_.cells = static_cast<float>(parts.cells);
   set(into_first.direction({0, 0, 1}), view_.pupil.across);
   const optics::Vec3 axis = first_of_lens.direction({0, 0, 1});
   set(axis, view_.pupil.normal);
-  const double pupil_z = std::clamp(pupil_z_mm, -kFarthestPupil, kFarthestPupil);
-  view_.pupil.distance = static_cast<float>(dot(axis, first_of_lens.point({0, 0, pupil_z})));
+  view_.pupil.distance = static_cast<float>(dot(axis, first_of_lens.point({0, 0, plane_of_pupil(lens)})));
 
   places_.clear();
   parts_.clear();

@@ -16,15 +16,18 @@ struct RayPath;
 struct MovingParts {
   bool lens = true;
   std::vector<std::size_t> elements;
+  // Each pixel is divided into so many cells along x and along y, over which slopes are averaged. 1: least noise; the
+  // noise grows as fast as the cells, their error falls as fast (docs/derivatives.md).
+  int cells = 1;
   std::size_t count() const { return (lens ? 1U : 0U) + elements.size(); }
 };
 
 // Where wrenches are read off along a path, and between which of them each part is.
 class PartReadings {
  public:
-  // path, lens_to_world: of the current pose. pupil_z_mm: of the exit pupil, lens coordinates. pitch_mm: of pixels.
-  void place(const MovingParts& parts, const optics::BackwardPath& path, std::size_t op_count,
-             const optics::Motion& lens_to_world, double pupil_z_mm, double pitch_mm);
+  // path, lens_to_world: of the current pose. op_count: with the last, into the world. pitch_mm: of pixels.
+  void place(const MovingParts& parts, const optics::Prescription& lens, const optics::BackwardPath& path,
+             std::size_t op_count, const optics::Motion& lens_to_world, double pitch_mm);
 
   const std::vector<optics::ReadingPlace>& places() const { return places_; }
   const std::vector<optics::PartBetween>& parts() const { return parts_; }

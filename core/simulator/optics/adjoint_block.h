@@ -30,14 +30,14 @@ struct PupilPlane {
 
 // The sensor behind a block, in the first frame of a path.
 struct SensorView {
-  float u[3], v[3];  // from pixel cell to pixel cell, mm, signed as TileStart's pitch
+  float u[3], v[3];  // from pixel to pixel, mm, signed as TileStart's pitch
+  float cells;       // of a pixel, along u and along v: see mean_slope()
   PupilPlane pupil;
 };
 
 // What is traced back: x and y of the hit on the emitter's plane, and the logarithm of the light.
 constexpr int kTracedBack = 3;
 constexpr int kPlaceNumbers = kTracedBack * kStateNumbers;
-constexpr float kCells = 1.0F;  // of a pixel, across it: see mean_slope()
 
 // A part between two places: it moves, and what is outside does not.
 struct PartBetween {

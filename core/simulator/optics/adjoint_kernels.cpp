@@ -58,11 +58,8 @@ void each_back(Traced& all, const Op& given, const float* before, int count) {
   const float* const behind = before + kStateNumbers * kBlockRays;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const FloatRay from = recorded(before, i), to = recorded(behind, i);
     AdjointOf<float> x = taken(all.x, i), y = taken(all.y, i), light = taken(all.light, i);
-    operation_back<Carries::position>(x, op, from, to);
-    operation_back<Carries::position>(y, op, from, to);
-    operation_back<Light>(light, op, from, to);
+    operation_back<Light>(x, y, light, op, recorded(before, i), recorded(behind, i));
     put(all.x, i, x);
     put(all.y, i, y);
     put(all.light, i, light);
@@ -134,27 +131,36 @@ struct alignas(64) Ends {
 };
 
 // state, adjoints: at the sensor, in the first frame.
-void find_ends(const RayBlock& block, const SensorView& given, const float* state, const float* adjoints, Ends& ends,
-               int count) {
-  const SensorView view = given;
+void find_ends(const RayBlock& block, const SensorView& given, float texel_mm, const float* state, const float* adjoints,
+               Ends& ends, int count) {
+  SensorView view = given;
+  for (int k = 0; k < 3; ++k) {
+    view.u[k] /= view.cells;
+    view.v[k] /= view.cells;
+  }
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     const HitSteps steps =
         hit_steps(recorded(state, i), kept(adjoints, i), kept(adjoints + kStateNumbers * kBlockRays, i), view);
-    const float u = place_in_cell(unit_of_word(block.u0[i])), v = place_in_cell(unit_of_word(block.u1[i]));
+    const float folded = is_folded(steps) ? 1.0F : 0.0F;
+    const float x_by_u = folded > 0.0F ? texel_mm : steps.x_by_u, y_by_u = folded > 0.0F ? 0.0F : steps.y_by_u;
+    const float x_by_v = folded > 0.0F ? 0.0F : steps.x_by_v, y_by_v = folded > 0.0F ? texel_mm : steps.y_by_v;
+    const float in_u = place_in_cell(unit_of_word(block.u0[i]), view.cells);
+    const float in_v = place_in_cell(unit_of_word(block.u1[i]), view.cells);
+    const float u = folded > 0.0F ? 0.5F : in_u, v = folded > 0.0F ? 0.5F : in_v;
     const float x = block.x[i], y = block.y[i];
-    ends.x_by_u[i] = steps.x_by_u;
-    ends.y_by_u[i] = steps.y_by_u;
-    ends.x_by_v[i] = steps.x_by_v;
-    ends.y_by_v[i] = steps.y_by_v;
-    ends.x[0][i] = multiply_add(1.0F - u, steps.x_by_u, x);
-    ends.y[0][i] = multiply_add(1.0F - u, steps.y_by_u, y);
-    ends.x[1][i] = multiply_add(-u, steps.x_by_u, x);
-    ends.y[1][i] = multiply_add(-u, steps.y_by_u, y);
-    ends.x[2][i] = multiply_add(1.0F - v, steps.x_by_v, x);
-    ends.y[2][i] = multiply_add(1.0F - v, steps.y_by_v, y);
-    ends.x[3][i] = multiply_add(-v, steps.x_by_v, x);
-    ends.y[3][i] = multiply_add(-v, steps.y_by_v, y);
+    ends.x_by_u[i] = x_by_u;
+    ends.y_by_u[i] = y_by_u;
+    ends.x_by_v[i] = x_by_v;
+    ends.y_by_v[i] = y_by_v;
+    ends.x[0][i] = multiply_add(1.0F - u, x_by_u, x);
+    ends.y[0][i] = multiply_add(1.0F - u, y_by_u, y);
+    ends.x[1][i] = multiply_add(-u, x_by_u, x);
+    ends.y[1][i] = multiply_add(-u, y_by_u, y);
+    ends.x[2][i] = multiply_add(1.0F - v, x_by_v, x);
+    ends.y[2][i] = multiply_add(1.0F - v, y_by_v, y);
+    ends.x[3][i] = multiply_add(-v, x_by_v, x);
+    ends.y[3][i] = multiply_add(-v, y_by_v, y);
   }
 }
 
@@ -215,7 +221,7 @@ void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fres
                    int part_count, const PupilPlane* follow, float* derivatives, int count) {
   Ends ends;
   Factors factors;
-  find_ends(block, view, record, adjoints, ends, count);
+  find_ends(block, view, 1.0F / emitter.texels_per_mm, record, adjoints, ends, count);
   for (int k = 0; k < 4; ++k)
     (emitter.texels_8_bit ? look_up_hits<true> : look_up_hits<false>)(emitter, ends.x[k], ends.y[k], ends.radiance[k],
                                                                     count);

@@ -119,7 +119,7 @@ RELIGN_DEVICE Refraction<Real> refraction_at(const OpOf<Real>& op, const RayOf<R
   face.g_slope = ratio - after_slope;
   face.log_transmittance_slope = Real{0};
   if (What == Carries::light) {  // of transmit()
-    const Real back_ratio = op.index_after / op.index_before;
+    const Real back_ratio = Real{1} / op.index_ratio;
     const Real a = multiply_add(back_ratio, after, cosine), d = multiply_add(back_ratio, cosine, after);
     const Real squares = multiply_add(a, a, d * d), ad = a * d;
     const Real per = Real{2} / (ad * squares);  // 2 a / squares - 2 / a = 2 (a^2 - squares) / (a squares)
@@ -159,18 +159,36 @@ RELIGN_DEVICE void pull_inwards(AdjointOf<Real>& a, const OpOf<Real>& op, Real x
   a.y -= pull * y;
 }
 
+// A face where a ray meets it.
+template <class Real>
+struct FaceHit {
+  Refraction<Real> refraction;
+  Real way;                        // along the ray, from where it was
+  Real slope, bend, per_length;    // of an asphere, see AsphereBend; 1 / length of (-slope x, -slope y, 1)
+};
+
+template <Carries What, class Real>
+RELIGN_DEVICE FaceHit<Real> face_hit(const OpOf<Real>& op, const RayOf<Real>& before, const RayOf<Real>& behind) {
+  const Real c = op.curvature;
+  FaceHit<Real> hit;
+  hit.refraction = refraction_at<What>(op, before, behind, -c * behind.x, -c * behind.y,
+                                       multiply_add(-c, behind.z, Real{1}));
+  hit.way = way_between(before, behind.x, behind.y, behind.z + op.vertex_z);
+  hit.slope = hit.bend = hit.per_length = Real{0};
+  return hit;
+}
+
 template <Carries What, class Real>
 RELIGN_DEVICE void face_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                             const RayOf<Real>& behind) {
-  const Real c = op.curvature, x = behind.x, y = behind.y;
-  const Real nx = -c * x, ny = -c * y, nz = multiply_add(-c, behind.z, Real{1});
-  const Refraction<Real> face = refraction_at<What>(op, before, behind, nx, ny, nz);
+                             const RayOf<Real>& behind, const FaceHit<Real>& hit) {
+  const Refraction<Real>& face = hit.refraction;
   const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, face);
+  const Real c = op.curvature;
   a.x = multiply_add(-c, normal.x, a.x);
   a.y = multiply_add(-c, normal.y, a.y);
   a.z = multiply_add(-c, normal.z, a.z);
-  if (What != Carries::position) pull_inwards(a, op, x, y);
-  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz, -face.per_cosine);
+  if (What != Carries::position) pull_inwards(a, op, behind.x, behind.y);
+  slide_back(a, hit.way, before, face.nx, face.ny, face.nz, -face.per_cosine);
 }
 
 // Slope of an asphere over r^2, twice (place_at()), and its derivative by r^2.
@@ -218,23 +236,32 @@ RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
 }
 
 template <Carries What, class Real>
+RELIGN_DEVICE FaceHit<Real> asphere_hit(const OpOf<Real>& op, const RayOf<Real>& before, const RayOf<Real>& behind) {
+  const AsphereBend<Real> shape = bend_at(op, behind.x, behind.y);
+  const Real sx = -shape.slope * behind.x, sy = -shape.slope * behind.y;
+  FaceHit<Real> hit;
+  hit.slope = shape.slope;
+  hit.bend = shape.bend;
+  hit.per_length = Real{1} / square_root(multiply_add(sx, sx, multiply_add(sy, sy, Real{1})));
+  hit.refraction = refraction_at<What>(op, before, behind, sx * hit.per_length, sy * hit.per_length, hit.per_length);
+  hit.way = way_between(before, behind.x, behind.y, behind.z + op.vertex_z);
+  return hit;
+}
+
+template <Carries What, class Real>
 RELIGN_DEVICE void asphere_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                const RayOf<Real>& behind) {
+                                const RayOf<Real>& behind, const FaceHit<Real>& hit) {
   const Real x = behind.x, y = behind.y;
-  const AsphereBend<Real> shape = bend_at(op, x, y);
-  const Real sx = -shape.slope * x, sy = -shape.slope * y;
-  const Real per_length = Real{1} / square_root(multiply_add(sx, sx, multiply_add(sy, sy, Real{1})));
-  const Real nx = sx * per_length, ny = sy * per_length, nz = per_length;
-  const Refraction<Real> face = refraction_at<What>(op, before, behind, nx, ny, nz);
+  const Refraction<Real>& face = hit.refraction;
   const NormalAdjoint<Real> normal = refract_back<What>(a, op, before, face);
-  // Of (sx, sy, 1), before it is normalised.
-  const Real along = normal.x * nx + normal.y * ny + normal.z * nz;
-  const Real bx = per_length * (normal.x - along * nx), by = per_length * (normal.y - along * ny);
-  const Real by_r2 = Real{-2} * shape.bend * (bx * x + by * y);
-  a.x += multiply_add(by_r2, x, -shape.slope * bx);
-  a.y += multiply_add(by_r2, y, -shape.slope * by);
+  // Of (-slope x, -slope y, 1), before it is normalised.
+  const Real along = normal.x * face.nx + normal.y * face.ny + normal.z * face.nz;
+  const Real bx = hit.per_length * (normal.x - along * face.nx), by = hit.per_length * (normal.y - along * face.ny);
+  const Real by_r2 = Real{-2} * hit.bend * (bx * x + by * y);
+  a.x += multiply_add(by_r2, x, -hit.slope * bx);
+  a.y += multiply_add(by_r2, y, -hit.slope * by);
   if (What != Carries::position) pull_inwards(a, op, x, y);
-  slide_back(a, way_between(before, x, y, behind.z + op.vertex_z), before, nx, ny, nz, -face.per_cosine);
+  slide_back(a, hit.way, before, face.nx, face.ny, face.nz, -face.per_cosine);
 }
 
 template <Carries What, class Real>
@@ -247,9 +274,8 @@ RELIGN_DEVICE void stop_back(AdjointOf<Real>& a, const OpOf<Real>& op, const Ray
 }
 
 // The bore does not move the ray.
-template <Carries What, class Real>
+template <class Real>
 RELIGN_DEVICE void bore_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before) {
-  if (What == Carries::position) return;
   const Real height = before.z - op.vertex_z;
   const Real per = Real{1} / before.lz;
   const Real t = -larger(height, Real{0}) * per;
@@ -324,27 +350,40 @@ RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointO
           px * fy - py * fx + lens * (normal[0] * ray.ly - normal[1] * ray.lx)};
 }
 
-// Back over one operation.
-template <Carries What, class Real>
-RELIGN_DEVICE void operation_back(AdjointOf<Real>& a, const OpOf<Real>& op, const RayOf<Real>& before,
-                                  const RayOf<Real>& behind) {
+// Back over one operation; x, y: adjoints of the coordinates of the hit on the emitter's plane, light: of the logarithm of
+// the light.
+template <Carries Light, class Real>
+RELIGN_DEVICE void operation_back(AdjointOf<Real>& x, AdjointOf<Real>& y, AdjointOf<Real>& light, const OpOf<Real>& op,
+                                  const RayOf<Real>& before, const RayOf<Real>& behind) {
   switch (op.kind) {
     case OpKinds::frame:
-      frame_back(a, op);
+      frame_back(x, op);
+      frame_back(y, op);
+      frame_back(light, op);
       break;
     case OpKinds::shift:
       break;
-    case OpKinds::face:
-      face_back<What>(a, op, before, behind);
+    case OpKinds::face: {
+      const FaceHit<Real> hit = face_hit<Light>(op, before, behind);
+      face_back<Carries::position>(x, op, before, behind, hit);
+      face_back<Carries::position>(y, op, before, behind, hit);
+      face_back<Light>(light, op, before, behind, hit);
       break;
-    case OpKinds::asphere:
-      asphere_back<What>(a, op, before, behind);
+    }
+    case OpKinds::asphere: {
+      const FaceHit<Real> hit = asphere_hit<Light>(op, before, behind);
+      asphere_back<Carries::position>(x, op, before, behind, hit);
+      asphere_back<Carries::position>(y, op, before, behind, hit);
+      asphere_back<Light>(light, op, before, behind, hit);
       break;
+    }
     case OpKinds::stop:
-      stop_back<What>(a, op, before, behind);
+      stop_back<Carries::position>(x, op, before, behind);
+      stop_back<Carries::position>(y, op, before, behind);
+      stop_back<Light>(light, op, before, behind);
       break;
     case OpKinds::bore:
-      bore_back<What>(a, op, before);
+      bore_back(light, op, before);
       break;
   }
 }
@@ -373,6 +412,16 @@ RELIGN_DEVICE HitSteps hit_steps(const FloatRay& ray, const AdjointOf<float>& x,
           v[0] * y1 + v[1] * y2 + v[2] * y3};
 }
 
+// Whether the hits of a pixel lie nearly on a line, as at a caustic. Then no motion of the place moves a hit as a motion
+// of the lens does, and the slope at the hit itself is taken, over one texel.
+RELIGN_DEVICE bool is_folded(const HitSteps& steps) {
+  constexpr float kFolded = 0.1F;  // of the area if the steps were equal and perpendicular
+  const float squares =
+      steps.x_by_u * steps.x_by_u + steps.y_by_u * steps.y_by_u + steps.x_by_v * steps.x_by_v + steps.y_by_v * steps.y_by_v;
+  const float area = steps.x_by_u * steps.y_by_v - steps.x_by_v * steps.y_by_u;
+  return !(magnitude(area) > 0.5F * kFolded * squares);
+}
+
 // For (dx, dy), the motion of a hit: slope (x, y) times it is what the radiance at the hit changes by, in the mean over
 // the places within a cell of the pixel around the ray's, along u and along v: the difference of the radiance at the
 // ends over the length. It sees every edge of the target in the cell, the border of the square as well, where a slope at
@@ -380,9 +429,9 @@ RELIGN_DEVICE HitSteps hit_steps(const FloatRay& ray, const AdjointOf<float>& x,
 struct MeanSlope {
   float x, y;
 };
-RELIGN_DEVICE float place_in_cell(float place) {
-  const float cells = kCells * place;
-  return cells - static_cast<float>(static_cast<std::int32_t>(cells));
+RELIGN_DEVICE float place_in_cell(float place, float cells) {
+  const float at = cells * place;
+  return at - static_cast<float>(static_cast<std::int32_t>(at));
 }
 template <bool EightBits>
 RELIGN_DEVICE float radiance_at(const EmitterPlane& emitter, float x, float y) {

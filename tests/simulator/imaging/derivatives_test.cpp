@@ -67,14 +67,13 @@ std::vector<double> minus(std::vector<double> a, const std::vector<double>& b) {
   return a;
 }
 
-// Relative size of what `found` and `difference` (two independent estimates of each) disagree by, without their noise;
-// and the standard error of its square.
+// What derivatives and differences (two independent estimates of each) disagree by, without their noise, as a share of
+// `size`, the square of a norm; and the standard error of its square.
 struct Disagreement {
   double square = 0, error = 0;
 };
 Disagreement disagreement(const std::vector<double>& f1, const std::vector<double>& f2, const std::vector<double>& d1,
-                          const std::vector<double>& d2) {
-  const double size = product(d1, d2);
+                          const std::vector<double>& d2, double size) {
   const std::vector<double> one = minus(f1, d1), other = minus(f2, d2);
   double spread = 0;
   for (std::size_t i = 0; i < one.size(); ++i) spread += one[i] * one[i] * other[i] * other[i];
@@ -84,11 +83,12 @@ Disagreement disagreement(const std::vector<double>& f1, const std::vector<doubl
 struct Case {
   std::string scene;
   double limit;  // of the relative disagreement
+  double noise;  // most, of the comparison
 };
 
 SceneFile small(const std::string& name) {
   SceneChoices choices;
-  choices.pixels = 60;
+  choices.pixels = name == "phone" ? 36 : 60;  // steep aspheres take long
   const std::string file = name == "phone" ? std::string(RELIGN_SOURCE_DIR) + "/tests/simulator/imaging/phone/scene.json"
                                            : scene_folder() + name + "/scene.json";
   return read_scene_file(file, choices);
@@ -115,10 +115,12 @@ TEST_P(OfScene, EqualDifferencesOfImages) {
   const Images f2 = differentiated(camera, scene, lens, pose, 2, kGroups);
   const Images d1 = differences(camera, scene, lens, pose, 3, 4 * kGroups);
   const Images d2 = differences(camera, scene, lens, pose, 4, 4 * kGroups);
+  double largest = 0;  // an axis that hardly changes the image has errors like those of the others
+  for (std::size_t axis = 0; axis < pose.size(); ++axis) largest = std::max(largest, product(d1[axis], d2[axis]));
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
-    const Disagreement found = disagreement(f1[axis], f2[axis], d1[axis], d2[axis]);
+    const Disagreement found = disagreement(f1[axis], f2[axis], d1[axis], d2[axis], largest);
     EXPECT_LT(found.square, GetParam().limit * GetParam().limit + 3 * found.error) << "axis " << axis;
-    EXPECT_LT(found.error, 0.02 * 0.02) << "axis " << axis << ": too noisy to tell";
+    EXPECT_LT(found.error, GetParam().noise * GetParam().noise) << "axis " << axis << ": too noisy to tell";
     if (std::getenv("LOOK"))
       std::printf("%-20s axis %zu: norm %.4g, disagreement %.3g %%, error %.3g %%\n", GetParam().scene.c_str(), axis,
                   std::sqrt(product(d1[axis], d2[axis])),
@@ -126,9 +128,9 @@ TEST_P(OfScene, EqualDifferencesOfImages) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Derivatives, OfScene,
-                         ::testing::Values(Case{"relign_od", 0.02}, Case{"relign4_telecentric", 0.02},
-                                           Case{"wide_angle", 0.02}, Case{"phone", 0.02}),
-                         [](const auto& info) { return info.param.scene; });
+                         ::testing::Values(Case{"relign_od", 0.01, 0.02}, Case{"relign4_telecentric", 0.01, 0.02},
+                                           Case{"phone", 0.02, 0.05}),
+                         [](const auto& of) { return of.param.scene; });
 
 // Elements of a displaced lens, against differences of lenses displaced a little more.
 TEST(Derivatives, OfElementsEqualDifferencesOfLenses) {
@@ -181,10 +183,10 @@ TEST(Derivatives, OfElementsEqualDifferencesOfLenses) {
       }
       return sum;
     };
-    const Disagreement found =
-        disagreement(along(all1, number), along(all2, number), difference(3), difference(4));
+    const std::vector<double> d1 = difference(3), d2 = difference(4);
+    const Disagreement found = disagreement(along(all1, number), along(all2, number), d1, d2, product(d1, d2));
     EXPECT_LT(found.square, 0.02 * 0.02 + 3 * found.error) << "number " << number;
-    EXPECT_LT(found.error, 0.03 * 0.03) << "number " << number;
+    EXPECT_LT(found.error, 0.05 * 0.05) << "number " << number;
   }
 }
 
@@ -200,7 +202,8 @@ TEST(Derivatives, LeaveTheBitsOfImages) {
     Camera camera(scene, settings, parallel);
     camera.capture(lens, pose, 5, plain.data());
     camera.render_derivatives(lens, pose, 5, 0, 0, {}, beside.data(), wrenches.data());
-    if (sampler != Sampler::hemisphere) EXPECT_EQ(plain, beside) << static_cast<int>(sampler);
+    if (sampler == Sampler::hemisphere) continue;  // renders tiles without light, too
+    EXPECT_EQ(plain, beside) << static_cast<int>(sampler);
   }
   Camera camera(scene, {}, parallel);
   camera.render_noise_free(lens, pose, 5, 64, plain.data());

@@ -93,8 +93,8 @@ void check(const ExactOp& op, int seed) {
     Ray behind = ray;
     apply(behind, open);
     ASSERT_GT(behind.margin, 0);
-    Adjoint a = value.slopes();
-    operation_back<Carries::light>(a, open, ray, behind);
+    Adjoint none_x{}, none_y{}, a = value.slopes();
+    operation_back<Carries::light>(none_x, none_y, a, open, ray, behind);
     for (int freedom = 0; freedom < 6; ++freedom) {
       double shift[3] = {}, turn[3] = {};
       (freedom < 3 ? shift : turn)[freedom % 3] = 1;
@@ -210,11 +210,11 @@ TEST(AdjointSteps, EdgesMoveWithTheirAperture) {
       const Ray before = {x, y, 1, 0, 0, -1, 1, 1, 1};
       Ray behind = before;
       intersect_stop(behind, op);
-      Adjoint a{};
-      operation_back<Carries::light>(a, op, before, behind);
+      Adjoint none_x{}, none_y{}, light{};
+      operation_back<Carries::light>(none_x, none_y, light, op, before, behind);
       // A shift of the stop is the opposite shift of the ray.
-      sum_x -= a.x * value(x, y) * cell * cell;
-      sum_y -= a.y * value(x, y) * cell * cell;
+      sum_x -= light.x * value(x, y) * cell * cell;
+      sum_y -= light.y * value(x, y) * cell * cell;
     }
   const double area = 3.14159265358979 * 4;
   EXPECT_NEAR(sum_x, 0.3 * area, 0.002 * area);
