@@ -88,8 +88,8 @@ struct MseEstimate {
   double mse = 0;  // unbiased, may be negative
   double standard_error = 0;
 };
-// How an MSE changes with a rigid motion of the lens, its shift (mm) and turn (rad) about its origin, in lens coordinates.
-// Unbiased: each term is a product of independent renders.
+// How an MSE changes with a rigid motion of the lens, its shift (mm) and turn (rad) about its origin, in lens
+// coordinates. Unbiased: each term is a product of independent renders.
 struct MseSlopes {
   std::array<double, 6> gradient{};
   std::array<double, 36> gauss_newton{};  // 2 J^T J / pixels: the second derivatives where residuals vanish; symmetric
@@ -135,11 +135,11 @@ class Camera {
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                              const Reference& reference);
 
-  // Light and its derivatives by rigid motions of the lens and of elements; without diffraction, electronics and reflected
-  // light, and not for a lens of meshes. samples: low-discrepancy rays per pixel, as render_noise_free() takes them; 0:
-  // the rays of a capture, with its bits. derivatives: for each pixel of the frame and each part 6 numbers, of its shift
-  // along x, y, z (per mm) and turn about x, y, z through the lens's origin (per rad), lens coordinates; pixels that are
-  // not read out have 0. Throws Error(bad_input) where they are not supported.
+  // Light and its derivatives by rigid motions of the lens and of elements; without diffraction, electronics and
+  // reflected light, and not for a lens of meshes. samples: low-discrepancy rays per pixel, as render_noise_free()
+  // takes them; 0: the rays of a capture, with its bits. derivatives: for each pixel of the frame and each part 6
+  // numbers, of its shift along x, y, z (per mm) and turn about x, y, z through the lens's origin (per rad), lens
+  // coordinates; pixels that are not read out have 0. Throws Error(bad_input) where they are not supported.
   void render_derivatives(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
                           std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
                           float* derivatives);
@@ -197,7 +197,8 @@ class Camera {
   void add_ghosts(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
   void choose_scored_tiles();
   void read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels);
-  // Straight light, from each view's share of a pixel's samples: of a noise-free render, or with samples 0 of a capture.
+  // Straight light, from each view's share of a pixel's samples: of a noise-free render, or with samples 0 of a
+  // capture.
   void render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
 
   const SceneFile* scene_;

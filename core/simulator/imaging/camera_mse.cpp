@@ -7,14 +7,14 @@
 namespace relign::imaging {
 
 void Camera::require_derivatives() const {
-  const char* const why = tracer_                                  ? "of a lens of meshes"
-                          : diffraction_                           ? "with diffraction"
-                          : ghosts_                                ? "with transport 'ghost'"
-                                                                   : nullptr;
+  const char* const why = tracer_        ? "of a lens of meshes"
+                          : diffraction_ ? "with diffraction"
+                          : ghosts_      ? "with transport 'ghost'"
+                                         : nullptr;
   if (why)
-    throw Error(ErrorKind::bad_input,
-                "scene '" + scene_->name + "': images " + why + " have no derivatives; they exist for a lens of faces, with "
-                                                              "transport 'refract' or 'fresnel'");
+    throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': images " + why +
+                                          " have no derivatives; they exist for a lens of faces, with "
+                                          "transport 'refract' or 'fresnel'");
 }
 
 void Camera::place_for_derivatives(MountedLens& lens, const std::vector<double>& true_pose, const MovingParts& parts) {

@@ -35,7 +35,7 @@ optics::ReadingPlace reading_place(std::size_t before, const optics::Motion& to_
 
 void PartReadings::place(const MovingParts& parts, const optics::Prescription& lens, const optics::BackwardPath& path,
                          std::size_t op_count, const optics::Motion& lens_to_world, double pitch_mm) {
-  const auto set = [](const optics::Vec3& from, float (&to)[3]) {
+  const auto set = [](const optics::Vec3& from, float(&to)[3]) {
     to[0] = static_cast<float>(from.x);
     to[1] = static_cast<float>(from.y);
     to[2] = static_cast<float>(from.z);
@@ -90,8 +90,8 @@ void RayDerivatives::trace(optics::RayBlock& block, const RayPath& path, double 
                                places.data(), static_cast<int>(places.size()), adjoints_.data(), count);
   kernels.adjoints->differentiate(block, *path.emitter, path.fresnel, static_cast<float>(bound), record_.data(),
                                   adjoints_.data(), readings_->view(), places.data(), readings_->parts().data(),
-                                  static_cast<int>(readings_->parts().size()), readings_->follow(),
-                                  derivatives_.data(), count);
+                                  static_cast<int>(readings_->parts().size()), readings_->follow(), derivatives_.data(),
+                                  count);
 }
 
 void RayDerivatives::add(const std::uint32_t* owner, int count) {

@@ -31,8 +31,8 @@ class RaySource {
   void start_tile(const SceneFile& scene, const optics::BackwardPath& path, const Tile& tile, const PixelBox& lit,
                   float* sums);
 
-  // Until null is given, derivatives of the pixels are summed as well; not with a tracer. Of rays that play roulette they
-  // have the mean over its outcomes, which scatters less.
+  // Until null is given, derivatives of the pixels are summed as well; not with a tracer. Of rays that play roulette
+  // they have the mean over its outcomes, which scatters less.
   void differentiate(RayDerivatives* derivatives) { derivatives_ = derivatives; }
 
   // `samples` directions over the whole hemisphere for each pixel; Fresnel losses and survival by Russian roulette.

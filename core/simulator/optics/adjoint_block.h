@@ -46,13 +46,14 @@ struct PartBetween {
 
 // Numbers of a block are arrays of kBlockRays (ray_block.h).
 struct AdjointKernels {
-  // From the emitter's plane at distance_z back to the sensor. record: of trace_recorded. places: ascending; the first is
-  // the sensor. adjoints: place_count x kPlaceNumbers arrays.
+  // From the emitter's plane at distance_z back to the sensor. record: of trace_recorded. places: ascending; the first
+  // is the sensor. adjoints: place_count x kPlaceNumbers arrays.
   void (*trace_back)(const Op* ops, int op_count, bool fresnel, const float* record, float distance_z,
                      const ReadingPlace* places, int place_count, float* adjoints, int count);
   // block: as look_up left it. Derivative of the value of each ray, radiance times transmittance (if `fresnel`) over
-  // `bound`, by the motion of each part: part_count x kWrenchNumbers arrays, per mm and per rad about the lens's origin;
-  // 0 for rays that were lost. follow: if not null, the first part is the lens, and its rays move with the pupil.
+  // `bound`, by the motion of each part: part_count x kWrenchNumbers arrays, per mm and per rad about the lens's
+  // origin; 0 for rays that were lost. follow: if not null, the first part is the lens, and its rays move with the
+  // pupil.
   void (*differentiate)(const RayBlock& block, const EmitterPlane& emitter, bool fresnel, float bound,
                         const float* record, const float* adjoints, const SensorView& view, const ReadingPlace* places,
                         const PartBetween* parts, int part_count, const PupilPlane* follow, float* derivatives,

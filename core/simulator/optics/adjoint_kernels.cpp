@@ -1,5 +1,5 @@
-// The kernels of adjoint_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA) like block_kernels.cpp: loops
-// over blocks of rays around the arithmetic of one ray (adjoint_steps.h).
+// The kernels of adjoint_block.h, compiled once for each instruction set (RELIGN_KERNEL_ISA) like block_kernels.cpp:
+// loops over blocks of rays around the arithmetic of one ray (adjoint_steps.h).
 #include "optics/adjoint_steps.h"
 #include "optics/ray_block.h"
 
@@ -51,7 +51,7 @@ void from_emitter(Traced& all, const float* state, float distance_z, int count) 
 }
 
 // The kind is known to the compiler, so that nothing is chosen in the loop.
-template <OpKinds::Kind Kind, Carries Light>
+template <OpKinds::Kind Kind, Carries Light, int Terms = 0, bool General = false>
 void each_back(Traced& all, const Op& given, const float* before, int count) {
   Op op = given;
   op.kind = Kind;
@@ -59,7 +59,7 @@ void each_back(Traced& all, const Op& given, const float* before, int count) {
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
     AdjointOf<float> x = taken(all.x, i), y = taken(all.y, i), light = taken(all.light, i);
-    operation_back<Light>(x, y, light, op, recorded(before, i), recorded(behind, i));
+    operation_back<Light, Terms, General>(x, y, light, op, recorded(before, i), recorded(behind, i));
     put(all.x, i, x);
     put(all.y, i, y);
     put(all.light, i, light);
@@ -76,7 +76,11 @@ void back_over(Traced& all, const Op& op, const float* before, int count) {
     case Op::face:
       return each_back<Op::face, Light>(all, op, before, count);
     case Op::asphere:
-      return each_back<Op::asphere, Light>(all, op, before, count);
+      if (op.over_root || op.odd_terms > 0)
+        return each_back<Op::asphere, Light, kEvenTerms, true>(all, op, before, count);
+      if (op.even_terms == 0) return each_back<Op::asphere, Light>(all, op, before, count);
+      if (op.even_terms <= 7) return each_back<Op::asphere, Light, 7>(all, op, before, count);
+      return each_back<Op::asphere, Light, kEvenTerms>(all, op, before, count);
     case Op::stop:
       return each_back<Op::stop, Light>(all, op, before, count);
     case Op::bore:
@@ -131,23 +135,30 @@ struct alignas(64) Ends {
 };
 
 // state, adjoints: at the sensor, in the first frame.
-void find_ends(const RayBlock& block, const SensorView& given, float texel_mm, const float* state, const float* adjoints,
-               Ends& ends, int count) {
-  SensorView view = given;
-  for (int k = 0; k < 3; ++k) {
-    view.u[k] /= view.cells;
-    view.v[k] /= view.cells;
+[[gnu::noinline]] void find_ends(const RayBlock& block, const SensorView& given, float texel_mm, const float* state,
+                                 const float* adjoints, Ends& ends, int count) {
+  const float per_cell = 1.0F / given.cells;
+  const SensorView view = {{per_cell * given.u[0], per_cell * given.u[1], per_cell * given.u[2]},
+                           {per_cell * given.v[0], per_cell * given.v[1], per_cell * given.v[2]},
+                           given.cells,
+                           given.pupil};
+  RELIGN_LOOP
+  for (int i = 0; i < count; ++i) {
+    const FloatRay ray = recorded(state, i);
+    const AdjointOf<float> x = kept(adjoints, i), y = kept(adjoints + kStateNumbers * kBlockRays, i);
+    ends.x_by_u[i] = hit_step(ray, x, view, view.u);
+    ends.y_by_u[i] = hit_step(ray, y, view, view.u);
+    ends.x_by_v[i] = hit_step(ray, x, view, view.v);
+    ends.y_by_v[i] = hit_step(ray, y, view, view.v);
   }
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
-    const HitSteps steps =
-        hit_steps(recorded(state, i), kept(adjoints, i), kept(adjoints + kStateNumbers * kBlockRays, i), view);
-    const float folded = is_folded(steps) ? 1.0F : 0.0F;
-    const float x_by_u = folded > 0.0F ? texel_mm : steps.x_by_u, y_by_u = folded > 0.0F ? 0.0F : steps.y_by_u;
-    const float x_by_v = folded > 0.0F ? 0.0F : steps.x_by_v, y_by_v = folded > 0.0F ? texel_mm : steps.y_by_v;
-    const float in_u = place_in_cell(unit_of_word(block.u0[i]), view.cells);
-    const float in_v = place_in_cell(unit_of_word(block.u1[i]), view.cells);
-    const float u = folded > 0.0F ? 0.5F : in_u, v = folded > 0.0F ? 0.5F : in_v;
+    const float xu = ends.x_by_u[i], yu = ends.y_by_u[i], xv = ends.x_by_v[i], yv = ends.y_by_v[i];
+    const float plain = spread_of({xu, yu, xv, yv}) > 0.0F ? 1.0F : 0.0F, folded = 1.0F - plain;
+    const float x_by_u = multiply_add(plain, xu, folded * texel_mm), y_by_u = plain * yu;
+    const float x_by_v = plain * xv, y_by_v = multiply_add(plain, yv, folded * texel_mm);
+    const float u = multiply_add(plain, place_in_cell(unit_of_word(block.u0[i]), view.cells), folded * 0.5F);
+    const float v = multiply_add(plain, place_in_cell(unit_of_word(block.u1[i]), view.cells), folded * 0.5F);
     const float x = block.x[i], y = block.y[i];
     ends.x_by_u[i] = x_by_u;
     ends.y_by_u[i] = y_by_u;
@@ -171,7 +182,8 @@ void look_up_hits(const EmitterPlane& given, const float* x, const float* y, flo
   for (int i = 0; i < count; ++i) radiance[i] = radiance_at<EightBits>(emitter, x[i], y[i]);
 }
 
-void find_factors(const RayBlock& block, bool fresnel, float bound, const Ends& ends, Factors& factors, int count) {
+[[gnu::noinline]] void find_factors(const RayBlock& block, bool fresnel, float bound, const Ends& ends,
+                                    Factors& factors, int count) {
   const float per_bound = 1.0F / bound, opaque = fresnel ? 1.0F : 0.0F;
   RELIGN_LOOP
   for (int i = 0; i < count; ++i) {
@@ -189,8 +201,9 @@ void find_factors(const RayBlock& block, bool fresnel, float bound, const Ends& 
 
 // Adds the wrench of a place, in lens coordinates, times `sign`.
 template <bool Follow>
-void add_wrench(const RayBlock& block, const Factors& factors, const float* state, const float* adjoints,
-                const ReadingPlace& given, const PupilPlane& given_pupil, float sign, float* derivatives, int count) {
+[[gnu::noinline]] void add_wrench(const RayBlock& block, const Factors& factors, const float* state,
+                                  const float* adjoints, const ReadingPlace& given, const PupilPlane& given_pupil,
+                                  float sign, float* derivatives, int count) {
   const ReadingPlace place = given;
   const PupilPlane pupil = given_pupil;
   constexpr int kNext = kStateNumbers * kBlockRays;
@@ -224,7 +237,7 @@ void differentiate(const RayBlock& block, const EmitterPlane& emitter, bool fres
   find_ends(block, view, 1.0F / emitter.texels_per_mm, record, adjoints, ends, count);
   for (int k = 0; k < 4; ++k)
     (emitter.texels_8_bit ? look_up_hits<true> : look_up_hits<false>)(emitter, ends.x[k], ends.y[k], ends.radiance[k],
-                                                                    count);
+                                                                      count);
   find_factors(block, fresnel, bound, ends, factors, count);
   for (int k = 0; k < part_count * kWrenchNumbers; ++k) {
     float* const derivative = derivatives + k * kBlockRays;

@@ -1,12 +1,19 @@
-// Derivatives of what one ray carries by its start and by every motion of the parts it passes, in reverse: each function
-// takes the derivative of a value by the ray behind an operation back to the ray in front of it. The operations
-// themselves are in ray_steps.h and asphere_steps.h; docs/derivatives.md has the formulas.
+// Derivatives of what one ray carries by its start and by every motion of the parts it passes, in reverse: each
+// function takes the derivative of a value by the ray behind an operation back to the ray in front of it. The
+// operations themselves are in ray_steps.h and asphere_steps.h; docs/derivatives.md has the formulas.
 //
-// Compiled for several instruction sets and by NVRTC, as ray_steps.h is.
+// Compiled for several instruction sets, and written like ray_steps.h, so that NVRTC can compile it; no GPU kernel uses it
+// yet.
 #pragma once
 
 #include "optics/adjoint_block.h"
 #include "optics/asphere_steps.h"
+
+#if defined(__CUDACC_RTC__)
+#define RELIGN_UNROLL _Pragma("unroll")
+#else
+#define RELIGN_UNROLL _Pragma("GCC unroll 16")
+#endif
 
 namespace relign::optics {
 
@@ -40,10 +47,10 @@ RELIGN_DEVICE Real edge_weight(Real distance, Real per_width) {
   const Real share = distance * per_width;
   return share < Real{1} ? (Real{4} - Real{6} * share) * per_width : Real{0};
 }
-// Width of the edge of an aperture, in its clear radius^2.
+// Width of the edge of an aperture, in its semi-diameter^2.
 constexpr float kEdgeWidth = 0.06F;
 
-// dF / d(clear radius^2 - distance from the axis^2) of a ray that passes an aperture at (x, y), per mm^2.
+// dF / d(semi-diameter^2 - distance from the axis^2) of a ray that passes an aperture at (x, y), per mm^2.
 template <class Real>
 RELIGN_DEVICE Real edge_pull(const OpOf<Real>& op, Real x, Real y) {
   const Real edge = multiply_add(-x, x, multiply_add(-y, y, op.clear_radius2));
@@ -95,10 +102,10 @@ RELIGN_DEVICE void frame_back(AdjointOf<Real>& a, const OpOf<Real>& op) {
 // What happens at a face: the same for all that is traced back.
 template <class Real>
 struct Refraction {
-  Real nx, ny, nz;                          // unit normal, towards +z
-  Real per_cosine;                          // of the cosine of incidence
-  Real g, g_slope;                          // direction behind = ratio * direction + g * normal; slope by the cosine
-  Real log_transmittance_slope;             // by the cosine, that of refraction following
+  Real nx, ny, nz;               // unit normal, towards +z
+  Real per_cosine;               // of the cosine of incidence
+  Real g, g_slope;               // direction behind = ratio * direction + g * normal; slope by the cosine
+  Real log_transmittance_slope;  // by the cosine, that of refraction following
 };
 
 template <Carries What, class Real>
@@ -163,16 +170,16 @@ RELIGN_DEVICE void pull_inwards(AdjointOf<Real>& a, const OpOf<Real>& op, Real x
 template <class Real>
 struct FaceHit {
   Refraction<Real> refraction;
-  Real way;                        // along the ray, from where it was
-  Real slope, bend, per_length;    // of an asphere, see AsphereBend; 1 / length of (-slope x, -slope y, 1)
+  Real way;                      // along the ray, from where it was
+  Real slope, bend, per_length;  // of an asphere, see AsphereBend; 1 / length of (-slope x, -slope y, 1)
 };
 
 template <Carries What, class Real>
 RELIGN_DEVICE FaceHit<Real> face_hit(const OpOf<Real>& op, const RayOf<Real>& before, const RayOf<Real>& behind) {
   const Real c = op.curvature;
   FaceHit<Real> hit;
-  hit.refraction = refraction_at<What>(op, before, behind, -c * behind.x, -c * behind.y,
-                                       multiply_add(-c, behind.z, Real{1}));
+  hit.refraction =
+      refraction_at<What>(op, before, behind, -c * behind.x, -c * behind.y, multiply_add(-c, behind.z, Real{1}));
   hit.way = way_between(before, behind.x, behind.y, behind.z + op.vertex_z);
   hit.slope = hit.bend = hit.per_length = Real{0};
   return hit;
@@ -196,7 +203,8 @@ template <class Real>
 struct AsphereBend {
   Real slope, bend;
 };
-template <class Real>
+// Terms, General: as of place_at().
+template <int Terms, bool General, class Real>
 RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
   const Real r2 = multiply_add(x, x, y * y);
   const Real kappa_c2 = op.conic_plus_1 * op.curvature * op.curvature;
@@ -205,7 +213,8 @@ RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
   const Real per = op.per_shape_radius2;
   const Real q = smaller(r2 * per, Real{kMaxQ});
   Real even = Real{0}, slope = Real{0}, bend = Real{0};  // of the sum by q, and its derivatives
-  for (int k = op.even_terms - 1; k >= 0; --k) {
+  RELIGN_UNROLL  // else GCC sees control flow, and no loop over rays is vectorised
+      for (int k = Terms - 1; k >= 0; --k) {
     bend = multiply_add(bend, q, Real{2} * slope);
     slope = multiply_add(slope, q, even);
     even = multiply_add(even, q, op.even[k]);
@@ -215,15 +224,16 @@ RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
   even *= q;
   slope *= per;
   bend *= per * per;
-  if (op.over_root) {  // of even / root, where 1 / root has the derivative kappa_c2 / (2 root^3)
-    const Real half = Real{0.5} * kappa_c2 / root2;
-    bend = (bend + Real{2} * half * slope + Real{3} * half * half * even) / root;
-    slope = multiply_add(half, even, slope) / root;
-  }
-  if (op.odd_terms > 0) {
+  if (General) {
+    if (op.over_root) {  // of even / root, where 1 / root has the derivative kappa_c2 / (2 root^3)
+      const Real half = Real{0.5} * kappa_c2 / root2;
+      bend = (bend + Real{2} * half * slope + Real{3} * half * half * even) / root;
+      slope = multiply_add(half, even, slope) / root;
+    }
     const Real root_q = square_root(q);
     Real odd_slope = Real{0}, odd_bend = Real{0};  // over root_q, and over 1 / root_q
-    for (int k = op.odd_terms - 1; k >= 0; --k) {
+    RELIGN_UNROLL
+    for (int k = kOddTerms - 1; k >= 0; --k) {
       const Real power = static_cast<Real>(k) + Real{1.5};
       odd_slope = multiply_add(odd_slope, q, power * op.odd[k]);
       odd_bend = multiply_add(odd_bend, q, power * (power - Real{1}) * op.odd[k]);
@@ -235,9 +245,9 @@ RELIGN_DEVICE AsphereBend<Real> bend_at(const OpOf<Real>& op, Real x, Real y) {
   return {multiply_add(Real{2}, slope, conic), multiply_add(Real{2}, bend, Real{0.5} * kappa_c2 * conic / root2)};
 }
 
-template <Carries What, class Real>
+template <Carries What, int Terms, bool General, class Real>
 RELIGN_DEVICE FaceHit<Real> asphere_hit(const OpOf<Real>& op, const RayOf<Real>& before, const RayOf<Real>& behind) {
-  const AsphereBend<Real> shape = bend_at(op, behind.x, behind.y);
+  const AsphereBend<Real> shape = bend_at<Terms, General>(op, behind.x, behind.y);
   const Real sx = -shape.slope * behind.x, sy = -shape.slope * behind.y;
   FaceHit<Real> hit;
   hit.slope = shape.slope;
@@ -350,9 +360,9 @@ RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointO
           px * fy - py * fx + lens * (normal[0] * ray.ly - normal[1] * ray.lx)};
 }
 
-// Back over one operation; x, y: adjoints of the coordinates of the hit on the emitter's plane, light: of the logarithm of
-// the light.
-template <Carries Light, class Real>
+// Back over one operation (Terms, General: of an asphere); x, y: adjoints of the coordinates of the hit on the
+// emitter's plane, light: of the logarithm of the light.
+template <Carries Light, int Terms, bool General, class Real>
 RELIGN_DEVICE void operation_back(AdjointOf<Real>& x, AdjointOf<Real>& y, AdjointOf<Real>& light, const OpOf<Real>& op,
                                   const RayOf<Real>& before, const RayOf<Real>& behind) {
   switch (op.kind) {
@@ -371,7 +381,7 @@ RELIGN_DEVICE void operation_back(AdjointOf<Real>& x, AdjointOf<Real>& y, Adjoin
       break;
     }
     case OpKinds::asphere: {
-      const FaceHit<Real> hit = asphere_hit<Light>(op, before, behind);
+      const FaceHit<Real> hit = asphere_hit<Light, Terms, General>(op, before, behind);
       asphere_back<Carries::position>(x, op, before, behind, hit);
       asphere_back<Carries::position>(y, op, before, behind, hit);
       asphere_back<Light>(light, op, before, behind, hit);
@@ -395,37 +405,32 @@ struct HitSteps {
   float x_by_u, y_by_u, x_by_v, y_by_v;
 };
 
-// x, y: adjoints of the hit's coordinates at the sensor. The place moves while the point of the pupil is kept.
-RELIGN_DEVICE HitSteps hit_steps(const FloatRay& ray, const AdjointOf<float>& x, const AdjointOf<float>& y,
-                                 const SensorView& view) {
+// What one coordinate of the hit, whose adjoint at the sensor this is, changes by when the place moves by `step` and
+// the point of the pupil is kept.
+RELIGN_DEVICE float hit_step(const FloatRay& ray, const AdjointOf<float>& a, const SensorView& view,
+                             const float* step) {
   const float* const n = view.pupil.normal;
   const float per_way = (n[0] * ray.lx + n[1] * ray.ly + n[2] * ray.lz) /
                         (view.pupil.distance - (n[0] * ray.x + n[1] * ray.y + n[2] * ray.z));
-  const float along_x = per_way * (x.lx * ray.lx + x.ly * ray.ly + x.lz * ray.lz);
-  const float along_y = per_way * (y.lx * ray.lx + y.ly * ray.ly + y.lz * ray.lz);
-  const float x1 = x.x - per_way * x.lx + along_x * ray.lx, y1 = y.x - per_way * y.lx + along_y * ray.lx;
-  const float x2 = x.y - per_way * x.ly + along_x * ray.ly, y2 = y.y - per_way * y.ly + along_y * ray.ly;
-  const float x3 = x.z - per_way * x.lz + along_x * ray.lz, y3 = y.z - per_way * y.lz + along_y * ray.lz;
-  const float* const u = view.u;
-  const float* const v = view.v;
-  return {u[0] * x1 + u[1] * x2 + u[2] * x3, u[0] * y1 + u[1] * y2 + u[2] * y3, v[0] * x1 + v[1] * x2 + v[2] * x3,
-          v[0] * y1 + v[1] * y2 + v[2] * y3};
+  const float along = a.lx * ray.lx + a.ly * ray.ly + a.lz * ray.lz;
+  return step[0] * (a.x - per_way * (a.lx - along * ray.lx)) + step[1] * (a.y - per_way * (a.ly - along * ray.ly)) +
+         step[2] * (a.z - per_way * (a.lz - along * ray.lz));
 }
 
-// Whether the hits of a pixel lie nearly on a line, as at a caustic. Then no motion of the place moves a hit as a motion
-// of the lens does, and the slope at the hit itself is taken, over one texel.
-RELIGN_DEVICE bool is_folded(const HitSteps& steps) {
+// Not above 0 where the hits of a pixel lie nearly on a line, as at a caustic. Then no motion of the place moves a hit
+// as a motion of the lens does, and the slope at the hit itself is taken, over one texel.
+RELIGN_DEVICE float spread_of(const HitSteps& steps) {
   constexpr float kFolded = 0.1F;  // of the area if the steps were equal and perpendicular
-  const float squares =
-      steps.x_by_u * steps.x_by_u + steps.y_by_u * steps.y_by_u + steps.x_by_v * steps.x_by_v + steps.y_by_v * steps.y_by_v;
-  const float area = steps.x_by_u * steps.y_by_v - steps.x_by_v * steps.y_by_u;
-  return !(magnitude(area) > 0.5F * kFolded * squares);
+  const float u2 = multiply_add(steps.x_by_u, steps.x_by_u, steps.y_by_u * steps.y_by_u);
+  const float v2 = multiply_add(steps.x_by_v, steps.x_by_v, steps.y_by_v * steps.y_by_v);
+  const float area = multiply_add(steps.x_by_u, steps.y_by_v, -steps.x_by_v * steps.y_by_u);
+  return multiply_add(-0.5F * kFolded, u2 + v2, magnitude(area));
 }
 
 // For (dx, dy), the motion of a hit: slope (x, y) times it is what the radiance at the hit changes by, in the mean over
 // the places within a cell of the pixel around the ray's, along u and along v: the difference of the radiance at the
-// ends over the length. It sees every edge of the target in the cell, the border of the square as well, where a slope at
-// the hit would be rare and large. u, v: of the ray, in cells of this size, from 0 to 1.
+// ends over the length. It sees every edge of the target in the cell, the border of the square as well, where a slope
+// at the hit would be rare and large. u, v: of the ray, in cells of this size, from 0 to 1.
 struct MeanSlope {
   float x, y;
 };

@@ -20,12 +20,12 @@ struct PlaceOnPath {
 
 // World coordinates have their origin at the pivot of the stage.
 struct BackwardPath {
-  Motion into_first_frame;           // world -> the frame in which `ops` begin
-  std::vector<ExactOp> exact_ops;    // sensor side to object side
-  std::vector<Op> ops;               // the same, rounded
+  Motion into_first_frame;                                // world -> the frame in which `ops` begin
+  std::vector<ExactOp> exact_ops;                         // sensor side to object side
+  std::vector<Op> ops;                                    // the same, rounded
   std::vector<PlaceOnPath> into_element, out_of_element;  // by element; out: towards the object
-  std::size_t through_aperture = 0;  // number of operations up to and including the aperture stop
-  Motion world_of_last_frame;        // the frame in which `ops` end -> world
+  std::size_t through_aperture = 0;                       // number of operations up to and including the aperture stop
+  Motion world_of_last_frame;                             // the frame in which `ops` end -> world
   // Upper bound of every ray's Fresnel transmittance: the product over all faces at normal incidence, where unpolarised
   // reflection is lowest (for index ratios up to 2 + sqrt(3); faces beyond count as 1), plus a margin for rounding.
   double highest_transmittance = 1;

@@ -89,8 +89,9 @@ struct Case {
 SceneFile small(const std::string& name) {
   SceneChoices choices;
   choices.pixels = name == "phone" ? 36 : 60;  // steep aspheres take long
-  const std::string file = name == "phone" ? std::string(RELIGN_SOURCE_DIR) + "/tests/simulator/imaging/phone/scene.json"
-                                           : scene_folder() + name + "/scene.json";
+  const std::string file = name == "phone"
+                               ? std::string(RELIGN_SOURCE_DIR) + "/tests/simulator/imaging/phone/scene.json"
+                               : scene_folder() + name + "/scene.json";
   return read_scene_file(file, choices);
 }
 
@@ -268,9 +269,9 @@ TEST(Derivatives, OfTheMseEqualItsDifferences) {
     }
   }
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
-    const double variance = (spread[axis] - found[axis] * found[axis] + difference_spread[axis] -
-                             difference[axis] * difference[axis]) /
-                            (kSeeds - 1);
+    const double variance =
+        (spread[axis] - found[axis] * found[axis] + difference_spread[axis] - difference[axis] * difference[axis]) /
+        (kSeeds - 1);
     EXPECT_NEAR(found[axis], difference[axis], 0.01 * std::abs(difference[axis]) + 4 * std::sqrt(variance))
         << "axis " << axis;
   }
@@ -284,13 +285,12 @@ TEST(Derivatives, AreRefusedWhereTheyDoNotExist) {
   Camera camera(scene, settings, parallel);
   MountedLens lens(scene);
   std::vector<float> image(scene.sensor.pixels()), wrenches(6 * image.size());
-  EXPECT_EQ(test::error_text(ErrorKind::bad_input,
-                             [&] {
-                               camera.render_derivatives(lens, nominal_pose(), 1, 0, 0, {}, image.data(),
-                                                         wrenches.data());
-                             }),
-            "scene 'relign_od': images with transport 'ghost' have no derivatives; they exist for a lens of faces, with "
-            "transport 'refract' or 'fresnel'");
+  EXPECT_EQ(
+      test::error_text(
+          ErrorKind::bad_input,
+          [&] { camera.render_derivatives(lens, nominal_pose(), 1, 0, 0, {}, image.data(), wrenches.data()); }),
+      "scene 'relign_od': images with transport 'ghost' have no derivatives; they exist for a lens of faces, with "
+      "transport 'refract' or 'fresnel'");
 }
 
 TEST(PoseMotion, TwistsMoveTheLensAsThePoseDoes) {

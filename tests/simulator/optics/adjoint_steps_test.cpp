@@ -1,11 +1,11 @@
 // Each operation traced back in double: what it says of a ray's start equals central differences of the operation.
+#include "optics/adjoint_steps.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
 #include <relign/random.hpp>
-
-#include "optics/adjoint_steps.h"
 
 namespace relign::optics::adjoint_steps {
 namespace {
@@ -16,7 +16,14 @@ using Adjoint = AdjointOf<double>;
 // A downward ray from about z = 4 that meets the surfaces of these tests near their vertex.
 Ray random_ray(Random& random) {
   const double l = random.uniform(-0.3, 0.3), m = random.uniform(-0.3, 0.3);
-  return {random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(3, 4), l, m, -std::sqrt(1 - l * l - m * m), 1, 1,
+  return {random.uniform(-1, 1),
+          random.uniform(-1, 1),
+          random.uniform(3, 4),
+          l,
+          m,
+          -std::sqrt(1 - l * l - m * m),
+          1,
+          1,
           1e9};
 }
 
@@ -74,7 +81,8 @@ Ray moved(const Ray& ray, const double (&shift)[3], const double (&turn)[3]) {
   double to[3];
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, n = (i + 2) % 3;
-    to[i] = l[i] * std::cos(angle) + (k[j] * l[n] - k[n] * l[j]) * std::sin(angle) + k[i] * along * (1 - std::cos(angle));
+    to[i] =
+        l[i] * std::cos(angle) + (k[j] * l[n] - k[n] * l[j]) * std::sin(angle) + k[i] * along * (1 - std::cos(angle));
   }
   out.lx = to[0];
   out.ly = to[1];
@@ -94,7 +102,7 @@ void check(const ExactOp& op, int seed) {
     apply(behind, open);
     ASSERT_GT(behind.margin, 0);
     Adjoint none_x{}, none_y{}, a = value.slopes();
-    operation_back<Carries::light>(none_x, none_y, a, open, ray, behind);
+    operation_back<Carries::light, kEvenTerms, true>(none_x, none_y, a, open, ray, behind);
     for (int freedom = 0; freedom < 6; ++freedom) {
       double shift[3] = {}, turn[3] = {};
       (freedom < 3 ? shift : turn)[freedom % 3] = 1;
@@ -211,7 +219,7 @@ TEST(AdjointSteps, EdgesMoveWithTheirAperture) {
       Ray behind = before;
       intersect_stop(behind, op);
       Adjoint none_x{}, none_y{}, light{};
-      operation_back<Carries::light>(none_x, none_y, light, op, before, behind);
+      operation_back<Carries::light, kEvenTerms, true>(none_x, none_y, light, op, before, behind);
       // A shift of the stop is the opposite shift of the ray.
       sum_x -= light.x * value(x, y) * cell * cell;
       sum_y -= light.y * value(x, y) * cell * cell;
@@ -221,8 +229,8 @@ TEST(AdjointSteps, EdgesMoveWithTheirAperture) {
   EXPECT_NEAR(sum_y, -0.2 * area, 0.002 * area);
 }
 
-// The share of directions that a ray stands for: a wrench of constant radiance, summed over the pupil, is the derivative
-// of the pupil's area in direction cosines.
+// The share of directions that a ray stands for: a wrench of constant radiance, summed over the pupil, is the
+// derivative of the pupil's area in direction cosines.
 TEST(AdjointSteps, RaysThatFollowThePupilKeepItsSolidAngle) {
   const double z = -7, normal[3] = {0, 0, 1};
   const double n = 400, reach = 2.0;

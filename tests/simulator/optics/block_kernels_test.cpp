@@ -163,6 +163,59 @@ TEST(BlockKernels, EveryInstructionSetGivesTheSameBits) {
   if (compared == 0) GTEST_SKIP() << "this processor has the generic instructions alone";
 }
 
+// Derivatives of the same rays, lost ones included, by the motion of the lens and of one element.
+TEST(BlockKernels, EveryInstructionSetGivesTheSameDerivatives) {
+  const Assembly assembly(aspheric_relign_od(), some_offsets());
+  Returning rays = returning_rays(assembly, {});
+  for (int i = 0; i < kBlockRays; i += 3) rays.block->x[i] += 0.02F * static_cast<float>(i);
+  const BackwardPath path = backward_path(assembly, {});
+  const auto op_count = static_cast<int>(rays.ops.size());
+  std::vector<std::uint32_t> texels;
+  Random random(3);
+  for (int i = 0; i < 64 * 65; ++i) texels.push_back(random.bits());
+  EmitterPlane emitter{};
+  emitter.distance_z = -40;
+  emitter.half_side = 40;
+  emitter.texels = 64;
+  emitter.texels_per_mm = 0.8F;
+  emitter.texels_16_bit = texels.data();
+  const auto place = [](std::size_t before) {
+    return ReadingPlace{static_cast<std::int32_t>(before), {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0.1F, 0.2F, 0.3F}};
+  };
+  const ReadingPlace places[] = {place(0), place(path.into_element[2].before), place(path.out_of_element[2].before),
+                                 place(rays.ops.size())};
+  const PartBetween parts[] = {{0, 3}, {1, 2}};
+  const SensorView view = {{0.01F, 0, 0}, {0, -0.01F, 0}, 2, {{0, 0, 1}, -5, {0, 0, 1}}};
+  constexpr int kNumbers = 2 * kWrenchNumbers;
+  const auto differentiated_by = [&](const BlockKernels& kernels, bool fresnel) {
+    auto block = std::make_unique<RayBlock>(*rays.block);
+    std::vector<float> record(static_cast<std::size_t>(op_count + 1) * kStateNumbers * kBlockRays);
+    std::vector<float> adjoints(4 * kPlaceNumbers * kBlockRays), derivatives(kNumbers * kBlockRays);
+    kernels.trace_recorded(*block, rays.ops.data(), op_count, fresnel, kBlockRays, record.data());
+    kernels.look_up(*block, emitter, kBlockRays);
+    kernels.adjoints->trace_back(rays.ops.data(), op_count, fresnel, record.data(), emitter.distance_z, places, 4,
+                                 adjoints.data(), kBlockRays);
+    kernels.adjoints->differentiate(*block, emitter, fresnel, 0.9F, record.data(), adjoints.data(), view, places, parts,
+                                    2, &view.pupil, derivatives.data(), kBlockRays);
+    return derivatives;
+  };
+  int compared = 0, moved = 0;
+  for (const char* name : {"avx2", "avx512"})
+    for (const bool fresnel : {false, true}) {
+      const BlockKernels* kernels = block_kernels(name);
+      if (!kernels) continue;
+      ++compared;
+      const std::vector<float> one = differentiated_by(generic::kernels(), fresnel);
+      EXPECT_EQ(one, differentiated_by(*kernels, fresnel)) << name;
+      for (const float number : one) {
+        EXPECT_TRUE(std::isfinite(number));
+        moved += number != 0 ? 1 : 0;
+      }
+    }
+  if (compared == 0) GTEST_SKIP() << "this processor has the generic instructions alone";
+  EXPECT_GT(moved, 1000);
+}
+
 // Normal incidence on the axis: product of 4 n / (n + 1)^2.
 TEST(BlockKernels, MatchFresnelOnTheAxis) {
   const Assembly assembly(relign_od());
