@@ -208,7 +208,9 @@ RayPath Camera::ray_path(const View& view) const {
 void Camera::render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
   // The hemisphere sampler assumes nothing of tiles.
   const bool all = samples == 0 && settings_.sampler == Sampler::hemisphere;
-  const std::vector<int> shares = samples > 0 ? allocate_samples(samples) : capture_shares_;
+  std::vector<int> of_render;  // captures do not allocate
+  if (samples > 0) of_render = allocate_samples(samples);
+  const std::vector<int>& shares = samples > 0 ? of_render : capture_shares_;
   const int width = scene_->sensor.width;
   const std::vector<std::size_t>& selected = views_.front().tiles.selected();  // the same in all views
   if (!scene_->sensor.windows.empty() && selected.size() == tiles().size())

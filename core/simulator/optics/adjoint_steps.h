@@ -2,8 +2,8 @@
 // function takes the derivative of a value by the ray behind an operation back to the ray in front of it. The
 // operations themselves are in ray_steps.h and asphere_steps.h; docs/derivatives.md has the formulas.
 //
-// Compiled for several instruction sets, and written like ray_steps.h, so that NVRTC can compile it; no GPU kernel uses it
-// yet.
+// Compiled for several instruction sets, and written like ray_steps.h, so that NVRTC can compile it; no GPU kernel uses
+// it yet.
 #pragma once
 
 #include "optics/adjoint_block.h"
