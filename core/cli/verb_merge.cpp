@@ -47,6 +47,8 @@ std::string result_text(const records::MergeSummary& summary, const fs::path& ou
               "one kind)";
     text += "\n";
   }
+  if (!summary.not_compared.empty())
+    text += "skipped  " + records::to_string(summary.not_compared) + ": recorded by a build without this column\n";
   if (summary.superseded > 0)
     text += "twice    " + trials_text(summary.superseded) +
             " that ended early in one folder and are complete in another; the complete ones are kept\n";

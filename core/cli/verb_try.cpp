@@ -17,6 +17,7 @@
 #include "cli/pretraining_job.h"
 #include "cli/workbench.h"
 #include "plugin_host/training.h"
+#include "records/record.h"
 #include "runner/merits.h"
 #include "trials/trial.h"
 
@@ -68,19 +69,8 @@ std::string row(const trials::Step& step) {
 }
 
 Json to_json(const trials::Step& step) {
-  Json json = {{"step", step.step},
-               {"commanded_pose", step.commanded_pose},
-               {"true_pose", step.true_pose},
-               {"merit", step.merit},
-               {"measured", step.measured},
-               {"machine_seconds", step.machine_seconds},
-               {"recommended_pose", step.recommended_pose},
-               {"recommendation", step.recommendation},
-               {"commanded_mse", step.commanded_mse},
-               {"commanded_mse_error", step.commanded_mse_error},
-               {"recommended_mse", step.recommended_mse},
-               {"recommended_mse_error", step.recommended_mse_error}};
-  if (!step.regions.empty()) json["regions"] = valid_json(to_json_text(step.regions));
+  Json json = valid_json(records::step_line("", step));
+  json.erase("trial");
   return json;
 }
 

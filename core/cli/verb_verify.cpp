@@ -55,6 +55,7 @@ Json to_json(const runner::VerifySummary& summary) {
           {"equal_with_tolerance", summary.with_tolerance},
           {"tolerance", records::kOtherCpuTolerance},
           {"largest_deviation", summary.largest_deviation},
+          {"not_compared", summary.not_compared},
           {"stations", summary.stations},
           {"ended_by_machine", summary.ended_by_machine},
           {"missing", summary.missing},
@@ -90,6 +91,8 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
             "): recorded on another kind of CPU, with plugins that are reproducible on one kind";
   if (!summary.differences.empty()) text += ", " + std::to_string(summary.differences.size()) + " different";
   text += "\n";
+  if (!summary.not_compared.empty())
+    text += "skipped    " + records::to_string(summary.not_compared) + ": recorded by a build without this column\n";
   if (summary.missing > 0)
     text += "missing    " + trials_text(summary.missing) + " of the plan, which have no complete record\n";
   if (summary.stations > 0)
@@ -116,6 +119,7 @@ std::string verdict(const runner::VerifySummary& summary, bool sampled) {
                                    "edited, or something is not "
                                    "deterministic"
                                  : "not reproduced; see the changes listed above") +
+      (summary.all_equal() && !summary.not_compared.empty() ? ", except for columns that they do not have" : "") +
       (summary.all_equal() && other_builds ? "; they were recorded with other builds of the plugins named above" : "") +
       "\n";
   return text;

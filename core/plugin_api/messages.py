@@ -75,6 +75,11 @@ def host_text(services):
         text += f"\nJson answer(ProcessServices& in, const {service.struct}& table) {{\n"
         text += f'  if (in.call() == "open") return result({{{members}}});\n'
         text += "".join(map(host_function, service.functions)) + "  return in.unknown_call();\n}\n"
+    text += ("\n// The word under \"observes\" for want of which a service is not offered; empty: it is for another reason.\n"
+             "std::string missing_word(std::string_view id, std::uint32_t observes) {\n")
+    text += "".join(f"  if (id == {service.macro} && !(observes & RELIGN_OBSERVES_{service.needs.upper()})) "
+                    f'return "{service.needs}";\n' for service in services if service.needs)
+    text += '  return "";\n}\n'
     text += "\nJson dispatch(ProcessServices& in, std::string_view id, const void* table) {\n"
     text += "".join(f"  if (id == {service.macro}) return answer(in, *static_cast<const {service.struct}*>(table));\n"
                     for service in services)

@@ -11,6 +11,7 @@ import numpy as np
 from . import _native
 from ._errors import check_name, require_integer
 from .batch import Batch
+from .results import step_rows
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -268,10 +269,10 @@ class Trial:
         return np.sqrt(np.maximum(0.0, [_number(step[track + "_mse"]) for step in self.steps]))
 
     def table(self) -> pandas.DataFrame:
-        """The steps as a pandas.DataFrame, one row per step."""
+        """The steps as a pandas.DataFrame, one row per step, with its criteria."""
         import pandas
 
-        return pandas.DataFrame(self.steps)
+        return pandas.DataFrame(step_rows(self.steps, self.summary))
 
 
 def _number(value: float | None) -> float:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import collections
 import json
 import pathlib
 import shlex
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from ._columns import PER_STEP, TABLED
 from ._errors import check_name
 from ._json import unique_keys
 
@@ -24,7 +26,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
     Args:
         folder: The results folder.
         what: "curves" (medians over instances, one row per step), "instances" (one row per trial, without errors if it
-            failed) or "steps" (every step of every trial; `end` states whether the trial failed).
+            failed) or "steps" (every step of every trial, with its criteria; `end` states whether the trial failed).
 
     Raises:
         FileNotFoundError: The folder has no results, or not this table.
@@ -43,7 +45,7 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
         return pandas.read_csv(table)
     if not (folder / "trials").is_dir():
         raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")
-    rows, closing = [], {}
+    steps, closing = collections.defaultdict(list), {}
     for path in sorted((folder / "trials").glob("*.jsonl")):
         for number, line in enumerate(path.read_text().splitlines(), 1):
             try:
@@ -55,8 +57,15 @@ def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas
             if "end" in record:
                 closing[record["trial"]] = record
             else:
-                rows.append(record)
-    keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end")
+                steps[record["trial"]].append(record)
+    keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end", *TABLED)
     # A trial counts once it has a closing line; the steps of interrupted trials are left out.
-    return pandas.DataFrame([{**{key: closing[row["trial"]][key] for key in keys}, **row} for row in rows
-                             if row["trial"] in closing])
+    return pandas.DataFrame([{**{key: of_trial[key] for key in keys if key in of_trial}, **row}
+                             for trial, rows in steps.items() if (of_trial := closing.get(trial))
+                             for row in step_rows(rows, of_trial)])
+
+
+def step_rows(steps: list[dict[str, Any]], closing: dict[str, Any]) -> list[dict[str, Any]]:
+    """The steps of a trial with the values per step of its closing line, such as criteria."""
+    return [{**step, **{key: closing[key][place] for key in PER_STEP if len(closing.get(key, ())) > place}}
+            for place, step in enumerate(steps)]

@@ -21,6 +21,7 @@ GLUED = {"own": "mtf_", "best": "best_mtf_", "current": "current_mtf_"}  # membe
 UNCURED = {"own": "uncured_mtf_", "best": "best_uncured_mtf_", "current": "current_uncured_mtf_"}
 MTF = [of + point for of in (*GLUED.values(), *UNCURED.values(), "own_optimum_mtf_") for point in ("centre", "corner")]
 ENDED_WELL = ("budget_spent", "finished")
+FINAL_STATISTICS = {"iqm": iqm}  # by the key in kFinalStatistics (order_statistic.h): functions of the rows of an array
 RESOLUTION = 1e-4  # resolution of the RMSE
 RELEVANT_RATIO = 1.1  # unless the analysis plan has another one
 FEWEST_COMPARED = 6
@@ -184,13 +185,13 @@ class Group:
     def last(self, trials, track):
         return self.column(trials, [values[-1] for values in trials[track]])
 
-    def with_bands(self, column, *statistics):
+    def with_bands(self, column, bands=True, statistics=()):
         found = quartiles(column)
-        if "medians" in statistics and found["n"]:
+        if bands and found["n"]:
             found["lo95"], found["hi95"] = band(column, self.drawn)
-        if "iqm" in statistics and found["n"]:
-            found["iqm"] = iqm(column[None])[0]
-            found["iqm_lo95"], found["iqm_hi95"] = band(column, self.drawn, iqm)
+        for key in statistics if found["n"] else ():
+            found[key] = FINAL_STATISTICS[key](column[None])[0]
+            found[key + "_lo95"], found[key + "_hi95"] = band(column, self.drawn, FINAL_STATISTICS[key])
         return found
 
     def row(self, name):
@@ -198,8 +199,8 @@ class Group:
         recommended = self.last(trials, self.of_rule)
         row = {"method": name, "class": class_of(self.methods[name]), "merit": self.methods[name]["merit"],
                "trials": len(trials), "failed": failed, "step": int(trials.budget.max()) if len(trials) else 0,
-               "recommended": self.with_bands(recommended, "medians", "iqm"),
-               "commanded": self.with_bands(self.last(trials, "commanded"), "medians")}
+               "recommended": self.with_bands(recommended, statistics=FINAL_STATISTICS),
+               "commanded": self.with_bands(self.last(trials, "commanded"))}
         if len(trials) and not row["recommended"]["n"]:
             row["measured"] = quartiles([values[-1] for values in trials.best])
         row["machine_seconds"] = np.median([seconds[-1] for seconds in trials.until_glued]) if len(trials) else None
@@ -254,7 +255,7 @@ class Group:
             found.append({"images": images})
             for rule, track in EXCESS.items():
                 column = self.column(trials, [values[min(images, len(values) - 1)] for values in trials[track]])
-                found[-1][rule] = self.with_bands(column, *(["medians"] if RULES[rule] in self.bands_of else []))
+                found[-1][rule] = self.with_bands(column, RULES[rule] in self.bands_of)
         return found if any(entry[rule]["n"] for entry in found for rule in EXCESS) else []
 
     def mtf_met(self, trials, of):

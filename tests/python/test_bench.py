@@ -113,6 +113,7 @@ class Results(unittest.TestCase):
         self.assertEqual(set(steps["algorithm"]), {"home", "compass", "random"})
         self.assertEqual(len(steps[steps["trial"] == "00000000000000a0"]), 3)
         self.assertIn("budget_spent", set(steps["end"]))
+        self.assertNotIn("centre_px", steps, "no trial has it")
         with self.assertRaisesRegex(FileNotFoundError, "relign-bench report"):
             relign_bench.read_results(golden, "curves")
         with self.assertRaisesRegex(FileNotFoundError, "manifest.json"):
@@ -125,6 +126,11 @@ class Results(unittest.TestCase):
             records.write_text(text.replace('"recommended_mse":', '"recommended_mse":0.5,"recommended_mse":', 1))
             with self.assertRaisesRegex(ValueError, "0000.jsonl:1: key 'recommended_mse' is there twice in one object"):
                 relign_bench.read_results(forged, "steps")
+            judged = text.replace('"message":', '"centre_px":[3,null,1],"criterion_optimum_deficit":-0.5,"message":', 1)
+            records.write_text(judged)
+            steps_of = relign_bench.read_results(forged, "steps").set_index("trial").loc["00000000000000a0"]
+            self.assertEqual(steps_of["centre_px"].fillna(-1).tolist(), [3, -1, 1])
+            self.assertEqual(steps_of["criterion_optimum_deficit"].tolist(), [-0.5] * 3)
             records.write_text(text + '{"trial":"half')  # of a run that was killed
             self.assertEqual(len(relign_bench.read_results(forged, "steps")), len(steps))
         # From the source tree, which has no compiled module.

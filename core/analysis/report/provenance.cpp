@@ -2,6 +2,7 @@
 
 #include "base/json_members.h"
 #include "base/text.h"
+#include "records/manifest_check.h"
 
 namespace relign::report {
 namespace {
@@ -62,6 +63,7 @@ Provenance provenance_of(const Json& manifest) {
     if (bytes.is_number_unsigned() && bytes.get<double>() > 0)
       memory += (memory.empty() ? "" : ", ") + scene + " " + significant(bytes.get<double>() / 1e6, 3) + " MB";
   if (!memory.empty()) made.facts.push_back({"memory to create scenes", memory});
+  if (const std::string note = records::builds_note(manifest); !note.empty()) made.notes.push_back(note);
   if (!list_of(manifest, "sources").empty()) add_merge(made, manifest);
   return made;
 }

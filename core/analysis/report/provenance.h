@@ -23,7 +23,7 @@ struct Provenance {
   std::vector<Source> sources;                             // of a merged folder
   std::uint64_t disagreeing = 0;                           // trials that differ between sources
   std::vector<std::string> disagreements;                  // sentences on the first of them
-  std::vector<std::string> merge_notes;                    // of a merge for this page
+  std::vector<std::string> notes;                          // on different builds; all those of a merge for this page
   Json program = Json::object(), machine = Json::object(), merge = Json::object();  // as in the manifest
 };
 

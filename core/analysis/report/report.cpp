@@ -52,7 +52,7 @@ struct Part {
     study = statistics::make_study(results.trials, study_options(results, rule));
     page = page_model(results, study);
     page.merged_for_this_page = merged != nullptr;
-    page.provenance.merge_notes = notes;
+    if (merged) page.provenance.notes = notes;
   }
 
   LoadedResults load(const FolderSet& set, const records::PlanCheck& plan) {

@@ -96,13 +96,7 @@ void RankingColumns::add_errors() {
                        "Lower is better",
         "number"},
        error_cell});
-  for (std::size_t k = 0; k < statistics::kFinalStatistics.size(); ++k) {
-    const statistics::FinalStatistic& one = statistics::kFinalStatistics[k];
-    add(one.in_ranking, {{one.title, one.unit, one.hint, "number"}, [k](const Row& row) {
-                           return estimate_cell(row.finals[k].estimate, number_text(row.finals[k].estimate, 3),
-                                                interval_text(row.finals[k].interval, 3, kDash));
-                         }});
-  }
+  for (RankingColumn& column : final_columns(page)) list.push_back(std::move(column));
   add(any_row(page, &Row::mtf),
       {{"MTF", "centre / corner, median",
         std::string("MTF of the lens, ") + (page.groups.empty() ? "" : mtf_kind(page.groups.front().spec)) +
@@ -150,6 +144,27 @@ void RankingColumns::add_effort() {
                return Cell{join(row.observes, ", "), std::nullopt, "observes"};
              }});
 }
+
+}  // namespace
+
+std::vector<ColumnOf<Row>> final_columns(const PageModel& page, const statistics::FinalStatistics& statistics) {
+  std::vector<ColumnOf<Row>> columns;
+  if (every_group(page, &Group::measured_only)) return columns;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    const statistics::FinalStatistic& one = statistics[k];
+    const bool intervals = any_row(page, [k](const Row& row) { return row.finals[k].interval.exists(); });
+    if (one.in_ranking)
+      columns.push_back(
+          {{one.title, std::string(one.unit) + (intervals ? " (95 %)" : ""), one.hint, "number"}, [k](const Row& row) {
+             const statistics::Band& band = row.finals[k];
+             if (!std::isfinite(band.estimate)) return no_cell();
+             return estimate_cell(band.estimate, number_text(band.estimate, 3), interval_text(band.interval, 3, kDash));
+           }});
+  }
+  return columns;
+}
+
+namespace {
 
 Words group_title(const Group& group) {
   std::string rest = (group.station ? " \u00b7 station" : " \u00b7 " + group.scene) + " \u00b7 protocol " +
@@ -232,7 +247,7 @@ void ranking_section(PageWriter& out, const PageParts& parts) {
     }
   }
   out.heading(2, "Ranking").table(table);
-  out.text("Click a column title to sort each block. Bold: lowest median of the block, oracles excluded.",
+  out.text("Click a column title to sort each block. Bold row: lowest median error of the block, oracles excluded.",
            "quiet noprint");
 }
 
@@ -252,7 +267,7 @@ void specification_section(PageWriter& out, const PageParts& parts) {
     for (const Row& row : group.rows)
       for (const CriterionScore& score : row.to_specification)
         table.add({method_cell(row.method, row.oracle(), row.training_tag),
-                   {criterion_words(score.name, group.spec)},
+                   {criterion_words(score.name, group.spec), std::nullopt, "", criterion_meaning(score.name)},
                    share_cell(score.share.share, score.share.interval),
                    arrival_cell(score.time.steps, score.time.interval),
                    arrival_cell(score.time.seconds, score.seconds)});

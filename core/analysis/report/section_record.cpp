@@ -135,7 +135,7 @@ void reproduced_by(PageWriter& out, const Provenance& from) {
 // Of one folder, or of several with the same instance set.
 void origin(PageWriter& out, const Provenance& from) {
   merged_from(out, from);
-  for (const std::string& note : from.merge_notes) out.text(note, "quiet");
+  for (const std::string& note : from.notes) out.text(note, "quiet");
   std::vector<std::pair<std::string, Words>> facts;
   for (const auto& [name, value] : from.facts) facts.emplace_back(name, Words{{value, "name"}});
   out.facts(facts);

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "report/page_model.h"
 #include "report/page_writer.h"
@@ -52,6 +53,10 @@ void provenance_section(PageWriter& out, const PageParts& parts);
 // The median error of a method with its interval, else its quartiles (section_ranking.cpp).
 Cell error_cell(const Row& row);
 Cell moves_cell(const Row& row);  // to specification, with their interval
+
+// Columns of the ranking for the statistics with in_ranking; none without ground truth (section_ranking.cpp).
+std::vector<ColumnOf<Row>> final_columns(const PageModel& page,
+                                         const statistics::FinalStatistics& statistics = statistics::kFinalStatistics);
 
 // Data of curves.js (curve_data.cpp), thinned to limit the size of the page.
 Json curve_data(const PageModel& page);

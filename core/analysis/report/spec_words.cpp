@@ -17,6 +17,10 @@ std::string criterion_words(const std::string& name, const records::Specificatio
   return std::string(entry.words) + " " + significant(spec.limits[one], kDigits) + std::string(entry.unit);
 }
 
+std::string criterion_meaning(const std::string& name) {
+  return name == "rmse" || name == "all" ? "" : std::string(entry_of(criterion_named(name)).meaning);
+}
+
 static std::string criteria_words(const records::Specification& spec) {
   std::string words;
   for (const Criterion one : kCriteria)

@@ -14,6 +14,9 @@ std::string spec_words(const records::Specification& spec);
 // One criterion with its limit: "position 2 um". name: of CriterionScore.
 std::string criterion_words(const std::string& name, const records::Specification& spec);
 
+// What a criterion measures, for a tooltip; empty for "rmse" and "all".
+std::string criterion_meaning(const std::string& name);
+
 // The common specification of all groups as a sentence; empty if they differ.
 std::string spec_sentence(const std::vector<Group>& groups);
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <type_traits>
 #include <vector>
 
 namespace relign::statistics {
@@ -44,12 +45,13 @@ class OrderStatistic {
 // JSON, CSV and ranking follow this table.
 struct FinalStatistic {
   const char* key;                  // in files: recommended.KEY of report --format json, recommended_KEY in CSV
-  const char *title, *unit, *hint;  // of the ranking's column
+  const char *title, *unit, *hint;  // of the ranking's column; the unit without "(95 %)"
   OrderStatistic (*of)();
   bool in_ranking;
 };
 inline constexpr std::array kFinalStatistics = {
-    FinalStatistic{"iqm", "IQM", "of the final error (95 %)",
+    FinalStatistic{"iqm", "IQM", "of the final error",
                    "Interquartile mean: the mean of the middle half of the instances", &OrderStatistic::iqm, false}};
+using FinalStatistics = std::remove_const_t<decltype(kFinalStatistics)>;
 
 }  // namespace relign::statistics

@@ -128,10 +128,12 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   csv += std::string(",recommendation,message") + mtf_columns;
   for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
     csv += std::string(",") + track_name(kTracks[track]);
-  if (table.has_criteria()) {
+  if (table.has_criteria())
     for (const Criterion one : kCriteria) csv += "," + std::string(entry_of(one).column);
-    csv += ",own_optimum_field_mtf_deficit";
-  }
+  std::vector<std::size_t> of_trial;  // those that some trial has, so that other tables keep their bytes
+  for (std::size_t place = 0; place < table.tabled.size(); ++place)
+    if (table.has_tabled(place)) of_trial.push_back(place);
+  for (const std::size_t place : of_trial) csv += "," + table.tabled[place];
   write(csv + "\n");
   for (const TrialRow& row : table.rows) {
     const Series& series = table.series_of(row);
@@ -150,11 +152,10 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
              field(mtf.own_optimum.corner);
     }
     for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track) csv += score(row.last[track]);
-    if (table.has_criteria()) {
-      const TrialCriteria& criteria = table.criteria_of(row);
-      for (const double value : criteria.last.values) csv += score(value);
-      csv += ',' + field(criteria.optimum_deficit);
-    }
+    if (table.has_criteria())
+      for (const double value : table.criteria_of(row).last.values) csv += score(value);
+    for (const std::size_t place : of_trial)
+      csv += ',' + (row.tabled_of_trial.empty() ? "" : field(row.tabled_of_trial[place]));
     csv += '\n';
     write(csv);
   }

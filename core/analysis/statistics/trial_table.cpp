@@ -44,7 +44,9 @@ constexpr double kSlack = 1e-9;  // rounding of a sum
 
 class TableBuilder {
  public:
-  explicit TableBuilder(TrialTable& table) : table_(table) {}
+  explicit TableBuilder(TrialTable& table) : table_(table) {
+    for (const auto& [key, value] : records::tabled_values(records::TrialRecord())) table_.tabled.push_back(key);
+  }
 
   void add(const records::TrialRecord& closing, const records::StoredTrial& where,
            const std::vector<records::StepNumbers>& steps) {
@@ -73,6 +75,9 @@ class TableBuilder {
       }
     criteria.optimum_deficit = closing.criterion_optimum_deficit;
     if (row.criteria > 0) table_.criteria.push_back(criteria);
+    const std::vector<std::pair<std::string, double>> tabled = records::tabled_values(closing);
+    if (std::any_of(tabled.begin(), tabled.end(), [](const auto& one) { return std::isfinite(one.second); }))
+      for (const auto& [key, value] : tabled) row.tabled_of_trial.push_back(value);
     row.last.fill(kMissing);
     row.tabled.fill(kMissing);
     if (!steps.empty()) {

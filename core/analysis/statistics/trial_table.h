@@ -2,7 +2,9 @@
 // bytes per trial: a million trials take a quarter of a gigabyte.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <filesystem>
@@ -40,6 +42,7 @@ struct TrialRow {
   double start_commanded = kMissing;
   std::array<double, kTracks.size()> last = {};             // of each track, at the last step
   std::array<double, records::kTabledColumns> tabled = {};  // of the last step
+  std::vector<double> tabled_of_trial;                      // of TrialTable::tabled; empty: none of them is known
   double algorithm_ms_per_step = kMissing;                  // host time; NaN: unknown
 
   bool counts() const { return ended_well && steps > 0; }  // part of curves and medians; else a failure
@@ -77,6 +80,7 @@ class TrialTable {
   std::deque<TrialRow> rows;   // in the folder's order; a deque, so that addresses stay valid
   std::vector<Series> series;  // in order of first appearance
   std::vector<std::string> texts = {""};
+  std::vector<std::string> tabled;             // keys of the trials' columns with kTabled
   std::vector<TrialMtf> mtf = {{}};            // the first is for trials without MTF
   std::vector<TrialCriteria> criteria = {{}};  // the first is for trials without criteria
 
@@ -99,6 +103,12 @@ class TrialTable {
   bool has_mtf() const { return mtf.size() > 1; }
   const TrialCriteria& criteria_of(const TrialRow& row) const { return criteria[row.criteria]; }
   bool has_criteria() const { return criteria.size() > 1; }
+  // Whether some trial has a value of tabled[place].
+  bool has_tabled(std::size_t place) const {
+    return std::any_of(rows.begin(), rows.end(), [place](const TrialRow& row) {
+      return !row.tabled_of_trial.empty() && std::isfinite(row.tabled_of_trial[place]);
+    });
+  }
   // Whether the last recommendation by the rule meets all limits; those judged after every step by the own rule only.
   bool meets(const TrialRow& row, const records::Specification& spec, Rule rule) const {
     const records::MtfRecord& of_lens = mtf_of(row).by[rule][Curing::after];

@@ -23,9 +23,7 @@ struct Unusable {
 Json refused(const std::string& text) { return {{"message", "refused"}, {"text", text}}; }
 Json failed(const std::string& text) { return {{"message", "failed"}, {"text", text}}; }
 
-Json unsupported(const std::string& what) {
-  return {{"message", "unsupported"}, {"text", "'" + what + "' is not offered to this algorithm"}};
-}
+Json unsupported(const std::string& text) { return {{"message", "unsupported"}, {"text", text}}; }
 
 Json result(Json::initializer_list_t members) {
   Json answer = Json::object(members);
@@ -94,7 +92,10 @@ Json ProcessServices::answer(const Json& request) {
   request_ = &request;
   const std::string id = text("service");
   const void* table = service(id.c_str());
-  if (!table) return unsupported(id);
+  if (const std::string word = missing_word(id, trial_.task->observes); !table && !word.empty())
+    return unsupported("the service " + id + " is not granted: declare \"" + word +
+                       "\" under \"observes\" in the manifest");
+  if (!table) return unsupported("'" + id + "' is not offered to this algorithm");
   try {
     return dispatch(*this, id, table);
   } catch (const Unusable& unusable) {
@@ -106,7 +107,7 @@ const void* ProcessServices::service(const char* id) const {
   return trial_.get_service ? trial_.get_service(trial_.context, {id, std::strlen(id)}) : nullptr;
 }
 
-Json ProcessServices::unknown_call() const { return unsupported(call()); }
+Json ProcessServices::unknown_call() const { return unsupported("'" + call() + "' is not offered to this algorithm"); }
 
 Json ProcessServices::failure(relign_status status) const {
   if (status == RELIGN_STOP) return {{"message", "stop"}};

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "base/json_members.h"
+#include "records/manifest_check.h"
 
 namespace relign::runner {
 namespace fs = std::filesystem;
@@ -103,18 +104,19 @@ void EarlierRun::compare_sandbox() const {
                                         "; choose another folder with --out");
 }
 
-void EarlierRun::compare_with(const Json& manifest) const {
+void EarlierRun::compare_with(Json& manifest) const {
   if (!manifest_.is_object()) return;
-  const auto program = Json::json_pointer("/program/hash");
-  const std::string was = manifest_.value(program, std::string());
-  const std::string is = manifest.value(program, std::string());
   std::set<std::string> planned;
   for (const suites::PlannedTrial& trial : plan_.plan.trials) planned.insert(trial.id);
   std::size_t kept = 0;
   std::size_t extra = 0;
   for (const std::string& trial : writer_.finished_trials()) ++(planned.count(trial) ? kept : extra);
-  if (kept > 0 && !was.empty() && !is.empty() && was != is)
-    reporter_.message("relign-bench has changed since the first of these results; " + std::to_string(kept) +
+  if (kept + extra > 0)
+    for (const Json& program : records::builds_of(manifest_))
+      if (text_of(program, "hash") != text_of(member(manifest, "program"), "hash"))
+        manifest["earlier_programs"].push_back(program);
+  if (const std::string note = records::builds_note(manifest); kept > 0 && !note.empty())
+    reporter_.message(note + "; " + std::to_string(kept) +
                       " finished trials are kept (choose a new folder with --out to run all of them again)");
   if (extra == 0) return;
   const std::string file = manifest_.value("suite_file", std::string());

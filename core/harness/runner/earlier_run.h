@@ -26,8 +26,9 @@ class EarlierRun {
   // Throws Error(bad_input) when trials of the folder ran in a sandbox and those to come will not, or the other way
   // round.
   void compare_sandbox() const;
-  // Reports finished trials that another program or another suite made. They are kept.
-  void compare_with(const Json& manifest) const;
+  // Reports finished trials that another program or another suite made. They are kept, and the new manifest lists the
+  // programs.
+  void compare_with(Json& manifest) const;
 
   // An analysis plan that was changed after the first results is not pre-registered: marks it in the new manifest.
   void mark_changed_analysis(Json& manifest) const;

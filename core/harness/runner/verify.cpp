@@ -135,10 +135,11 @@ class Replay {
     const auto show = [&](const trials::Step& step, const float* pixels) {
       if (options_.on_step) options_.on_step(job.facts, step, pixels);
     };
-    const TrialOutcome outcome = runner.run(job, options_.stop, show);
+    TrialOutcome outcome = runner.run(job, options_.stop, show);
     if (outcome.stopped) return;
     const bool tolerant = other_cpu_ && (promises_this_cpu(job.scene) || promises_this_cpu(job.level) ||
                                          promises_this_cpu(job.algorithm));
+    const std::set<std::string> cleared = records::clear_later(was, outcome.record);
     std::optional<records::Difference> difference =
         records::first_difference(was, outcome.record, tolerant ? records::kOtherCpuTolerance : 0);
     // Equal numbers in different bytes: the file was edited.
@@ -147,6 +148,7 @@ class Replay {
       difference = records::Difference{true, 0, "bytes of the lines", "other", "other bytes for equal values", 0};
     const std::lock_guard<std::mutex> hold(mutex_);
     ++summary.replayed;
+    for (const std::string& key : cleared) ++summary.not_compared[key];
     records::ReplayCounts& of_method = summary.methods[{was.algorithm, was.protocol}];
     ++of_method.replayed;
     if (!difference) ++of_method.equal;

@@ -60,6 +60,7 @@ struct VerifySummary {
   std::size_t replayed = 0, equal = 0;
   std::size_t with_tolerance = 0;        // of `equal`: only within kOtherCpuTolerance, on another processor
   double largest_deviation = 0;          // among these, |is - was| / (1 + |was|)
+  records::NotCompared not_compared;     // columns that the build of replayed trials did not have yet
   std::size_t stations = 0;              // cannot be replayed: recorded on hardware
   std::size_t ended_by_machine = 0;      // cannot be replayed: ended by a crash or a limit of time or memory
   std::size_t unknown = 0;               // not in the suite as it is now, because data or definitions changed

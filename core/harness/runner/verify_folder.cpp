@@ -210,11 +210,12 @@ bool made_on_another_processor(const Json& manifest) {
 
 void compare_machines(const Json& manifest, std::set<Change>& changes) {
   const Json program = program_json(), machine = machine_json();
-  for (const Json& source : sources_of(manifest)) {
+  for (const Json& build : records::builds_of(manifest))
     for (const char* key : {"version", "compiler", "flags", "hash"})
-      if (const std::string was = text_of(member(source, "program"), key); was != text_of(program, key))
+      if (const std::string was = text_of(build, key); was != text_of(program, key))
         changes.insert({std::string("program ") + key, key[0] == 'h' ? shortened(was) : was,
                         key[0] == 'h' ? shortened(text_of(program, key)) : text_of(program, key)});
+  for (const Json& source : sources_of(manifest)) {
     const Json& there = member(source, "machine");
     if (records::same_processor(there, machine)) continue;
     const bool names = text_of(there, "instruction_sets").empty();

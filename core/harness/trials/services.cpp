@@ -69,7 +69,7 @@ bool offer(ServiceContext& shared, relign_regions_service& table) {
       PixelRegions regions = to_regions(numbers, std::min<std::size_t>(count, kMaxRegions + 1));
       if (const std::string mistake = mistake_of(regions, scene.image_width, scene.image_height); !mistake.empty())
         return now.refuse(mistake);
-      if (!now.host.captures_regions()) {
+      if (!now.host.stage().captures_regions()) {
         now.why = "the scene '" + scene.name + "' captures whole frames only";
         return RELIGN_UNSUPPORTED;
       }

@@ -66,6 +66,8 @@ class TrialHost final : public TrialView {
 
   // For the services and for algorithms that the trial's algorithm runs.
   const TrialSetup& setup() const { return *setup_; }
+  Stage& stage() const { return *stage_; }
+  const Step& last_step() const { return pending_; }  // before its recommendation and scores are known
   const plugin_host::Choice& algorithm() const override { return setup_->algorithm; }
   unsigned steps_left() const override { return setup_->terms.budget - pending_.step; }
   void write_observation(relign_observation* observation) const override;
@@ -74,7 +76,6 @@ class TrialHost final : public TrialView {
   bool shows_all() const { return pending_.regions.empty(); }  // the last capture is a whole frame
   // The scene as the last capture shows it: its fields end where the regions do.
   const SceneFacts& shown_scene() const { return shows_all() ? setup_->scene : shown_scene_; }
-  bool captures_regions() const { return stage_->captures_regions(); }
   // Of the next capture; must be valid, and empty if the scene does not capture regions.
   void select_regions(PixelRegions regions) { next_regions_ = std::move(regions); }
   // Returns the old value.

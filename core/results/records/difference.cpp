@@ -105,6 +105,23 @@ std::optional<Difference> first_difference(const TrialRecord& was, const TrialRe
 
 double largest_difference(const TrialRecord& was, const TrialRecord& is) { return compare(was, is, 0).largest; }
 
+std::set<std::string> clear_later(const TrialRecord& older, TrialRecord& newer) {
+  LaterColumns later;
+  const auto add = [&later](const Column& column, const auto& value) { later.add(column, value); };
+  const auto clear = [&later](const Column& column, auto& value) { later.clear(column, value); };
+  for (const StepRecord& step : older.steps) step_columns(add, step);
+  trial_columns(add, older);
+  for (StepRecord& step : newer.steps) step_columns(clear, step);
+  trial_columns(clear, newer);
+  return later.cleared();
+}
+
+std::string to_string(const NotCompared& columns) {
+  std::vector<std::string> parts;
+  for (const auto& [key, trials] : columns) parts.push_back(in_quotes(key) + " of " + counted(trials, "trial"));
+  return join(parts, ", ");
+}
+
 std::string label_of(const TrialRecord& trial) {
   return trial.algorithm + " on " + trial.scene + " " + trial.noise_level + " #" + std::to_string(trial.instance);
 }

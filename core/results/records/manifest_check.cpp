@@ -280,6 +280,27 @@ bool ran_in_sandbox(const Json& manifest) {
          std::any_of(sources.begin(), sources.end(), [](const Json& source) { return source.contains("sandbox"); });
 }
 
+std::vector<Json> builds_of(const Json& manifest) {
+  const Json& sources = list_of(manifest, "sources");
+  std::vector<Json> builds;
+  std::set<std::string> hashes;
+  const auto add = [&](const Json& program) {
+    if (hashes.insert(text_of(program, "hash")).second) builds.push_back(program);
+  };
+  const auto add_all = [&add](const Json& source) {
+    add(member(source, "program"));
+    for (const Json& program : list_of(source, "earlier_programs")) add(program);
+  };
+  if (sources.empty()) add_all(manifest);
+  for (const Json& source : sources) add_all(source);
+  return builds;
+}
+
+std::string builds_note(const Json& manifest) {
+  const std::size_t builds = builds_of(manifest).size();
+  return builds > 1 ? "results from " + std::to_string(builds) + " builds of relign-bench" : "";
+}
+
 bool has_suites(const Json& manifest) {
   const std::vector<std::string> texts = texts_of(manifest);
   return std::all_of(texts.begin(), texts.end(), [](const std::string& text) { return is_suite(parsed_json(text)); });

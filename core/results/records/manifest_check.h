@@ -29,6 +29,11 @@ std::set<std::string> ordered_ids(const Json& manifest);
 // Whether algorithms of the folder, or of one that it was merged from, ran in a sandbox.
 bool ran_in_sandbox(const Json& manifest);
 
+// "program" of every build that recorded trials of the folder, or of those that it was merged from, each once.
+std::vector<Json> builds_of(const Json& manifest);
+// "results from 2 builds of relign-bench"; empty if they are from one.
+std::string builds_note(const Json& manifest);
+
 // Throws Error(bad_input) with the contradictions `found`, if any.
 void refuse_contradictions(const std::vector<std::string>& found, const std::filesystem::path& folder);
 

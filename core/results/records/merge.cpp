@@ -192,10 +192,15 @@ void add_manifest(ManifestJoin& manifests, const fs::path& folder, Json manifest
 Json to_json(const MergeSummary& summary) {
   Json list = Json::array();
   for (const Disagreement& one : summary.disagreements) list.push_back(to_json(one));
-  Json json = {{"trials", summary.trials},         {"missing", summary.missing},
-               {"duplicates", summary.duplicates}, {"within_tolerance", summary.within_tolerance},
-               {"superseded", summary.superseded}, {"half_written", summary.half_written},
-               {"left_out", summary.left_out},     {"disagreeing", summary.disagreeing},
+  Json json = {{"trials", summary.trials},
+               {"missing", summary.missing},
+               {"duplicates", summary.duplicates},
+               {"within_tolerance", summary.within_tolerance},
+               {"not_compared", summary.not_compared},
+               {"superseded", summary.superseded},
+               {"half_written", summary.half_written},
+               {"left_out", summary.left_out},
+               {"disagreeing", summary.disagreeing},
                {"disagreements", std::move(list)}};
   if (summary.shards > 0) {
     json["shards"] = summary.shards;

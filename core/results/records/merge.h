@@ -37,6 +37,7 @@ struct MergeSummary {
   std::size_t missing = 0;           // planned by a source, complete in none
   std::size_t duplicates = 0;        // further records of a trial that agree with the first
   std::size_t within_tolerance = 0;  // of these: from another processor, equal only within kOtherCpuTolerance
+  NotCompared not_compared;          // of duplicates: columns that one of the two builds did not have yet
   std::size_t superseded = 0;        // records of failed attempts at a trial that another folder has finished
   std::size_t half_written = 0;      // trials with steps but no closing line
   std::size_t left_out = 0;          // of an earlier version of a source's suite

@@ -162,7 +162,11 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
     ++summary.duplicates;
     return;
   }
-  const TrialRecord was = reader.record(kept.file, kept.block), is = reader.record(other.file, other.block);
+  const std::string other_bytes = without_checksum(reader.read(other.file, other.block));
+  TrialRecord was = reader.record(kept.file, kept.block), is = reader.record(other.file, other.block);
+  const bool as_written = bytes == to_lines(was) + "\n" && other_bytes == to_lines(is) + "\n";
+  std::set<std::string> cleared = clear_later(was, is);
+  cleared.merge(clear_later(is, was));
   const double tolerance =
       manifests.may_differ_by_cpu(was.scene, was.noise_level, was.algorithm) ? kOtherCpuTolerance : 0;
   if (kept.ended_well && !other.ended_well && is_prefix(was, is, tolerance)) {
@@ -173,6 +177,11 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
   if (!difference && tolerance > 0) {
     ++summary.duplicates;
     ++summary.within_tolerance;
+    return;
+  }
+  if (!difference && as_written && !cleared.empty()) {
+    ++summary.duplicates;
+    for (const std::string& key : cleared) ++summary.not_compared[key];
     return;
   }
   // Equal numbers in different bytes: the file was edited.

@@ -7,6 +7,7 @@
 #include "base/limits.h"
 #include "base/text.h"
 #include "records/instances.h"
+#include "records/manifest_check.h"
 #include "records/processor.h"
 #include "records/record.h"
 
@@ -121,7 +122,6 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
                      [&machine](const Json& one) { return same_processor(one, machine); }))
       processors_.push_back(machine);
     ++cpus_[text_of(machine, "cpu")];
-    ++programs_[text_of(member(source, "program"), "hash")];
     ++flags_[text_of(member(source, "program"), "flags")];
     if (const Json& kinds = member(source, "plugins"); kinds.is_object())
       for (const auto& [kind, hashes] : kinds.items())
@@ -157,7 +157,7 @@ void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
                  {"program", member(manifest, "program")},
                  {"machine", member(manifest, "machine")},
                  {"command", member(manifest, "command")}};
-  for (const char* key : {"shard", "sandbox"})
+  for (const char* key : {"earlier_programs", "shard", "sandbox"})
     if (manifest.contains(key)) source[key] = manifest[key];
   for (const char* key : {"scenes", "noise_levels", "algorithms"})
     for (const Json& entry : manifest[key])
@@ -215,8 +215,7 @@ std::vector<std::string> ManifestJoin::notes() const {
   if (!other_analyses_.empty())
     messages.push_back("using the analysis plan of " + first_folder_.string() + "; a different one, or none, is in " +
                        join(other_analyses_, ", "));
-  if (programs_.size() > 1)
-    messages.push_back("results from " + std::to_string(programs_.size()) + " builds of relign-bench");
+  if (const std::string note = builds_note({{"sources", sources_}}); !note.empty()) messages.push_back(note);
   for (const auto& [name, hashes] : plugins_)
     if (hashes.size() > 1)
       messages.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +
@@ -231,6 +230,7 @@ Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
   manifest["suites"] = suites_;
   manifest["sources"] = sources_;
   if (sandboxed_sources() < sources_.size()) manifest.erase("sandbox");
+  manifest.erase("earlier_programs");
   for (std::size_t folder = 0; folder < own_source_.size() && folder < taken.size(); ++folder)
     if (own_source_[folder] != static_cast<std::size_t>(-1))
       manifest["sources"][own_source_[folder]]["trials"] = taken[folder];

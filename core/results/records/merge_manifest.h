@@ -50,7 +50,7 @@ class ManifestJoin {
   Json sources_ = Json::array();
   std::vector<std::size_t> own_source_;  // per folder added: its place in sources_; of a merged one: none
   std::vector<Json> processors_;         // "machine" of sources, one of each kind of processor
-  std::map<std::string, std::size_t> cpus_, programs_, flags_;
+  std::map<std::string, std::size_t> cpus_, flags_;
   std::map<std::string, std::set<std::string>> plugins_;   // name -> hashes
   std::vector<std::string> other_specs_, other_analyses_;  // folders
   std::set<std::string> this_cpu_;                         // names

@@ -63,15 +63,6 @@ class LineWriter {
   std::string line_;
 };
 
-template <class Value>
-bool is_known(const Value& value) {
-  if constexpr (std::is_same_v<Value, double>)
-    return std::isfinite(value);
-  else if constexpr (requires { value.empty(); })
-    return !value.empty();
-  return true;
-}
-
 struct ColumnWriter {
   LineWriter& line;
   template <class Value>
@@ -184,6 +175,17 @@ std::array<double, kTabledColumns> tabled_values(const StepRecord& step) {
           if (column.is(kTabled)) values[place++] = static_cast<double>(value);
       },
       step);
+  return values;
+}
+
+std::vector<std::pair<std::string, double>> tabled_values(const TrialRecord& trial) {
+  std::vector<std::pair<std::string, double>> values;
+  trial_columns(
+      [&values](const Column& column, const auto& value) {
+        if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+          if (column.is(kTabled)) values.emplace_back(column.key, static_cast<double>(value));
+      },
+      trial);
   return values;
 }
 

@@ -6,10 +6,13 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/error.h"
@@ -106,8 +109,19 @@ enum ColumnFlag : unsigned {
   kAsText = 8,    // an integer as text, because many JSON readers lose precision of 64-bit integers
   kShare = 16,    // from 0 to 1
   kBulk = 32,     // not needed for curves, so that the fast reader skips it
-  kTabled = 64    // its value at the last step is a column of instances.csv
+  kTabled = 64,   // a number: a column of instances.csv, of a step its value at the last one
+  kLater = 128    // with kOptional: newer than some published results, which therefore need not have it in a replay
 };
+
+// Whether a line has the value although its column is optional.
+template <class Value>
+bool is_known(const Value& value) {
+  if constexpr (std::is_same_v<Value, double>)
+    return std::isfinite(value);
+  else if constexpr (requires { value.empty(); })
+    return !value.empty();
+  return true;
+}
 
 // Call visit(column, member...) for every column in the order of the line, with the members of `steps`. Before them a
 // line has its "trial".
@@ -207,14 +221,19 @@ void trial_columns(Visit&& visit, Trial&... t) {
   mtf_by(Rule::best);
   mtf_by(Rule::current);
   for (const Criterion criterion : kCriteria)
-    visit(Column{entry_of(criterion).column, "", entry_of(criterion).meaning, kSteps}, t.criteria[criterion]...);
+    visit(Column{entry_of(criterion).column, entry_of(criterion).unit, entry_of(criterion).meaning, kSteps},
+          t.criteria[criterion]...);
   visit(
       Column{"criterion_optimum_pose", "travel", "true pose of the highest MTF of the worst field", kOptional | kKnown},
       t.criterion_optimum_pose...);
-  visit(Column{"criterion_optimum_deficit", "", "field_mtf_deficit there", kOptional}, t.criterion_optimum_deficit...);
+  visit(Column{"criterion_optimum_deficit", "", "field_mtf_deficit there", kOptional | kTabled},
+        t.criterion_optimum_deficit...);
   visit(Column{"message", "", "why it failed"}, t.message...);
   visit(Column{"warnings", "", "side effects that a plugin left behind in its process"}, t.warnings...);
 }
+
+// Keys and values of a trial's columns with kTabled.
+std::vector<std::pair<std::string, double>> tabled_values(const TrialRecord& trial);
 
 // "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
 // "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "crashed(sandbox)" (beyond its limits),

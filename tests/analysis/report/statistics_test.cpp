@@ -10,6 +10,7 @@
 #include "report/page.h"
 #include "report/page_json.h"
 #include "report/residual_text.h"
+#include "report/sections.h"
 
 namespace relign::report {
 namespace {
@@ -45,6 +46,13 @@ TEST_F(Statistics, ShowsSpecificationGatesAndIntervals) {
   EXPECT_THAT(page, Not(HasSubstr("do not rely on these results")));
 }
 
+TEST_F(Statistics, StatesTheNumberOfBuilds) {
+  write_two_levels();
+  EXPECT_THAT(html(data()), Not(HasSubstr("builds of relign-bench")));
+  add_to_manifest({{"earlier_programs", Json::array({Json{{"hash", std::string(64, '0')}}})}});
+  EXPECT_THAT(html(data()), HasSubstr("results from 2 builds of relign-bench"));
+}
+
 TEST_F(Statistics, FailedGatesPrecedeTheVerdict) {
   write_two_levels();
   PageModel broken = data();
@@ -70,6 +78,27 @@ TEST_F(Statistics, OmitsSectionsWithoutData) {
     EXPECT_THAT(page, Not(HasSubstr(words))) << words;
   EXPECT_THAT(page, HasSubstr("median (quartiles)"));
   EXPECT_THAT(page, HasSubstr("Methods by scene and noise level"));
+}
+
+TEST_F(Statistics, RankingHasAColumnOfAStatisticWithGroundTruthOnly) {
+  write_two_levels();
+  PageModel page = data();
+  statistics::FinalStatistics shown = statistics::kFinalStatistics;
+  shown[0].in_ranking = true;
+  Row& row = page.groups[0].rows[0];
+  row.finals[0] = {3, 0.02, {0.01, 0.04}};
+  page.groups[0].rows[1].finals[0] = {};
+  const auto columns = final_columns(page, shown);
+  ASSERT_EQ(columns.size(), 1U);
+  EXPECT_EQ(columns[0].title, "IQM");
+  EXPECT_EQ(columns[0].unit, "of the final error (95 %)");
+  EXPECT_EQ(std::stod(columns[0].cell(row).sort.value()), 0.02);
+  EXPECT_EQ(columns[0].cell(page.groups[0].rows[1]).sort, no_cell().sort);
+  for (Group& group : page.groups)
+    for (Row& one : group.rows) one.finals[0].interval = {};
+  EXPECT_EQ(final_columns(page, shown)[0].unit, "of the final error");
+  for (Group& group : page.groups) group.measured_only = true;
+  EXPECT_TRUE(final_columns(page, shown).empty()) << "a station has no final error";
 }
 
 TEST_F(Statistics, BoundOfOneMoreImageIsAboveTheOwnOptimum) {

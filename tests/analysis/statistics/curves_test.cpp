@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/files.h"
+#include "base/text.h"
 #include "error_text.h"
 #include "statistics/made_table.h"
 #include "statistics/study.h"
@@ -133,18 +134,39 @@ TEST_F(Curves, JsonMatchesTheCsv) {
   EXPECT_EQ(json["curves"][1]["tracks"]["excess"]["median"], Json({nullptr, nullptr, nullptr}));
 }
 
+// The fields of an instance for the columns of steps with kTabled.
+std::string tabled(const std::vector<records::TrialRecord>& trials, const std::string& id) {
+  std::string fields;
+  for (const records::TrialRecord& trial : trials)
+    if (trial.trial == id)
+      for (const double value : records::tabled_values(trial.steps.back()))
+        fields += (std::isfinite(value) ? shortest(value) : "") + ",";
+  return fields;
+}
+
 TEST_F(Instances, HaveOneRowPerTrial) {
-  std::string csv;
+  std::string csv, keys;
+  const records::StepRecord none;
+  records::step_columns(
+      [&keys](const records::Column& column, const auto&) {
+        if (column.is(records::kTabled)) keys += std::string(column.key) + ",";
+      },
+      none);
   instances_csv(table(sample()), [&](std::string_view text) { csv += text; });
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
   EXPECT_THAT(csv, testing::StartsWith("trial,scene,noise_level,protocol,algorithm,instance,end,steps,budget,measured,"
-                                       "best,commanded,recommended,excess,machine_seconds,recommended_seconds,"
-                                       "recommendation,message,recommended_best,recommended_current\n"));
-  EXPECT_THAT(
-      csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25,1,1.5,own,,0.25,0.25\n"));
+                                       "best,commanded,recommended,excess," +
+                                       keys + "recommendation,message,recommended_best,recommended_current\n"));
+  EXPECT_THAT(keys, testing::StartsWith("machine_seconds,recommended_seconds,"));
+  const std::string walker = tabled(sample(), "walker2");
+  EXPECT_THAT(walker, testing::StartsWith("1,1.5,"));
+  EXPECT_THAT(csv, HasSubstr("\nwalker2,toy,calm,paper,walker,2,finished,1,2,0.25,0.25,0.25,0.25,0.25," + walker +
+                             "own,,0.25,0.25\n"));
   EXPECT_THAT(csv, HasSubstr(",own,,0.375,0.5\n")) << "walker1 has its lowest measured error one step before its last";
-  EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,,2,2.5,own,,0.25,0.5\n"));
-  EXPECT_THAT(csv, HasSubstr("failed,0,2,,,,,,0,0.5,own,\"lost, / for good\",,\n")) << "no scores of a failed trial";
+  EXPECT_THAT(csv, HasSubstr("\"jumper, \"\"quick\"\"\",0,budget_spent,2,2,0.5,0.25,0.5,0.25,," +
+                             tabled(sample(), "jumper0") + "own,,0.25,0.5\n"));
+  EXPECT_THAT(csv, HasSubstr("failed,0,2,,,,,," + tabled(sample(), "walker4") + "own,\"lost, / for good\",,\n"))
+      << "no scores of a failed trial";
 }
 
 TEST_F(Ranking, PutsTheBestMedianFirstWithinItsGroup) {

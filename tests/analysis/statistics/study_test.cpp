@@ -130,10 +130,17 @@ TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
   EXPECT_EQ(last.criteria[criterion_named("centre_px")], 2);
   std::string csv;
   instances_csv(made, [&](std::string_view text) { csv += text; });
-  EXPECT_THAT(csv, testing::HasSubstr(",field_mtf_deficit,centre_px,rotation_px,pose_um,tilt_arcmin,"));
-  EXPECT_THAT(csv, testing::HasSubstr(",-0.2,2,,,,-0.3\n"));
-  EXPECT_THAT(csv, testing::ContainsRegex("timeout,0,3,,,,,,[^\n]*,,,,,,,,\n")) << "no scores of a failed trial";
-  EXPECT_THAT(curves_csv({a.curve}), testing::HasSubstr(",tilt_arcmin_median,in_spec\n"));
+  std::string keys, first, lost;
+  for (const CriterionEntry& entry : kCriterionEntries) {
+    keys += "," + std::string(entry.column);
+    first += entry.column == "field_mtf_deficit" ? ",-0.2" : entry.column == "centre_px" ? ",2" : ",";
+    lost += ",";
+  }
+  EXPECT_THAT(csv, testing::HasSubstr(keys + ",criterion_optimum_deficit\n"));
+  EXPECT_THAT(csv, testing::HasSubstr(first + ",-0.3\n"));
+  EXPECT_THAT(csv, testing::ContainsRegex("timeout,0,3,,,,,,[^\n]*,," + lost + ",\n")) << "no scores of a failed trial";
+  EXPECT_THAT(curves_csv({a.curve}),
+              testing::HasSubstr("," + std::string(kCriterionEntries.back().column) + "_median,in_spec\n"));
   options.rule = Rule::best;
   EXPECT_TRUE(make_study(made, options).series.at(0).to_specification.empty());
 }

@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "resealed.h"
 #include "runner/frozen_plan.h"
+#include "runner/provenance.h"
 #include "runner/verify_folder.h"
 #include "toy_suites.h"
 
@@ -132,6 +133,16 @@ TEST_F(VerifyTest, ReportsAnotherProcessorAndProgram) {
   EXPECT_EQ(summary.changes[0].what, "CPU");
   EXPECT_EQ(summary.changes[0].was, "Abacus");
   EXPECT_EQ(summary.changes[1].what, "program flags");
+  // The folder was resumed by this build.
+  edit_manifest([](Json& manifest) {
+    manifest["earlier_programs"] = {manifest["program"]};
+    manifest["program"] = program_json();
+    manifest["earlier_programs"][0]["hash"] = std::string(64, '0');
+  });
+  summary = check("a");
+  ASSERT_EQ(summary.changes.size(), 3U);
+  EXPECT_EQ(summary.changes[1].what, "program flags");
+  EXPECT_EQ(summary.changes[2].what, "program hash");
   // Therefore they have no tolerance.
   records::TrialRecord other = records::read_trials(folder_ / "a")[0];
   const std::string before = records::to_lines(other);

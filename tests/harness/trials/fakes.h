@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -63,6 +65,16 @@ struct TrialFixture {
     std::vector<Json> values;
     for (const std::string& line : algorithm_log)
       if (line.rfind(word + " ", 0) == 0) values.push_back(Json::parse(line.substr(word.size() + 1)));
+    return values;
+  }
+  // All of them, by word; a line of another form fails the test.
+  std::map<std::string, std::vector<Json>> logged() const {
+    std::map<std::string, std::vector<Json>> values;
+    for (const std::string& line : algorithm_log) {
+      const std::string word = line.substr(0, line.find(' '));
+      values[word].push_back(Json::parse(line.substr(std::min(word.size() + 1, line.size())), nullptr, false));
+      EXPECT_FALSE(values[word].back().is_discarded()) << line;
+    }
     return values;
   }
   // Seeds of the scene's captures ("capture") or noise-free scores ("truth"), in order.

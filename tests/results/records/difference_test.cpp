@@ -1,5 +1,6 @@
 #include "records/difference.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,6 +42,35 @@ TEST(Compare, DistinguishesSignedZeros) {
   a.steps[0].merit = 0.0;
   b.steps[0].merit = -0.0;
   EXPECT_EQ(to_string(*first_difference(a, b)), "step 0, merit: was 0, is -0.0");
+}
+
+TEST(Compare, LeavesOutColumnsThatTheOlderBuildDidNotHave) {
+  const Column humidity{"humidity", "%", "", kOptional | kLater}, uncured{"uncured_mse", "MSE", "", kOptional};
+  std::vector<double> glued = {1, 2};
+  double was = kUnknown, is = 44;
+  LaterColumns later;
+  later.add(humidity, was);
+  later.add(uncured, was);
+  later.clear(humidity, is);
+  later.clear(Column{"glued_mse", "MSE", "", kLater}, glued);
+  EXPECT_TRUE(std::isnan(is) && glued.empty());
+  EXPECT_THAT(later.cleared(), testing::ElementsAre("glued_mse", "humidity"));
+  is = 44;
+  later.clear(uncured, is);
+  EXPECT_EQ(is, 44) << "deleted from the record, since every build has this column";
+  later.add(humidity, 43.0);  // at another step
+  later.clear(humidity, is);
+  EXPECT_EQ(is, 44) << "deleted from one step, or different";
+  EXPECT_EQ(to_string(NotCompared{{"dew_point", 2}, {"humidity", 1}}),
+            "'dew_point' of 2 trials, 'humidity' of 1 trial");
+}
+
+TEST(Compare, FindsDeletedValuesOfToday) {
+  const TrialRecord whole = sample_trial("t");
+  TrialRecord cut = whole, replay = whole;
+  replay.scores.uncured_mse[Rule::own] = 0.25;
+  EXPECT_TRUE(clear_later(cut, replay).empty());
+  EXPECT_EQ(first_difference(cut, replay)->field, "uncured_mse");
 }
 
 TEST(Compare, AppliesToleranceToFiniteNumbersOnly) {

@@ -3,8 +3,10 @@
 //   RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R records_documents
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 
 #include "base/criteria.h"
 #include "base/files.h"
@@ -18,10 +20,34 @@ using Ordered = nlohmann::ordered_json;
 
 const fs::path kRoot = RELIGN_SOURCE_DIR;
 
+std::vector<std::string> split_lines(const std::string& text) {
+  std::istringstream stream(text);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+// The lines from the first difference to the last one.
+std::string differing_lines(const std::string& was, const std::string& is) {
+  std::vector<std::string> old = split_lines(was), now = split_lines(is);
+  while (!old.empty() && !now.empty() && old.back() == now.back()) old.pop_back(), now.pop_back();
+  const auto [from, to] = std::mismatch(old.begin(), old.end(), now.begin(), now.end());
+  std::string text;
+  std::for_each(from, old.end(), [&text](const std::string& line) { text += "\n- " + line; });
+  std::for_each(to, now.end(), [&text](const std::string& line) { text += "\n+ " + line; });
+  return text;
+}
+
 // Compares a file of the tree with what it should be, or writes it.
 void approve(const fs::path& file, const std::string& expected) {
   if (std::getenv("RELIGN_UPDATE_GOLDEN")) write_file_atomically(file, expected);
-  EXPECT_EQ(read_file(file), expected) << file << " is stale; update it as this test says at its top";
+  if (const std::string found = read_file(file); found != expected)
+    ADD_FAILURE() << file << " is stale; update it as this test says at its top" << differing_lines(found, expected);
+}
+
+TEST(Documents, AFailureShowsTheDifferingLines) {
+  EXPECT_EQ(differing_lines("a\nb\nc\n", "a\nB\nB\nc\n"), "\n- b\n+ B\n+ B");
+  EXPECT_EQ(differing_lines("a\nc\n", "a\nb\nc\n"), "\n+ b");
 }
 
 // With a space per level; what fits into a line is in one.
@@ -120,6 +146,33 @@ TEST(Documents, TheSchemaOfTrialsHasTheColumns) {
   approve(file, pretty(schema) + "\n");
 }
 
+TEST(Documents, TheSchemaOfTheTrialThatTryPrintsHasTheColumns) {
+  const fs::path file = kRoot / "docs/schemas/printed.schema.json";
+  Ordered schema = Ordered::parse(read_file(file));
+  Ordered step = {{"type", "object"}, {"required", Ordered::array()}, {"properties", Ordered::object()}};
+  const StepRecord none;
+  step_columns(SchemaWriter{step}, none);
+  step["additionalProperties"] = false;
+  schema["definitions"]["try"]["properties"]["steps"]["items"] = step;
+  approve(file, pretty(schema) + "\n");
+}
+
+// The Python package reads records without the schemas.
+TEST(Documents, PythonHasTheColumnsOfDataFrames) {
+  std::string tabled, per_step;
+  const auto add = [&](const Column& column, const auto&) {
+    if (column.is(kTabled)) tabled += "    \"" + std::string(column.key) + "\",\n";
+    if (column.is(kPerStep)) per_step += "    \"" + std::string(column.key) + "\",\n";
+  };
+  const TrialRecord none;
+  trial_columns(add, none);
+  approve(kRoot / "python/relign_bench/_columns.py",
+          "\"\"\"Columns of closing lines that data frames contain.\n\nWritten by "
+          "tests/results/records/documents_test.cpp from trial_columns.\n\"\"\"\n\n"
+          "#: One value per trial.\nTABLED = (\n" +
+              tabled + ")\n\n#: One value per step.\nPER_STEP = (\n" + per_step + ")\n");
+}
+
 TEST(Documents, TheSchemaOfSpecificationsHasTheCriteria) {
   const fs::path file = kRoot / "docs/schemas/spec.schema.json";
   Ordered schema = Ordered::parse(read_file(file)), limits = Ordered::object(), judged = {"rmse"};
@@ -149,7 +202,9 @@ struct TableWriter {
   std::string& table;
   template <class Value>
   void operator()(const Column& column, const Value&) {
-    table += "| `" + std::string(column.key) + "` | " + std::string(column.unit) + " | " + meaning_of(column) +
+    // Units of criteria begin with a space, for texts.
+    const std::string_view unit = column.unit.substr(column.unit.starts_with(' ') ? 1 : 0);
+    table += "| `" + std::string(column.key) + "` | " + std::string(unit) + " | " + meaning_of(column) +
              (column.is(kOptional) ? " (optional)" : "") + " |\n";
   }
 };

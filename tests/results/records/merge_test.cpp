@@ -5,6 +5,7 @@
 #include "merge_fixture.h"
 #include "records/checksum.h"
 #include "records/line_files.h"
+#include "records/manifest_check.h"
 
 namespace relign::records {
 namespace {
@@ -33,6 +34,16 @@ TEST_F(MergeTest, MergesNewAlgorithmIntoStudyInPlanOrder) {
             "{\"algorithms\": [\"runner\"]}");
   EXPECT_THAT(notes_, IsEmpty());
   EXPECT_FALSE(fs::exists(folder_ / "out.merging"));
+}
+
+TEST_F(MergeTest, NamesAllBuildsOfAResumedFolder) {
+  Json resumed = manifest({"walker"}, {"w0"});
+  resumed["earlier_programs"] = Json::array({Json{{"version", "0"}, {"hash", "q"}, {"flags", "-O3"}}});
+  join({make("a", {trial("w0")}, resumed), make("b", {trial("r0")}, manifest({"runner"}, {"r0"}))});
+  EXPECT_THAT(notes_, ElementsAre("results from 2 builds of relign-bench"));
+  const Json joined = read_manifest(folder_ / "out");
+  EXPECT_FALSE(joined.contains("earlier_programs"));
+  EXPECT_EQ(builds_note(joined), notes_.front());
 }
 
 TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
