@@ -50,7 +50,7 @@ Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugi
                const Arguments& given, std::uint64_t number) {
   trials::Instance instance = trials::draw_instance(level, facts, given.seed, SeedDomain::benchmark, number);
   plugin_host::MountedAssembly assembly = scene.mount(instance.perturbations.elements_json);
-  const auto optimum = assembly.own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum), facts.axes.size());
+  const auto optimum = assembly.own_optimum(frame_seed(instance.seed, 0, FrameStream::own_optimum));
   if (!optimum)
     throw Error(ErrorKind::bad_input,
                 "the scene does not provide the best pose of its assemblies; choose another --scene");
@@ -58,7 +58,7 @@ Lens draw_near(plugin_host::Scene& scene, const trials::SceneFacts& facts, plugi
   for (std::size_t axis = 0; axis < facts.axes.size(); ++axis)
     instance.perturbations.start[axis] =
         std::clamp(optimum->true_pose[axis] + given.radius * random.uniform(-1, 1), 0.0, 1.0);
-  return {std::move(instance), std::move(assembly), displayed_rmse(optimum->truth.mse)};
+  return {std::move(instance), std::move(assembly), displayed_rmse(optimum->mse)};
 }
 
 // Excess RMSE of the recommended pose over the instance's best pose after each step; the last value is carried forward

@@ -43,13 +43,13 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
       const trials::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
       plugin_host::MountedAssembly lens = loaded.scene->mount(instance.perturbations.elements_json);
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
-      const auto found = lens.own_optimum(seed, loaded.facts.axes.size());
+      const auto found = lens.own_optimum(seed);
       if (!found)
         throw Error(ErrorKind::bad_input,
                     "--noise-level: scene '" + scene + "' does not search for the own optimum of an instance");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
-      own.push_back(displayed_rmse(found->truth.mse));
+      own.push_back(displayed_rmse(found->mse));
       nominal.push_back(displayed_rmse(lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse));
     }
     table.push_back({name, own.size(), spread(shifts), spread(tilts), spread(own), spread(nominal)});

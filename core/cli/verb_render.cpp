@@ -110,7 +110,7 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   const double reached = taken.average->standard_error;
   if (arguments.samples == 0 && reached > wanted)
     print_warning("--error: the standard error is " + significant(reached, 3) + ", not " + shortest(wanted) +
-                  ": stopped at " + std::to_string(taken.average->samples) +
+                  ": stopped at " + std::to_string(taken.average->samples_used) +
                   " rays per pixel; allow a larger error, or set the rays per pixel with --samples");
   return taken;
 }
@@ -166,7 +166,7 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
                    {"white", scene.facts.image_white}, {"pose", pose},         {"elements", valid_json(lens.offsets)}};
     if (average) {
       result["standard_error"] = average->standard_error;
-      result["samples"] = average->samples;
+      result["samples"] = average->samples_used;
     }
     print_result(result.dump(2) + "\n");
   } else {
@@ -176,7 +176,7 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
                    "standard error %s per pixel (root mean square over the image, in the unit of RMSE; white is %s), "
                    "%llu rays per pixel\n",
                    significant(average->standard_error, 2).c_str(), significant(scene.facts.image_white, 3).c_str(),
-                   static_cast<unsigned long long>(average->samples));
+                   static_cast<unsigned long long>(average->samples_used));
   }
   return kDone;
 }

@@ -42,7 +42,7 @@ FUNCTION_KEYS = {"name", "arguments", "result", "row", "columns", "about", "refu
 def check(found, allowed, what, where):
     for name in found:
         if name not in allowed:
-            raise SystemExit(f"services.toml: {where}: unknown {what} '{name}'; expected one of: {', '.join(sorted(allowed))}")
+            raise SystemExit(f"{where}: unknown {what} '{name}'; expected one of: {', '.join(sorted(allowed))}")
 
 
 class Function:

@@ -1,4 +1,4 @@
-"""Makes from services.toml what repeats it.
+"""Makes from services.toml and scene.toml what repeats them.
 
     python3 core/plugin_api/generate.py            # rewrites the files of the tree
     python3 core/plugin_api/generate.py --check    # exit status 1 if one of them would change
@@ -9,6 +9,7 @@ import pathlib
 import re
 import sys
 
+import abilities
 import messages
 from description import ARGUMENTS, HERE, MADE, MEMBERS, RESULTS, WIDTH, c_comment, read_services, wrapped
 
@@ -168,7 +169,7 @@ def python_docstring(about, sections, indent):
     first, _, rest = re.sub(r"(?<=[^.][.]) ", "\0", about, count=1).partition("\0")
     text = f'{indent}"""{first}'
     if len(text) > WIDTH:
-        raise SystemExit(f"services.toml: the first sentence must fit into one line: {first}")
+        raise SystemExit(f"the first sentence must fit into one line: {first}")
     text += "\n\n" + wrapped(rest, indent, indent).rstrip("\n") if rest else ""
     for title, lines in sections:
         listed = "".join(wrapped(line, indent + "    ", indent + "        ") for line in lines)
@@ -294,30 +295,32 @@ def with_tables(path, tables):
     return text
 
 
-def files_of_tree(services):
-    return {
+def files_of_tree(services, able):
+    docs = ROOT / "docs"
+    return abilities.files_of_tree(able, python_docstring) | {
         HERE / "relign" / "services.h": c_header(services),
         HERE / "relign" / "services.hpp": cpp_header(services),
         ROOT / "python" / "relign_bench" / "plugin" / "service_classes.py": python_module(services),
-        ROOT / "docs" / "services.md": with_tables(ROOT / "docs" / "services.md", {
+        docs / "services.md": with_tables(docs / "services.md", {
             "services": services_table(services), "functions": functions_table(services)}),
-        ROOT / "docs" / "process_plugins.md": with_tables(ROOT / "docs" / "process_plugins.md",
-                                                          {"messages": messages_table(services)}),
+        docs / "plugins.md": with_tables(docs / "plugins.md", {"abilities": abilities.abilities_table(able)}),
+        docs / "process_plugins.md": with_tables(docs / "process_plugins.md", {
+            "messages": messages_table(services), "abilities": abilities.messages_table(able)}),
     }
 
 
 def main(words):
-    services = read_services()
+    services, able = read_services(), abilities.read_abilities()
     if words[:1] == ["--messages"]:
         folder = pathlib.Path(words[1])
         folder.mkdir(parents=True, exist_ok=True)
-        files = {folder / name: text for name, text in messages.files(services).items()}
+        files = {folder / name: text for name, text in (messages.files(services) | abilities.files_of_build(able)).items()}
     else:
-        files = files_of_tree(services)
+        files = files_of_tree(services, able)
     changed = [path for path, text in files.items() if not path.exists() or path.read_text() != text]
     if words == ["--check"]:
         for path in changed:
-            print(f"{path.relative_to(ROOT)} differs from services.toml; run python3 core/plugin_api/generate.py")
+            print(f"{path.relative_to(ROOT)} differs from its description; run python3 core/plugin_api/generate.py")
         return 1 if changed else 0
     for path in changed:
         path.write_text(files[path])

@@ -117,7 +117,7 @@ py::list optima(Batch& batch, const Slots& slots) {
   py::list list;
   for (const auto& optimum : found) {
     if (optimum)
-      list.append(py::make_tuple(optimum->true_pose, optimum->truth.mse));
+      list.append(py::make_tuple(optimum->true_pose, optimum->mse));
     else
       list.append(py::none());
   }

@@ -111,7 +111,7 @@ std::string flaw_of_regions(const Opened& opened, MountedAssembly& assembly, con
   const PixelRegions regions = {{width / 4, height / 3, (width + 1) / 2, (height + 2) / 3},
                                 {width / 2, height / 2, width - width / 2, height - height / 2}};
   std::vector<float> pixels(whole.size(), std::nanf(""));
-  assembly.capture_regions(pose, 11, regions, pixels.data());
+  assembly.capture_regions(pose, 11, plugin_host::regions_of(regions), pixels.data());
   for (const PixelSpan& span : spans_of(regions, width))
     if (std::memcmp(pixels.data() + span.first, whole.data() + span.first, span.count * sizeof(float)) != 0)
       return "a capture of regions has other pixels there than the whole capture with the same pose and seed";
@@ -216,18 +216,17 @@ Finding check_optimum(const Subject& subject) {
   if (opened.facts.owns_stage) return skipped(kStation);
   if (!opened.facts.truth) return skipped("it has no ground truth");
   MountedAssembly assembly = opened.scene.mount(opened.offsets());
-  const std::size_t axes = opened.facts.axes.size();
-  const auto found = assembly.own_optimum(1, axes);
+  const auto found = assembly.own_optimum(1);
   if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM);
-  const auto again = assembly.own_optimum(1, axes);
-  if (!again || again->true_pose != found->true_pose || again->truth.mse != found->truth.mse)
+  const auto again = assembly.own_optimum(1);
+  if (!again || again->true_pose != found->true_pose || again->mse != found->mse)
     return failed("the optimum for the same lens and seed changes when called again");
   const MountedAssembly::Truth there = assembly.noise_free_mse(found->true_pose, 2);
   const auto error = [](const MountedAssembly::Truth& a, const MountedAssembly::Truth& b) {
     return 6 * std::sqrt(a.standard_error * a.standard_error + b.standard_error * b.standard_error);
   };
-  if (std::fabs(there.mse - found->truth.mse) > error(there, found->truth))
-    return failed("the stated error at its optimum is " + significant(found->truth.mse) + ", but its ground truth is " +
+  if (std::fabs(there.mse - found->mse) > error(there, {found->mse, found->standard_error}))
+    return failed("the stated error at its optimum is " + significant(found->mse) + ", but its ground truth is " +
                   significant(there.mse));
   for (const std::vector<double>& other : {opened.facts.nominal_pose, opened.pose_near_nominal(0.03)}) {
     const MountedAssembly::Truth elsewhere = assembly.noise_free_mse(other, 3);

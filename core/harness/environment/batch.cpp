@@ -272,8 +272,7 @@ std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> Batch::optima(
   in.for_each(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
     if (!slot.searched)
-      slot.optimum = slot.assembly->own_optimum(frame_seed(slot.state.instance.seed, 0, FrameStream::own_optimum),
-                                                in.facts.axes.size());
+      slot.optimum = slot.assembly->own_optimum(frame_seed(slot.state.instance.seed, 0, FrameStream::own_optimum));
     slot.searched = true;
     optima[k] = slot.optimum;
   });

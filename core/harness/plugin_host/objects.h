@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <relign/abilities.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -86,51 +87,30 @@ class NoiseLevel {
 
 class Scene;
 
-// One mounted lens. Keeps its scene's object alive.
-class MountedAssembly {
+// As capture_regions takes them.
+inline std::vector<Region> regions_of(const PixelRegions& regions) {
+  std::vector<Region> list;
+  for (const PixelRegion& region : regions) list.push_back({region.column, region.row, region.columns, region.rows});
+  return list;
+}
+
+// One mounted lens, with its abilities (core/plugin_api/scene.toml): false, empty or nothing when the scene does not
+// offer one. Keeps its scene's object alive. Throws Error(plugin_failed) when the plugin reports a failure or an
+// invalid value.
+class MountedAssembly final : public Abilities {
  public:
-  ~MountedAssembly();
+  ~MountedAssembly() override;
   MountedAssembly(MountedAssembly&&) noexcept;
   MountedAssembly& operator=(MountedAssembly&&) = delete;
 
   void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels);
-  // Writes at least the pixels of the regions. Returns the share of a whole capture's pixels that is read out. Only for
-  // a scene that captures_regions().
-  double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed, const PixelRegions& regions,
-                         float* pixels);
   bool captures_regions() const;  // its scene does
   struct Truth {
     double mse;
     double standard_error;
   };
   Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed);
-  // False when the scene cannot render without noise.
-  bool render_noise_free(const std::vector<double>& true_pose, float* pixels);
-  struct Average {
-    double standard_error = 0;  // per pixel, root mean square over the image
-    std::uint64_t samples = 0;  // per pixel
-  };
-  // An average image with known standard error (relign_scene_average); nothing when the scene does not offer it.
-  std::optional<Average> render_average(const std::vector<double>& true_pose, std::uint64_t seed, double error,
-                                        std::uint64_t samples, float* pixels);
-  struct Optimum {
-    std::vector<double> true_pose;
-    Truth truth{};
-  };
-  // The pose at which this lens is best; nothing when the scene does not search it.
-  std::optional<Optimum> own_optimum(std::uint64_t seed, std::size_t axes);
-  struct FieldMtf {
-    double centre = 0, corner = 0;
-  };
-  // The lens's geometric MTF (relign_scene_mtf); nothing when the scene does not offer it.
-  std::optional<FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm);
-  struct FieldValues {
-    double x_px = 0, y_px = 0;            // NaN: no light
-    double tangential = 0, sagittal = 0;  // MTF
-  };
-  // Of these fields of the description (relign_scene_fields); empty when the scene does not offer it.
-  std::vector<FieldValues> fields(const std::vector<double>& true_pose, double lp_per_mm,
-                                  const std::vector<std::uint32_t>& which);
+#include "ability_overrides.inc"
 
  private:
   friend class Scene;

@@ -6,6 +6,9 @@
 
 #include <cerrno>
 #include <cmath>
+#include <functional>
+#include <optional>
+#include <set>
 
 #include "plugin_host/process_child.h"
 #include "plugin_host/process_plugin.h"
@@ -21,7 +24,11 @@ class SceneProcess {
  public:
   SceneProcess(const Choice& choice, const HostServices& services) : plugin_(choice, services) {
     const Json asked = {{"message", "describe"}, {"image_file", ChildProcess::pixel_path()}};
-    description_ = plugin_.object(plugin_.ask(asked, "described", "describe"), "description", "describe");
+    const Json described = plugin_.ask(asked, "described", "describe");
+    description_ = plugin_.object(described, "description", "describe");
+    if (const auto listed = described.find("abilities"); listed != described.end() && listed->is_array())
+      for (const Json& name : *listed)
+        if (name.is_string()) abilities_.insert(name.get<std::string>());
     width_ = side("width");
     height_ = side("height");
   }
@@ -32,12 +39,14 @@ class SceneProcess {
   std::uint32_t height() const { return height_; }
   std::size_t pixels() const { return std::size_t{width_} * height_; }
 
-  // Requests an image. `line` is without its newline and closing brace.
+  bool offers(std::string_view ability) const { return abilities_.count(ability) > 0; }
+
+  // Requests images, which follow one another. `line` is without its newline and closing brace.
   Json ask_for_image(std::string line, const char* answer, const char* during, float* pixels,
-                     const char* otherwise = nullptr) {
+                     const char* otherwise = nullptr, std::size_t images = 1) {
     if (::ftruncate(plugin_.pixel_file(), 0) != 0) errno = 0;  // of a process that has ended, which ask reports
     Json answered = plugin_.ask_line(line + "}\n", answer, during, otherwise);
-    if (answered["message"] == answer) take_pixels(during, pixels);
+    if (answered["message"] == answer) take_pixels(during, pixels, images);
     return answered;
   }
 
@@ -53,14 +62,14 @@ class SceneProcess {
     return value >= 1 && value <= kMaxSide && value == std::floor(value) ? static_cast<std::uint32_t>(value) : 0;
   }
 
-  void take_pixels(const char* during, float* pixels) {
+  void take_pixels(const char* during, float* pixels, std::size_t images) {
     struct stat file {};
-    const std::size_t wanted = this->pixels() * sizeof(float);
+    const std::size_t wanted = this->pixels() * images * sizeof(float);
     const bool known = ::fstat(plugin_.pixel_file(), &file) == 0;
     const auto found = known ? static_cast<std::size_t>(file.st_size) : 0;
     if (found != wanted)
       plugin_.fail(during, "its image file has " + std::to_string(found) + " bytes; expected " +
-                               std::to_string(wanted) + ": " + std::to_string(height_) + " rows of " +
+                               std::to_string(wanted) + ": " + std::to_string(height_ * images) + " rows of " +
                                std::to_string(width_) + " float32 values");
     auto* place = reinterpret_cast<char*>(pixels);
     std::size_t read = 0;
@@ -74,6 +83,7 @@ class SceneProcess {
 
   ProcessPlugin plugin_;
   Json description_;
+  std::set<std::string, std::less<>> abilities_;  // that it understands requests for
   std::uint32_t width_ = 0;
   std::uint32_t height_ = 0;
 };
@@ -97,15 +107,6 @@ class ProcessAssembly final : public AssemblyBackend {
                          pixels);
   }
 
-  double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed, const PixelRegions& regions,
-                         float* pixels) override {
-    const char* what = "capture_regions";
-    const Json answer = scene_.ask_for_image(about_pose(what, true_pose) + ",\"seed\":" + std::to_string(frame_seed) +
-                                                 ",\"regions\":" + to_json_text(regions),
-                                             "captured", what, pixels);
-    return scene_.plugin().number(answer, "share", what);
-  }
-
   MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
     const char* what = "noise_free_mse";
     const Json answer = scene_.plugin().ask_line(
@@ -113,20 +114,7 @@ class ProcessAssembly final : public AssemblyBackend {
     return {scene_.plugin().number(answer, "mse", what), scene_.plugin().number(answer, "standard_error", what)};
   }
 
-  bool render_noise_free(const std::vector<double>& true_pose, float* pixels) override {
-    const char* what = "render_noise_free";
-    return scene_.ask_for_image(about_pose(what, true_pose), "ok", what, pixels, "unsupported")["message"] == "ok";
-  }
-
-  std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) override {
-    const char* what = "mtf";
-    std::string line = about_pose(what, true_pose) + ",\"lp_per_mm\":";
-    append_number(line, lp_per_mm);
-    const Json answer = scene_.plugin().ask_line(line + "}\n", "measured", what, "unsupported");
-    if (answer["message"] != "measured") return std::nullopt;
-    return MountedAssembly::FieldMtf{scene_.plugin().number(answer, "centre", what),
-                                     scene_.plugin().number(answer, "corner", what)};
-  }
+#include "process_abilities.inc"
 
  private:
   std::string about_this(const char* name) const { return request(name) + ",\"assembly\":" + std::to_string(number_); }
@@ -134,6 +122,52 @@ class ProcessAssembly final : public AssemblyBackend {
     std::string line = about_this(name) + ",\"pose\":";
     append_numbers(line, true_pose.data(), true_pose.size());
     return line;
+  }
+
+  // A request for an ability, without its closing brace.
+  struct Request {
+    const char* ability;
+    std::string line;
+
+    void add(const char* name, double value) { append_number(member(name), value); }
+    void add(const char* name, std::uint64_t value) { member(name) += std::to_string(value); }
+    void add(const char* name, std::uint32_t value) { member(name) += std::to_string(value); }
+    void add(const char* name, const Pose& values) { append_numbers(member(name), values.data(), values.size()); }
+    void add(const char* name, const std::vector<std::uint32_t>& values) { member(name) += Json(values).dump(); }
+    void add(const char* name, const std::vector<Region>& regions) {
+      Json list = Json::array();
+      for (const Region& region : regions) list.push_back({region.column, region.row, region.columns, region.rows});
+      member(name) += list.dump();
+    }
+    std::string& member(const char* name) { return line += ",\"" + std::string(name) + "\":"; }
+  };
+  Request about(const char* ability) const {
+    return {ability, about_this("ability") + ",\"ability\":\"" + ability + "\""};
+  }
+  // Nothing when the scene does not offer it.
+  std::optional<Json> ask(const Request& request, float* pixels = nullptr, std::size_t images = 0) {
+    if (!scene_.offers(request.ability)) return std::nullopt;
+    Json answer = images > 0
+                      ? scene_.ask_for_image(request.line, "result", request.ability, pixels, "unsupported", images)
+                      : scene_.plugin().ask_line(request.line + "}\n", "result", request.ability, "unsupported");
+    if (answer["message"] != "result") return std::nullopt;
+    return answer;
+  }
+  void take(const Json& answer, const char* ability, const char* name, double& value) {
+    value = scene_.plugin().number(answer, name, ability);
+  }
+  void take(const Json& answer, const char* ability, const char* name, std::uint64_t& value) {
+    value = scene_.plugin().bits(answer, name, ability);
+  }
+  void take(const Json& answer, const char* ability, const char* name, std::vector<double>& values, std::size_t count) {
+    values = scene_.plugin().numbers(answer, name, ability);
+    if (values.size() != count)
+      scene_.plugin().fail(ability, "'" + std::string(name) + "' has " + std::to_string(values.size()) +
+                                        " values; expected " + std::to_string(count));
+  }
+  std::size_t axes() const {
+    const auto axes = scene_.description().find("axes");
+    return axes == scene_.description().end() ? 0 : axes->size();
   }
 
   SceneProcess& scene_;
@@ -169,14 +203,7 @@ class ProcessScene final : public SceneBackend {
     return std::make_unique<ProcessAssembly>(scene_, ++mounted_, offsets_json);
   }
 
-  // Requested when an algorithm first selects regions, so that scenes of older protocols need no answer before.
-  bool captures_regions() override {
-    if (!captures_regions_)
-      captures_regions_ =
-          !offers_stage() && scene_.plugin().ask_line(request("captures_regions") + "}\n", "ok", "captures_regions",
-                                                      "unsupported")["message"] == "ok";
-    return *captures_regions_;
-  }
+  bool offers(std::string_view ability) override { return scene_.offers(ability); }
 
   bool offers_stage() const override {
     const auto owns = scene_.description().find("owns_stage");
@@ -215,7 +242,6 @@ class ProcessScene final : public SceneBackend {
  private:
   SceneProcess scene_;
   std::vector<float> reference_;
-  std::optional<bool> captures_regions_;
   std::uint64_t mounted_ = 0;  // number of the latest assembly
 };
 

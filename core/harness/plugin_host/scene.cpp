@@ -127,16 +127,7 @@ void MountedAssembly::capture(const std::vector<double>& true_pose, std::uint64_
   implementation_->backend->capture(true_pose, frame_seed, pixels);
 }
 
-bool MountedAssembly::captures_regions() const { return implementation_->scene->backend->captures_regions(); }
-
-double MountedAssembly::capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed,
-                                        const PixelRegions& regions, float* pixels) {
-  const double share = implementation_->backend->capture_regions(true_pose, frame_seed, regions, pixels);
-  if (!(share >= 0 && share <= 1))
-    implementation_->scene->backend->refuse("capture_regions",
-                                            "found a share of " + shortest(share) + " of the pixels; expected 0 to 1");
-  return share;
-}
+bool MountedAssembly::captures_regions() const { return implementation_->scene->backend->offers("capture_regions"); }
 
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
   const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
@@ -144,49 +135,29 @@ MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>
   return truth;
 }
 
-bool MountedAssembly::render_noise_free(const std::vector<double>& true_pose, float* pixels) {
-  return implementation_->backend->render_noise_free(true_pose, pixels);
-}
+namespace {
 
-std::optional<MountedAssembly::Average> MountedAssembly::render_average(const std::vector<double>& true_pose,
-                                                                        std::uint64_t seed, double error,
-                                                                        std::uint64_t samples, float* pixels) {
-  const std::optional<Average> reached =
-      implementation_->backend->render_average(true_pose, seed, error, samples, pixels);
-  if (reached && !(std::isfinite(reached->standard_error) && reached->standard_error >= 0))
-    implementation_->scene->backend->refuse("render_average", "its standard error is negative or not finite");
-  return reached;
-}
+// Refuses an ability's result that its description excludes.
+struct Checks {
+  SceneBackend& scene;
+  const char* what;
 
-std::optional<MountedAssembly::Optimum> MountedAssembly::own_optimum(std::uint64_t seed, std::size_t axes) {
-  const std::optional<Optimum> found = implementation_->backend->own_optimum(seed, axes);
-  if (!found) return found;
-  bool possible =
-      std::isfinite(found->truth.mse) && std::isfinite(found->truth.standard_error) && found->truth.standard_error >= 0;
-  for (const double value : found->true_pose) possible = possible && value >= 0 && value <= 1;
-  if (!possible)
-    implementation_->scene->backend->refuse("own_optimum", "the pose is outside the travel, or the error is invalid");
-  return found;
-}
+  void expect(bool fits, const char* name, double value, const char* expected) const {
+    if (!fits) refuse("'" + std::string(name) + "' is " + shortest(value) + "; expected " + expected);
+  }
+  void finite(const char* name, double value) const { expect(std::isfinite(value), name, value, "a finite number"); }
+  void error(const char* name, double value) const {
+    expect(std::isfinite(value) && value >= 0, name, value, "a finite number of at least 0");
+  }
+  void fraction(const char* name, double value) const { expect(value >= 0 && value <= 1, name, value, "0 to 1"); }
+  void pose(const char* name, const Pose& values) const {
+    for (const double value : values) expect(value >= 0 && value <= 1, name, value, "0 to 1 on every axis");
+  }
+  void refuse(const std::string& message) const { scene.refuse(what, message); }
+};
 
-std::optional<MountedAssembly::FieldMtf> MountedAssembly::mtf(const std::vector<double>& true_pose, double lp_per_mm) {
-  const std::optional<FieldMtf> found = implementation_->backend->mtf(true_pose, lp_per_mm);
-  if (!found) return found;
-  for (const double value : {found->centre, found->corner})
-    if (!(value >= 0 && value <= 1))
-      implementation_->scene->backend->refuse("mtf", "found an MTF of " + shortest(value) + "; expected 0 to 1");
-  return found;
-}
+}  // namespace
 
-std::vector<MountedAssembly::FieldValues> MountedAssembly::fields(const std::vector<double>& true_pose,
-                                                                  double lp_per_mm,
-                                                                  const std::vector<std::uint32_t>& which) {
-  std::vector<FieldValues> found = implementation_->backend->fields(true_pose, lp_per_mm, which);
-  for (const FieldValues& field : found)
-    for (const double value : {field.tangential, field.sagittal})
-      if (!(value >= 0 && value <= 1))
-        implementation_->scene->backend->refuse("fields", "found an MTF of " + shortest(value) + "; expected 0 to 1");
-  return found;
-}
+#include "checked_abilities.inc"
 
 }  // namespace relign::plugin_host

@@ -5,35 +5,22 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "plugin_host/objects.h"
 
 namespace relign::plugin_host {
 
-// A mounted lens. Must be destroyed before its scene.
-class AssemblyBackend {
+// A mounted lens. Its destructor unmounts it, before its scene is destroyed.
+class AssemblyBackend : public Abilities {
  public:
   AssemblyBackend() = default;
   AssemblyBackend(const AssemblyBackend&) = delete;
   AssemblyBackend& operator=(const AssemblyBackend&) = delete;
-  virtual ~AssemblyBackend() = default;  // unmounts it
 
   virtual void capture(const std::vector<double>& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
-  virtual double capture_regions(const std::vector<double>& true_pose, std::uint64_t frame_seed,
-                                 const PixelRegions& regions, float* pixels) = 0;
   virtual MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) = 0;
-  virtual bool render_noise_free(const std::vector<double>& true_pose, float* pixels) = 0;
-  virtual std::optional<MountedAssembly::Average> render_average(const std::vector<double>&, std::uint64_t, double,
-                                                                 std::uint64_t, float*) {
-    return std::nullopt;
-  }
-  virtual std::optional<MountedAssembly::Optimum> own_optimum(std::uint64_t, std::size_t) { return std::nullopt; }
-  virtual std::optional<MountedAssembly::FieldMtf> mtf(const std::vector<double>& true_pose, double lp_per_mm) = 0;
-  virtual std::vector<MountedAssembly::FieldValues> fields(const std::vector<double>&, double,
-                                                           const std::vector<std::uint32_t>&) {
-    return {};
-  }
 };
 
 // Every function throws Error(plugin_failed) when the plugin reports a failure or sends a malformed message.
@@ -48,7 +35,7 @@ class SceneBackend {
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) = 0;
 
-  virtual bool captures_regions() = 0;
+  virtual bool offers(std::string_view ability) = 0;  // as far as it is known before the call
 
   struct Batch {
     std::vector<AssemblyBackend*> assemblies;

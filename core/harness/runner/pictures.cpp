@@ -212,7 +212,7 @@ class Pictures {
       return frame;
     }
     images::Image read = frame;
-    placed.assembly->capture_regions(true_pose, seed, regions, read.values.data());
+    placed.assembly->capture_regions(true_pose, seed, plugin_host::regions_of(regions), read.values.data());
     for (const PixelSpan& span : spans_of(regions, frame.width))
       std::copy_n(read.values.begin() + static_cast<std::ptrdiff_t>(span.first), span.count,
                   frame.values.begin() + static_cast<std::ptrdiff_t>(span.first));

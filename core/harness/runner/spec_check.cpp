@@ -69,7 +69,7 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
       if (error.kind() != ErrorKind::bad_input && error.kind() != ErrorKind::plugin_failed) throw;
       refuse(error.what());
     }
-  if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !perfect.own_optimum(1, facts.axes.size()))
+  if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !perfect.own_optimum(1))
     refuse(keys_of(CriterionNeeds::own_optimum) + " need its own optimum, which it does not offer");
 }
 

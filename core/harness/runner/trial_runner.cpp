@@ -119,12 +119,12 @@ struct TrialRunner::Bench {
   trials::FieldValues design;
   std::optional<std::pair<std::string, trials::Judge::Optimum>> criterion_optimum;  // of the assembly; by limits
 
-  const records::OwnOptimum& optimum(std::size_t axes, double lp_per_mm) {
+  const records::OwnOptimum& optimum(double lp_per_mm) {
     if (!own_optimum) {
       own_optimum.emplace();
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
-      if (auto found = assembly->own_optimum(seed, axes)) {
-        own_optimum->mse = found->truth.mse;
+      if (auto found = assembly->own_optimum(seed)) {
+        own_optimum->mse = found->mse;
         own_optimum->pose = std::move(found->true_pose);
       }
     }
@@ -201,8 +201,8 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
   }
   const bool known = bench_->assembly && job.facts.truth && !job.pretraining;
   return {bench_->instance, bench_->assembly.get(), on.reference(),
-          [bench = bench_.get(), known, axes = job.facts.axes.size(), lp_per_mm = job.mtf_lp_per_mm] {
-            return known ? bench->optimum(axes, lp_per_mm) : records::OwnOptimum();
+          [bench = bench_.get(), known, lp_per_mm = job.mtf_lp_per_mm] {
+            return known ? bench->optimum(lp_per_mm) : records::OwnOptimum();
           }};
 }
 

@@ -1,5 +1,5 @@
 // Judges the criteria of a specification (base/criteria.h) after every step. Noise-free: from the rays of the lens as
-// built (relign/scene/fields.h), so that a step costs milliseconds and no image is rendered.
+// built (the ability "fields"), so that a step costs milliseconds and no image is rendered.
 #pragma once
 
 #include <cstdint>

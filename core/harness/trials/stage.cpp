@@ -36,7 +36,7 @@ class SimulatedStage final : public Stage {
     if (regions.empty())
       assembly_.capture(motion_.true_pose(), seed, pixels);
     else
-      share = assembly_.capture_regions(motion_.true_pose(), seed, regions, pixels);
+      share = *assembly_.capture_regions(motion_.true_pose(), seed, plugin_host::regions_of(regions), pixels);
     const double seconds = (machine_time_.exposure_ms + machine_time_.readout_ms * share) / 1000;
     motion_.wait(seconds);
     return seconds;

@@ -11,11 +11,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <exception>
 #include <memory>
-#include <new>
-#include <optional>
+#include <relign/ability_tables.hpp>
 #include <relign/algorithm.hpp>
+#include <relign/handle.hpp>
 #include <relign/noise_level.hpp>
 #include <relign/scene.hpp>
 #include <stdexcept>
@@ -24,33 +23,6 @@
 #include <utility>
 
 namespace relign::border {
-
-template <class Body>
-relign_status guard(const relign_host* host, Body&& body) noexcept {
-  try {
-    return body();
-  } catch (const Stopped&) {
-    return RELIGN_STOP;
-  } catch (const std::bad_alloc&) {
-    host->fail(host->context, to_text("out of memory"));  // the host adds the limit that applies
-  } catch (const std::exception& error) {
-    host->fail(host->context, to_text(error.what()));
-  } catch (...) {
-    host->fail(host->context, to_text("an exception that is no std::exception"));
-  }
-  return RELIGN_FAILED;
-}
-
-template <class Object>
-struct Handle {
-  const relign_host* host;
-  std::unique_ptr<Object> object;
-};
-
-template <class Object, class Raw>
-Handle<Object>* handle(Raw* raw) {
-  return reinterpret_cast<Handle<Object>*>(raw);
-}
 
 template <class Made, class Base, class Raw>
 relign_status create(const relign_host* host, const relign_parameters* given, Raw** made) {
@@ -108,119 +80,6 @@ const relign_noise_level_interface* noise_level_interface() {
       },
       destroy<NoiseLevel, relign_noise_level>,
       nullptr};
-  return &table;
-}
-
-inline const relign_scene_noise_free* scene_noise_free() {
-  static const relign_scene_noise_free table = {
-      sizeof(relign_scene_noise_free), 0,
-      [](relign_assembly* raw, const double* pose, std::uint32_t axes, float* pixels) -> relign_status {
-        auto* mine = handle<Assembly>(raw);
-        return guard(mine->host, [&] {
-          return mine->object->render_noise_free(Pose(pose, pose + axes), pixels) ? RELIGN_OK : RELIGN_UNSUPPORTED;
-        });
-      }};
-  return &table;
-}
-
-inline const relign_scene_optimum* scene_optimum() {
-  static const relign_scene_optimum table = {
-      sizeof(relign_scene_optimum), 0,
-      [](relign_assembly* raw, std::uint64_t seed, double* true_pose, std::uint32_t axes, double* mse,
-         double* standard_error) -> relign_status {
-        auto* mine = handle<Assembly>(raw);
-        return guard(mine->host, [&] {
-          const std::optional<Assembly::Optimum> found = mine->object->own_optimum(seed);
-          if (!found) return RELIGN_UNSUPPORTED;
-          if (found->true_pose.size() != axes) throw std::logic_error("own_optimum returned another number of axes");
-          std::copy(found->true_pose.begin(), found->true_pose.end(), true_pose);
-          *mse = found->truth.mse;
-          *standard_error = found->truth.standard_error;
-          return RELIGN_OK;
-        });
-      }};
-  return &table;
-}
-
-inline const relign_scene_mtf* scene_mtf() {
-  static const relign_scene_mtf table = {sizeof(relign_scene_mtf), 0,
-                                         [](relign_assembly* raw, const double* pose, std::uint32_t axes,
-                                            double lp_per_mm, relign_field_mtf* mtf) -> relign_status {
-                                           auto* mine = handle<Assembly>(raw);
-                                           return guard(mine->host, [&] {
-                                             const std::optional<Assembly::FieldMtf> found =
-                                                 mine->object->mtf(Pose(pose, pose + axes), lp_per_mm);
-                                             if (!found) return RELIGN_UNSUPPORTED;
-                                             mtf->centre = found->centre;
-                                             mtf->corner = found->corner;
-                                             return RELIGN_OK;
-                                           });
-                                         }};
-  return &table;
-}
-
-inline const relign_scene_fields* scene_fields() {
-  static const relign_scene_fields table = {
-      sizeof(relign_scene_fields), 0,
-      [](relign_assembly* raw, const double* pose, std::uint32_t axes, double lp_per_mm,
-         relign_field_values* values) -> relign_status {
-        auto* mine = handle<Assembly>(raw);
-        return guard(mine->host, [&] {
-          const std::vector<Assembly::FieldValues> found = mine->object->fields(
-              Pose(pose, pose + axes), lp_per_mm, {values->fields, values->fields + values->count});
-          if (found.empty()) return RELIGN_UNSUPPORTED;
-          if (found.size() != values->count) throw std::logic_error("fields: another number of values than requested");
-          for (std::size_t i = 0; i < found.size(); ++i) {
-            values->x_px[i] = found[i].x_px;
-            values->y_px[i] = found[i].y_px;
-            values->tangential[i] = found[i].tangential;
-            values->sagittal[i] = found[i].sagittal;
-          }
-          return RELIGN_OK;
-        });
-      }};
-  return &table;
-}
-
-// A rectangle is four numbers in the interface.
-inline std::vector<Region> to_regions(const std::uint32_t* values, std::uint32_t count) {
-  std::vector<Region> regions(count);
-  for (Region& region : regions) {
-    region = {values[0], values[1], values[2], values[3]};
-    values += 4;
-  }
-  return regions;
-}
-
-inline const relign_scene_regions* scene_regions() {
-  static const relign_scene_regions table = {
-      sizeof(relign_scene_regions), 0,
-      [](relign_assembly* raw, const double* pose, std::uint32_t axes, std::uint64_t seed, const std::uint32_t* regions,
-         std::uint32_t count, float* pixels, double* share) -> relign_status {
-        auto* mine = handle<Assembly>(raw);
-        return guard(mine->host, [&] {
-          *share = mine->object->capture_regions(Pose(pose, pose + axes), seed, to_regions(regions, count), pixels);
-          return RELIGN_OK;
-        });
-      }};
-  return &table;
-}
-
-inline const relign_scene_average* scene_average() {
-  static const relign_scene_average table = {
-      sizeof(relign_scene_average), 0,
-      [](relign_assembly* raw, const double* pose, std::uint32_t axes, std::uint64_t seed, double error,
-         std::uint64_t samples, float* pixels, relign_average* reached) -> relign_status {
-        auto* mine = handle<Assembly>(raw);
-        return guard(mine->host, [&] {
-          const std::optional<Assembly::Average> found =
-              mine->object->render_average(Pose(pose, pose + axes), seed, error, samples, pixels);
-          if (!found) return RELIGN_UNSUPPORTED;
-          reached->standard_error = found->standard_error;
-          reached->samples = found->samples;
-          return RELIGN_OK;
-        });
-      }};
   return &table;
 }
 
@@ -362,15 +221,9 @@ const relign_scene_interface* scene_interface() {
         if constexpr (std::is_base_of_v<Station, Made>) {
           return to_view(id) == RELIGN_SCENE_STAGE ? scene_stage() : nullptr;
         } else {
-          if (to_view(id) == RELIGN_SCENE_REGIONS)
-            return handle<Scene>(self)->object->captures_regions() ? scene_regions() : nullptr;
-          if (to_view(id) == RELIGN_SCENE_BATCH)
-            return handle<Scene>(self)->object->captures_batches() ? scene_batch() : nullptr;
-          if (to_view(id) == RELIGN_SCENE_OPTIMUM) return scene_optimum();
-          if (to_view(id) == RELIGN_SCENE_MTF) return scene_mtf();
-          if (to_view(id) == RELIGN_SCENE_FIELDS) return scene_fields();
-          if (to_view(id) == RELIGN_SCENE_AVERAGE) return scene_average();
-          return to_view(id) == RELIGN_SCENE_NOISE_FREE ? scene_noise_free() : nullptr;
+          Scene& scene = *handle<Scene>(self)->object;
+          if (to_view(id) == RELIGN_SCENE_BATCH) return scene.captures_batches() ? scene_batch() : nullptr;
+          return ability_table(scene, to_view(id));
         }
       }};
   return &table;

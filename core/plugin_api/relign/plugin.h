@@ -52,13 +52,8 @@
 
 #include <stdint.h>
 
-#include "scene/average.h"
+#include "scene/abilities.h"
 #include "scene/batch.h"
-#include "scene/fields.h"
-#include "scene/mtf.h"
-#include "scene/noise_free.h"
-#include "scene/optimum.h"
-#include "scene/regions.h"
 #include "scene/stage.h"
 #include "services.h"
 #include "types.h"

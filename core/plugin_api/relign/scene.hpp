@@ -6,74 +6,31 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
+#include <relign/abilities.hpp>
 #include <relign/basics.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace relign {
 
 // One lens as assembled. See relign_scene_interface for meanings; poses are true poses in 0..1.
-class Assembly {
+class Assembly : public Abilities {
  public:
-  virtual ~Assembly() = default;
   virtual void capture(const Pose& true_pose, std::uint64_t frame_seed, float* pixels) = 0;
   struct Truth {
     double mse;
     double standard_error;
   };
   virtual Truth noise_free_mse(const Pose& true_pose, std::uint64_t seed) = 0;
-  // For scenes whose captures_regions() is true: writes at least the pixels of the regions, and returns the share of a
-  // whole capture's pixels that is read out, as relign_scene_regions defines it.
-  virtual double capture_regions(const Pose& /*true_pose*/, std::uint64_t /*frame_seed*/,
-                                 const std::vector<Region>& /*regions*/, float* /*pixels*/) {
-    throw std::logic_error("captures_regions() is true, but the assembly has no capture_regions()");
-  }
-  // Optional: return false when there is none.
-  virtual bool render_noise_free(const Pose& /*true_pose*/, float* /*pixels*/) { return false; }
-  struct Average {
-    double standard_error;
-    std::uint64_t samples;
-  };
-  // Optional: a noise-free image averaged to a standard error, or from so many samples a pixel where `samples` is over
-  // 0, as relign_scene_average defines it; nothing when the scene does not offer it.
-  virtual std::optional<Average> render_average(const Pose& /*true_pose*/, std::uint64_t /*seed*/, double /*error*/,
-                                                std::uint64_t /*samples*/, float* /*pixels*/) {
-    return std::nullopt;
-  }
-  struct Optimum {
-    Pose true_pose;
-    Truth truth;
-  };
-  // Optional: the pose at which this lens is best, with its error; nothing when the scene does not look for it.
-  virtual std::optional<Optimum> own_optimum(std::uint64_t /*seed*/) { return std::nullopt; }
-  struct FieldMtf {
-    double centre;
-    double corner;
-  };
-  // Optional: the lens's geometric MTF at that many line pairs a millimetre of the sensor's plane, as relign_scene_mtf
-  // defines it; nothing when the scene cannot tell.
-  virtual std::optional<FieldMtf> mtf(const Pose& /*true_pose*/, double /*lp_per_mm*/) { return std::nullopt; }
-  struct FieldValues {
-    double x_px, y_px;
-    double tangential, sagittal;
-  };
-  // Optional: places and MTF of these fields of the description, as relign_scene_fields defines them; empty when the
-  // scene cannot tell.
-  virtual std::vector<FieldValues> fields(const Pose& /*true_pose*/, double /*lp_per_mm*/,
-                                          const std::vector<std::uint32_t>& /*which*/) {
-    return {};
-  }
 };
 
-class Scene {
+class Scene : public SceneAbilities {
  public:
-  virtual ~Scene() = default;
   virtual std::string describe() = 0;
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<Assembly> mount(std::string_view offsets_json) = 0;
-  virtual bool captures_regions() const { return false; }
 
   // Optional: batches on a GPU, as relign_scene_batch defines them, for scenes whose captures_batches() is true.
   virtual bool captures_batches() const { return false; }

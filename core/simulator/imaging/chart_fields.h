@@ -36,8 +36,8 @@ std::vector<PixelBox> windows_around_fields(const SceneFile& scene, int pixels);
 // Those that the scene file lists, else those of the chart.
 images::EdgeFields fields_of(const SceneFile& scene);
 
-// Their points as relign/scene/fields.h defines them, in the same order. Throws Error(bad_input) for a listed field
-// that the design does not image.
+// Their points as the ability "fields" of scene.toml defines them, in the same order. Throws Error(bad_input) for a
+// listed field that the design does not image.
 std::vector<FieldPoint> points_of_fields(const SceneFile& scene);
 
 }  // namespace relign::imaging

@@ -36,8 +36,8 @@ class LensScene::Mounted final : public relign::Assembly {
     shared_.camera.capture(lens_, true_pose, frame_seed, pixels, shared_.errors->into_print());
     shared_.errors->apply(pixels);
   }
-  double capture_regions(const Pose& true_pose, std::uint64_t frame_seed, const std::vector<Region>& regions,
-                         float* pixels) override {
+  std::optional<double> capture_regions(const Pose& true_pose, std::uint64_t frame_seed,
+                                        const std::vector<Region>& regions, float* pixels) override {
     PixelRegions read;
     for (const Region& region : regions) read.push_back({region.column, region.row, region.columns, region.rows});
     const std::lock_guard<std::mutex> lock(shared_.mutex);
@@ -73,7 +73,7 @@ class LensScene::Mounted final : public relign::Assembly {
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
-    return Optimum{std::move(found.true_pose), {found.error.mse, found.error.standard_error}};
+    return Optimum{std::move(found.true_pose), found.error.mse, found.error.standard_error};
   }
   std::optional<FieldMtf> mtf(const Pose& true_pose, double lp_per_mm) override {
     if (of_.tracer_) return std::nullopt;  // it traces rays from the sensor to the target only

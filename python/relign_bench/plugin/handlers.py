@@ -5,8 +5,8 @@ The request `name` calls the method `on_name` with the message, and its return v
 
 from __future__ import annotations
 
-import math
-
+from .ability import number_of, pose_of, values_of
+from .ability_classes import ABILITIES
 from .images import numpy_or_none
 from .pixels import ImageFile, float32_bytes
 from .scenes import Moved, Scene, Station
@@ -68,14 +68,18 @@ class _AnySceneHandler:
             description = dict(description, owns_stage=True, truth=False)
         self._image = description.get("image")
         self._file = ImageFile(message["image_file"])
-        return {"message": "described", "description": description}
+        return {"message": "described", "description": description, "abilities": self._abilities()}
 
     def on_reference(self, message: Message) -> Message:
-        self._share(self._plugin.reference(), "reference()")
+        self._share([self._plugin.reference()], "reference()")
         return {"message": "ok"}
 
-    def _share(self, pixels: Any, giver: str) -> None:
-        self._file.write(float32_bytes(pixels, int(self._image["height"]), int(self._image["width"]), giver))
+    def _abilities(self) -> list[str]:
+        return []
+
+    def _share(self, images: list[Any], giver: str) -> None:
+        height, width = int(self._image["height"]), int(self._image["width"])
+        self._file.write(b"".join(float32_bytes(pixels, height, width, giver) for pixels in images))
 
 
 class SimulatorHandler(_AnySceneHandler):
@@ -84,6 +88,9 @@ class SimulatorHandler(_AnySceneHandler):
     def __init__(self, plugin: Scene) -> None:
         super().__init__(plugin)
         self._mounted: dict[int, Assembly] = {}
+
+    def _abilities(self) -> list[str]:
+        return [name for name, able in ABILITIES.items() if not able.offered or getattr(self._plugin, able.offered)]
 
     def on_mount(self, message: Message) -> Message:
         offsets = {
@@ -102,47 +109,30 @@ class SimulatorHandler(_AnySceneHandler):
 
     def on_capture(self, message: Message) -> Message:
         assembly = self._mounted[message["assembly"]]
-        self._share(assembly.capture(_pose(message["pose"]), message["seed"]), "capture()")
+        self._share([assembly.capture(pose_of(message["pose"]), message["seed"])], "capture()")
         return {"message": "ok"}
-
-    def on_captures_regions(self, _message: Message) -> Message:
-        return {"message": "ok" if self._plugin.captures_regions else "unsupported"}
-
-    def on_capture_regions(self, message: Message) -> Message:
-        assembly = self._mounted[message["assembly"]]
-        regions = [tuple(region) for region in message["regions"]]
-        returned = assembly.capture_regions(_pose(message["pose"]), message["seed"], regions)
-        pixels, share = _pair(returned, "capture_regions()", "(pixels, share)")
-        self._share(pixels, "capture_regions()")
-        return {"message": "captured", "share": _number(share, "the share of capture_regions()")}
 
     def on_noise_free_mse(self, message: Message) -> Message:
         assembly = self._mounted[message["assembly"]]
-        returned = assembly.noise_free_mse(_pose(message["pose"]), message["seed"])
-        mse, standard_error = _pair(returned, "noise_free_mse()", "(mse, standard_error)")
+        returned = assembly.noise_free_mse(pose_of(message["pose"]), message["seed"])
+        mse, standard_error = values_of(returned, "noise_free_mse()", ("mse", "standard_error"))
         return {
             "message": "measured",
-            "mse": _number(mse, "the mse of noise_free_mse()"),
-            "standard_error": _number(standard_error, "the standard_error of noise_free_mse()"),
+            "mse": number_of(mse, "the mse of noise_free_mse()"),
+            "standard_error": number_of(standard_error, "the standard_error of noise_free_mse()"),
         }
 
-    def on_render_noise_free(self, message: Message) -> Message:
-        render = getattr(self._mounted[message["assembly"]], "render_noise_free", None)
-        if render is None:
+    def on_ability(self, message: Message) -> Message:
+        name = message["ability"]
+        ability = ABILITIES[name]
+        method = getattr(self._mounted[message["assembly"]], name, None)
+        returned = method(*ability.given(message)) if method else None
+        if returned is None:
             return {"message": "unsupported"}
-        self._share(render(_pose(message["pose"])), "render_noise_free()")
-        return {"message": "ok"}
-
-    def on_mtf(self, message: Message) -> Message:
-        measure = getattr(self._mounted[message["assembly"]], "mtf", None)
-        if measure is None:
-            return {"message": "unsupported"}
-        centre, corner = _pair(measure(_pose(message["pose"]), message["lp_per_mm"]), "mtf()", "(centre, corner)")
-        return {
-            "message": "measured",
-            "centre": _number(centre, "the centre of mtf()"),
-            "corner": _number(corner, "the corner of mtf()"),
-        }
+        answer, images = ability.answer(returned, message, f"{name}()")
+        if images:
+            self._share(images, f"{name}()")
+        return dict(answer, message="result")
 
 
 class StationHandler(_AnySceneHandler):
@@ -155,11 +145,11 @@ class StationHandler(_AnySceneHandler):
         return {"message": "ok"}
 
     def on_move_by(self, message: Message) -> Message:
-        delta = _pose(message["delta"])
+        delta = pose_of(message["delta"])
         made = self._plugin.move_by(delta)
         if not isinstance(made, Moved):
             raise TypeError(f"move_by() returned {type(made).__name__}, expected Moved(moved, machine_seconds)")
-        moved = [_number(value, "a value of moved") for value in made.moved]
+        moved = [number_of(value, "a value of moved") for value in made.moved]
         limits = list(made.limits) or [0] * len(delta)
         for name, count in (("moved", len(moved)), ("limits", len(limits))):
             if count != len(delta):
@@ -175,8 +165,8 @@ class StationHandler(_AnySceneHandler):
         }
 
     def on_capture(self, message: Message) -> Message:
-        pixels, seconds = _pair(self._plugin.capture(), "capture()", "(pixels, machine_seconds)")
-        self._share(pixels, "capture()")
+        pixels, seconds = values_of(self._plugin.capture(), "capture()", ("pixels", "machine_seconds"))
+        self._share([pixels], "capture()")
         return {"message": "captured", "machine_seconds": _seconds(seconds, "capture()")}
 
 
@@ -188,36 +178,14 @@ def handler_of(plugin: Plugin, host: Host) -> Handler:
     return NoiseLevelHandler(made) if made.kind == "noise-level" else AlgorithmHandler(made, host)
 
 
-def _pose(values: list[float | None]) -> tuple[float, ...]:
-    return tuple(math.nan if value is None else float(value) for value in values)
-
-
 def _dictionary(returned: Any, giver: str) -> Message:
     if not isinstance(returned, dict):
         raise TypeError(f"{giver} returned {type(returned).__name__}, expected a dictionary")
     return returned
 
 
-def _pair(returned: Any, giver: str, names: str) -> tuple[Any, Any]:
-    try:
-        first, second = returned
-    except (TypeError, ValueError):
-        raise TypeError(f"{giver} returned {type(returned).__name__}, expected two values {names}") from None
-    return first, second
-
-
-def _number(value: Any, what: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{what} is {value!r}, expected a number") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{what} is {value!r}, expected a finite number")
-    return number
-
-
 def _seconds(value: Any, giver: str) -> float:
-    seconds = _number(value, f"machine_seconds of {giver}")
+    seconds = number_of(value, f"machine_seconds of {giver}")
     if seconds < 0:
         raise ValueError(f"machine_seconds of {giver} is {seconds!r}, expected a non-negative number")
     return seconds

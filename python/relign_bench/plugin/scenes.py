@@ -6,6 +6,7 @@ height rows of width values, row 0 on top.
 
 from __future__ import annotations
 
+from .ability_classes import AssemblyAbilities, SceneAbilities
 from .base import Plugin
 
 TYPE_CHECKING = False
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     Offsets = Mapping[str, Mapping[str, Sequence[float]]]
 
 
-class Scene(Plugin):
+class Scene(SceneAbilities, Plugin):
     """A simulator that turns (assembly, true pose, frame seed) into an image.
 
     One object serves all trials of a worker. Images and noise-free errors must be functions of their arguments, in every
@@ -25,7 +26,6 @@ class Scene(Plugin):
     """
 
     kind = "scene"
-    captures_regions = False  # whether its assemblies have capture_regions
 
     def describe(self) -> dict[str, Any]:
         """The scene's description: name, axes, nominal_pose, image, elements.
@@ -50,21 +50,13 @@ class Scene(Plugin):
         raise self._missing("mount(self, offsets)")
 
 
-class Assembly:
+class Assembly(AssemblyAbilities):
     """One lens with its element offsets.
 
     True poses are tuples with one value per axis of the description, 0 to 1; offsets and noise may lead beyond.
 
-    Optional methods: `render_noise_free(self, true_pose)` returns pixels. `mtf(self, true_pose, lp_per_mm)` returns
-    (centre, corner), the lens's geometric MTF as relign/scene/mtf.h defines it; suites whose spec has "mtf" need it.
-    `capture_regions(self, true_pose, frame_seed, regions)`, of a scene with `captures_regions = True`, returns (pixels,
-    share): pixels of the whole size, of which only those in the regions (column, row, columns, rows) count and equal those
-    of `capture`, and the share of a whole capture's pixels that is read out.
+    The methods of AssemblyAbilities are optional.
     """
-
-    render_noise_free: Any = None
-    mtf: Any = None
-    capture_regions: Any = None
 
     def capture(self, true_pose: Pose, frame_seed: int) -> Any:
         """Pixels of a noisy capture. Equal arguments must give equal pixels."""

@@ -38,7 +38,7 @@ TEST(SceneObject, PassesArgumentsAndResults) {
   ASSERT_TRUE(average);
   EXPECT_THAT(pixels, Each(10.f));
   EXPECT_EQ(average->standard_error, 0.25);
-  EXPECT_EQ(average->samples, 7u);
+  EXPECT_EQ(average->samples_used, 7u);
 }
 
 TEST(SceneObject, FailuresNameFunctionAndReason) {
@@ -59,7 +59,7 @@ TEST(SceneObject, FailuresNameFunctionAndReason) {
   EXPECT_THAT(
       test::error_text(ErrorKind::plugin_failed,
                        [&] { Scene(tiny("average"), {}).mount("{}").render_average({0}, 1, 0.1, 0, pixels.data()); }),
-      HasSubstr("failed in render_average: its standard error is negative or not finite"));
+      HasSubstr("failed in render_average: 'standard_error' is -1; expected a finite number of at least 0"));
 }
 
 TEST(SceneObject, AssembliesMoveAndOutliveTheirSceneObject) {

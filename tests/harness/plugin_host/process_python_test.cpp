@@ -179,11 +179,62 @@ class Lens(Assembly):
                                [&] {
                                  Scene(choice(Kind::scene, file), services_).mount("{}").mtf({1.5, 0.5}, 20);
                                }),
-              HasSubstr("failed in mtf: found an MTF of 1.5; expected 0 to 1"));
+              HasSubstr("failed in mtf: 'corner' is 1.5; expected 0 to 1"));
 
   Scene plain(choice(Kind::scene, file, {{"picture", false}}), services_);
   EXPECT_FALSE(plain.mount("{}").render_noise_free({0.5, 0.5}, pixels.data()));
   EXPECT_FALSE(plain.mount("{}").mtf({0.5, 0.5}, 20));
+}
+
+TEST_F(ProcessPythonTest, PassesResultsOfAbilities) {
+  const fs::path file = script("Scene", R"py(wrong = parameter(False)
+def describe(self): return {"name": "made", "axes": [1, 2], "image": {"width": 3, "height": 2}, "elements": []}
+def reference(self): return bytes(24)
+def mount(self, offsets):
+    lens = self.Lens()
+    lens.wrong = self.wrong
+    return lens
+class Lens(Assembly):
+    def capture(self, true_pose, frame_seed): return bytes(24)
+    def noise_free_mse(self, true_pose, seed): return 0, 0
+    def render_average(self, pose, seed, error, samples): return [[pose[0]] * 3] * 2, error, samples + seed
+    def own_optimum(self, seed): return (0.25, 0.5)[:1 if self.wrong else 2], -1e-3, seed / 8
+    def fields(self, pose, lp_per_mm, which):
+        if self.wrong: return [(0, 0, 0)] * len(which)
+        return [(i, float("nan"), 0.5, lp_per_mm / 100) for i in which]
+    def mtf(self, pose, lp_per_mm): return None)py");
+  Scene scene(choice(Kind::scene, file), services_);
+  MountedAssembly lens = scene.mount("{}");
+  std::vector<float> pixels(6);
+  const auto average = lens.render_average({0.5, 0}, 3, 0.25, std::uint64_t{1} << 60, pixels.data());
+  ASSERT_TRUE(average);
+  EXPECT_THAT(pixels, Each(0.5f));
+  EXPECT_EQ(average->standard_error, 0.25);
+  EXPECT_EQ(average->samples_used, (std::uint64_t{1} << 60) + 3);
+  const auto optimum = lens.own_optimum(2);
+  ASSERT_TRUE(optimum);
+  EXPECT_THAT(optimum->true_pose, ElementsAre(0.25, 0.5));
+  EXPECT_EQ(optimum->mse, -1e-3);
+  EXPECT_EQ(optimum->standard_error, 0.25);
+  const auto fields = lens.fields({0.5, 0}, 75, {2, 0});
+  ASSERT_EQ(fields.size(), 2u);
+  EXPECT_EQ(fields[0].x_px, 2);
+  EXPECT_TRUE(std::isnan(fields[1].y_px));
+  EXPECT_EQ(fields[1].sagittal, 0.75);
+  EXPECT_FALSE(lens.mtf({0.5, 0}, 20)) << "it returned None";
+  EXPECT_FALSE(lens.render_noise_free({0.5, 0}, pixels.data())) << "it has no such method";
+
+  const auto failure = [&](auto&& call) {
+    Scene wrong(choice(Kind::scene, file, {{"wrong", true}}), services_);
+    MountedAssembly other = wrong.mount("{}");
+    return test::error_text(ErrorKind::plugin_failed, [&] { call(other); });
+  };
+  EXPECT_THAT(failure([](MountedAssembly& other) { other.own_optimum(2); }),
+              HasSubstr("failed in own_optimum: 'true_pose' has 1 values; expected 2"));
+  EXPECT_THAT(failure([](MountedAssembly& other) {
+                other.fields({0, 0}, 75, {1});
+              }),
+              HasSubstr("fields() returned tuple, expected four values (x_px, y_px, tangential, sagittal)"));
 }
 
 TEST_F(ProcessPythonTest, CapturesRegions) {
@@ -210,7 +261,7 @@ class Lens(Assembly):
                                [&] {
                                  lens.capture_regions({0.5}, 9, {{1, 0, 2, 1}}, pixels.data());
                                }),
-              HasSubstr("failed in capture_regions: found a share of 1.125 of the pixels; expected 0 to 1"));
+              HasSubstr("failed in capture_regions: 'share' is 1.125; expected 0 to 1"));
   Scene unable(choice(Kind::scene, file, {{"able", false}}), services_);
   EXPECT_FALSE(unable.mount("{}").captures_regions());
 }

@@ -54,6 +54,28 @@ class ProcessSceneTest : public test::ProcessFolderTest {
   }
 };
 
+TEST_F(ProcessSceneTest, RequestsListedAbilitiesOnly) {
+  const auto scene = station(R"(
+def answer_describe(asked):
+    return ('{"message":"described","abilities":["mtf","own_optimum","later"],'
+            '"description":{"name":"raw","image":{"width":3,"height":2}}}')
+def answer_mount(asked): return '{"message":"ok"}'
+def answer_ability(asked):
+    if asked["ability"] == "own_optimum": return '{"message":"result","true_pose":[],"mse":1}'
+    assert asked == {"message": "ability", "ability": "mtf", "assembly": 1, "pose": [0.5, 0.25], "lp_per_mm": 20}
+    return '{"message":"result","centre":0.5,"corner":0.25}'
+)");
+  MountedAssembly lens = scene->mount("{}");
+  const auto mtf = lens.mtf({0.5, 0.25}, 20);
+  ASSERT_TRUE(mtf);
+  EXPECT_EQ(mtf->corner, 0.25);
+  std::vector<float> pixels(6);
+  EXPECT_FALSE(lens.render_noise_free({0.5, 0.25}, pixels.data()));
+  EXPECT_FALSE(lens.captures_regions());
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_failed, [&] { lens.own_optimum(1); }),
+              HasSubstr("failed in own_optimum: malformed message 'result': expected a number 'standard_error'"));
+}
+
 TEST_F(ProcessSceneTest, PassesRequestsAndAnswersOfAStation) {
   const auto scene = station();
   EXPECT_TRUE(scene->offers_stage());

@@ -74,7 +74,8 @@ class CrookedAssembly final : public relign::Assembly {
 #ifdef CROOKED_OPTIMUM
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     const relign::Pose corner(3, 1.0);
-    return Optimum{corner, noise_free_mse(corner, seed)};
+    const Truth there = noise_free_mse(corner, seed);
+    return Optimum{corner, there.mse, there.standard_error};
   }
 #endif
 };

@@ -57,7 +57,8 @@ class ToyAssembly final : public relign::Assembly {
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     if (!tells_optimum_) return std::nullopt;
     const relign::Pose pose = {0.5 - shift_, 0.5};
-    return Optimum{pose, noise_free_mse(pose, seed)};
+    const Truth there = noise_free_mse(pose, seed);
+    return Optimum{pose, there.mse, there.standard_error};
   }
   std::optional<FieldMtf> mtf(const relign::Pose& pose, double lp_per_mm) override {
     if (!tells_mtf_) return std::nullopt;

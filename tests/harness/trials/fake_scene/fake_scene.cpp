@@ -36,8 +36,8 @@ class FakeAssembly final : public relign::Assembly {
   }
 
   // 7 in the other pixels, which count for nothing. Regions must not overlap.
-  double capture_regions(const relign::Pose& true_pose, std::uint64_t frame_seed,
-                         const std::vector<relign::Region>& regions, float* pixels) override {
+  std::optional<double> capture_regions(const relign::Pose& true_pose, std::uint64_t frame_seed,
+                                        const std::vector<relign::Region>& regions, float* pixels) override {
     float whole[6];
     capture(true_pose, frame_seed, whole);
     std::fill_n(pixels, 6, 7.0F);
