@@ -1,8 +1,11 @@
 // relign-bench render: renders an image of a lens at a pose, or an animation along a path of poses.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "base/error.h"
 #include "base/json_source.h"
@@ -29,6 +32,7 @@ struct RenderArguments {
   std::uint64_t samples = 0;
   std::uint64_t seed = 0;
   bool noise_free = false;
+  bool derivatives = false;
   double error = 0;  // 0: not given
   std::string path;  // of poses; empty: one image
   int frames = 50;
@@ -115,6 +119,80 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   return taken;
 }
 
+// The image of each derivative stands beside --out: render.png -> render-x.png, render-Rx.png, ...
+fs::path beside(const std::string& out, const std::string& axis) {
+  const fs::path file = out;
+  return file.parent_path() / (file.stem().string() + "-" + axis + file.extension().string());
+}
+
+// Writes the derivatives by each axis, and describes them. In a picture grey is 0; white and black are the largest
+// slope and its opposite.
+Json write_derivatives(const RenderArguments& arguments, const trials::SceneFacts& facts,
+                       const std::vector<float>& pixels) {
+  const bool picture = fs::path(arguments.out).extension() == ".png";
+  Json written = Json::array();
+  images::Image image(facts.image_width, facts.image_height);
+  for (std::size_t axis = 0; axis < facts.axes.size(); ++axis) {
+    const auto first = pixels.begin() + static_cast<std::ptrdiff_t>((axis + 1) * image.values.size());
+    std::copy_n(first, image.values.size(), image.values.begin());
+    float largest = 0;
+    for (const float value : image.values) largest = std::max(largest, std::fabs(value));
+    if (picture)
+      for (float& value : image.values) value = largest > 0 ? 0.5F + 0.5F * value / largest : 0.5F;
+    const std::string file = beside(arguments.out, facts.axes[axis].name).string();
+    images::write_image(file, image, 1.0F);
+    written.push_back({{"axis", facts.axes[axis].name},
+                       {"image", file},
+                       {"largest", largest},
+                       {"travel", facts.axes[axis].travel()},
+                       {"unit", facts.axes[axis].unit}});
+  }
+  return written;
+}
+
+int render_derivatives(Context& context, const RenderArguments& arguments, const LoadedScene& scene) {
+  constexpr std::uint64_t kUsualSamples = 1024, kMostSamples = 1U << 20;
+  if (arguments.error > 0)
+    throw Error(ErrorKind::bad_input, "--derivatives: cannot be combined with --error; use --samples");
+  if (arguments.samples > kMostSamples)
+    throw Error(ErrorKind::bad_input, "--samples: with --derivatives at most " + std::to_string(kMostSamples) +
+                                          ", found " + std::to_string(arguments.samples));
+  const ChosenLens lens = choose_lens(context, arguments.lens, scene);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+  plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
+  images::Image image(scene.facts.image_width, scene.facts.image_height);
+  std::vector<float> pixels((scene.facts.axes.size() + 1) * image.values.size());
+  const std::uint64_t samples = arguments.samples > 0 ? arguments.samples : kUsualSamples;
+  if (!assembly.render_slopes(pose, arguments.seed, static_cast<std::uint32_t>(samples), pixels.data()))
+    throw Error(ErrorKind::bad_input,
+                "--derivatives: the images of scene '" + arguments.scene +
+                    "' have none, with these parameters; those of lens_system have, with transport "
+                    "'refract' or 'fresnel' and without diffraction");
+  std::copy_n(pixels.begin(), image.values.size(), image.values.begin());
+  images::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
+  const Json derivatives = write_derivatives(arguments, scene.facts, pixels);
+  if (context.json) {
+    print_result(Json({{"image", arguments.out},
+                       {"width", image.width},
+                       {"height", image.height},
+                       {"white", scene.facts.image_white},
+                       {"pose", pose},
+                       {"elements", valid_json(lens.offsets)},
+                       {"samples", samples},
+                       {"derivatives", derivatives}})
+                     .dump(2) +
+                 "\n");
+    return kDone;
+  }
+  print_result(arguments.out + "\n");
+  for (const Json& one : derivatives) print_result(one["image"].get<std::string>() + "\n");
+  for (const Json& one : derivatives)
+    std::fprintf(stderr, "%s: at most %s per travel of %s %s\n", one["axis"].get<std::string>().c_str(),
+                 significant(one["largest"].get<double>(), 3).c_str(), shortest(one["travel"].get<double>()).c_str(),
+                 one["unit"].get<std::string>().c_str());
+  return kDone;
+}
+
 int render_sheet(Context& context, const RenderArguments& arguments, bool posed) {
   const auto refuse = [](const char* option, bool given) {
     if (given)
@@ -126,6 +204,7 @@ int render_sheet(Context& context, const RenderArguments& arguments, bool posed)
   refuse("--animate", !arguments.path.empty());
   refuse("--assembly", !arguments.lens.assembly.empty());
   refuse("--noise-free", arguments.noise_free);
+  refuse("--derivatives", arguments.derivatives);
   refuse("--pose", posed);
   if (fs::path(arguments.out).extension() != ".png")
     throw Error(ErrorKind::bad_input, "--out: '" + arguments.out + "' must end in .png for --randomise");
@@ -137,7 +216,7 @@ int render_sheet(Context& context, const RenderArguments& arguments, bool posed)
 
 int render(Context& context, const RenderArguments& arguments, bool posed, bool randomised) {
   if (randomised) return render_sheet(context, arguments, posed);
-  if (arguments.error > 0 && !arguments.noise_free)
+  if (arguments.error > 0 && !arguments.noise_free && !arguments.derivatives)
     throw Error(ErrorKind::bad_input, "--error: requires --noise-free; captures have the scene's own noise");
   if (arguments.error > 0 && arguments.samples > 0)
     throw Error(ErrorKind::bad_input, "--error: cannot be combined with --samples; give one of them");
@@ -153,7 +232,10 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
     throw Error(ErrorKind::bad_input,
                 std::string(arguments.error > 0 ? "--error" : "--samples") +
                     ": cannot be combined with --animate --noise-free, which uses the scene's own noise-free images");
+  if (moving && arguments.derivatives)
+    throw Error(ErrorKind::bad_input, "--derivatives: cannot be combined with --animate");
   if (moving) return render_animation(context, arguments, scene);
+  if (arguments.derivatives) return render_derivatives(context, arguments, scene);
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
   const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
 
@@ -188,6 +270,7 @@ void add_render(CLI::App& app, Context& context) {
       add_verb(app, {"render", "Render one image of a lens at a pose, or an animation along a path of poses.",
                      "relign-bench render --noise-level rho0.5 --instance 3 --pose start -o start.png\n"
                      "relign-bench render --pose 0.5,0.5,0.45,0.5,0.5 --noise-free -o defocus.npy\n"
+                     "relign-bench render --pose start --noise-level rho0.5 --derivatives -o start.png\n"
                      "relign-bench render --noise-level rho0.5 --animate 'start->nominal' -o moving.gif\n"
                      "relign-bench render --randomise errors.json --beside relign_od-package -o sheet.png",
                      "try, describe, lens draw, scene landscape"});
@@ -232,6 +315,10 @@ void add_render(CLI::App& app, Context& context) {
                   "warns if the scene's limit of rays is reached first [default: 0.0003]")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-9, 1e9));
+  verb.add_flag(
+      "--derivatives", given.derivatives,
+      "render the expected image from --samples rays per pixel [default: 1024], and beside it its derivative by "
+      "each axis, per whole travel: start.png, start-x.png, ...; in a .png grey is 0, and white the largest");
   verb.add_option(
           "--animate", given.path,
           "render an animation along a path of true poses, interpolated linearly: poses as for --pose separated by "

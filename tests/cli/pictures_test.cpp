@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -56,6 +57,53 @@ TEST(CliLensDraw, DrawsLensFileAndAssembly) {
   ASSERT_EQ(png.exit_code, 0) << png.err;
   EXPECT_EQ(json::parse(png.out).at("fields").at(0).at("rays"), 7);
   EXPECT_THAT(place.read("lens.png"), StartsWith("\x89PNG"));
+}
+
+// The derivatives point from an image to that at a pose a little farther along the axis.
+TEST(CliRender, WritesDerivativesByEachAxis) {
+  const Workplace place;
+  const Outcome outcome = relign_bench(place, {"render", "--pose", "0.5,0.5,0.5,0.5,0.5", "--derivatives", "--samples",
+                                               "64", "-o", "star.npy", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json result = json::parse(outcome.out);
+  EXPECT_EQ(result.at("samples"), 64);
+  ASSERT_EQ(result.at("derivatives").size(), 5U);
+  const json& x = result.at("derivatives").at(0);
+  EXPECT_EQ(x.at("axis"), "x");
+  EXPECT_EQ(x.at("image"), "star-x.npy");
+  EXPECT_GT(x.at("largest").get<double>(), 0.1);
+  ASSERT_EQ(relign_bench(place, {"render", "--pose", "0.51,0.5,0.5,0.5,0.5", "--noise-free", "--samples", "64", "-o",
+                                 "moved.npy"})
+                .exit_code,
+            0);
+  const auto floats = [&](const std::string& name) {
+    const std::string text = place.read(name);
+    std::vector<float> values(200 * 200);
+    std::memcpy(values.data(), text.data() + text.size() - 4 * values.size(), 4 * values.size());
+    return values;
+  };
+  const std::vector<float> star = floats("star.npy"), moved = floats("moved.npy"), slope = floats("star-x.npy");
+  double along = 0, squares = 0;
+  for (std::size_t i = 0; i < star.size(); ++i) {
+    along += static_cast<double>(moved[i] - star[i]) * static_cast<double>(slope[i]);
+    squares += static_cast<double>(slope[i]) * static_cast<double>(slope[i]);
+  }
+  EXPECT_NEAR(along / squares, 0.01, 0.002);
+}
+
+TEST(CliRender, SaysWhereThereAreNoDerivatives) {
+  const Workplace place;
+  for (const std::vector<std::string>& given :
+       {std::vector<std::string>{"--transport", "ghost"}, {"--scene", "gaussian_spot"}}) {
+    std::vector<std::string> arguments = {"render", "--derivatives", "--samples", "4"};
+    arguments.insert(arguments.end(), given.begin(), given.end());
+    const Outcome outcome = relign_bench(place, arguments);
+    EXPECT_EQ(outcome.exit_code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr("--derivatives: the images of scene"));
+  }
+  EXPECT_THAT(relign_bench(place, {"render", "--derivatives", "--error", "0.1"}).err, HasSubstr("use --samples"));
+  EXPECT_THAT(relign_bench(place, {"render", "--derivatives", "--samples", "9999999"}).err,
+              HasSubstr("at most 1048576"));
 }
 
 TEST(CliLensDraw, ReportsInvalidInput) {

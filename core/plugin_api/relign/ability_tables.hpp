@@ -42,6 +42,21 @@ inline const relign_scene_average* scene_average() {
   return &table;
 }
 
+inline const relign_scene_slopes* scene_slopes() {
+  static const relign_scene_slopes table = {
+      sizeof(relign_scene_slopes), 0,
+      [](relign_assembly* assembly, const double* pose, std::uint32_t axes, std::uint64_t seed, std::uint32_t samples,
+          float* pixels) -> relign_status {
+        auto* mine = handle<Assembly>(assembly);
+        return guard(mine->host, [&] {
+          const auto found = mine->object->render_slopes(Pose(pose, pose + axes), seed, samples, pixels);
+          if (!found) return RELIGN_UNSUPPORTED;
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline const relign_scene_optimum* scene_optimum() {
   static const relign_scene_optimum table = {
       sizeof(relign_scene_optimum), 0,
@@ -122,6 +137,7 @@ inline const relign_scene_regions* scene_regions() {
 inline const void* ability_table([[maybe_unused]] const Scene& scene, std::string_view id) {
   if (id == RELIGN_SCENE_NOISE_FREE) return scene_noise_free();
   if (id == RELIGN_SCENE_AVERAGE) return scene_average();
+  if (id == RELIGN_SCENE_SLOPES) return scene_slopes();
   if (id == RELIGN_SCENE_OPTIMUM) return scene_optimum();
   if (id == RELIGN_SCENE_MTF) return scene_mtf();
   if (id == RELIGN_SCENE_FIELDS) return scene_fields();

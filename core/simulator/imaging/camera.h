@@ -144,6 +144,8 @@ class Camera {
                           std::uint32_t group, int samples, const MovingParts& parts, float* pixels,
                           float* derivatives);
 
+  // What images have that have no derivatives; null if they have.
+  const char* without_derivatives() const;
   // The MSE with its slopes: the bits of noise_free_mse(), whose first two renders are differentiated. Not with
   // diffraction, reflected light or a lens of meshes: throws Error(bad_input).
   MseEstimate noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,

@@ -6,15 +6,17 @@
 
 namespace relign::imaging {
 
+const char* Camera::without_derivatives() const {
+  if (tracer_) return "of a lens of meshes";
+  if (diffraction_) return "with diffraction";
+  return ghosts_ ? "with transport 'ghost'" : nullptr;
+}
+
 void Camera::require_derivatives() const {
-  const char* const why = tracer_        ? "of a lens of meshes"
-                          : diffraction_ ? "with diffraction"
-                          : ghosts_      ? "with transport 'ghost'"
-                                         : nullptr;
-  if (why)
+  if (const char* const why = without_derivatives())
     throw Error(ErrorKind::bad_input, "scene '" + scene_->name + "': images " + why +
-                                          " have no derivatives; they exist for a lens of faces, with "
-                                          "transport 'refract' or 'fresnel'");
+                                          " have no derivatives; they exist for a lens of faces, with transport "
+                                          "'refract' or 'fresnel'");
 }
 
 void Camera::place_for_derivatives(MountedLens& lens, const std::vector<double>& true_pose, const MovingParts& parts) {

@@ -7,6 +7,7 @@
 #include "base/hash.h"
 #include "base/json_source.h"
 #include "imaging/chart_fields.h"
+#include "imaging/pose_motion.h"
 #include "optics/assembly.h"
 
 namespace relign::lens_scene {
@@ -70,6 +71,26 @@ class LensScene::Mounted final : public relign::Assembly {
     const imaging::NoiseFreeResult reached = shared_.camera.render_noise_free(lens_, true_pose, request, pixels);
     return Average{reached.standard_error, static_cast<std::uint64_t>(reached.samples)};
   }
+  bool render_slopes(const Pose& true_pose, std::uint64_t seed, std::uint32_t samples, float* pixels) override {
+    const std::lock_guard<std::mutex> lock(shared_.mutex);
+    if (shared_.camera.without_derivatives()) return false;
+    certify_once(true_pose);
+    const std::size_t count = of_.scene_.sensor.pixels();
+    std::vector<float> wrenches(optics::kWrenchNumbers * count);
+    constexpr std::uint32_t kGroup = 0;
+    shared_.camera.render_derivatives(lens_, true_pose, seed, kGroup, static_cast<int>(std::min(samples, kMostSamples)),
+                                      {}, pixels, wrenches.data());
+    for (const imaging::Twist& twist : imaging::twists_of_axes(of_.scene_, true_pose)) {
+      pixels += count;
+      for (std::size_t i = 0; i < count; ++i) {
+        double slope = 0;
+        for (std::size_t k = 0; k < twist.size(); ++k)
+          slope += twist[k] * static_cast<double>(wrenches[twist.size() * i + k]);
+        pixels[i] = static_cast<float>(slope);
+      }
+    }
+    return true;
+  }
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     imaging::OwnOptimum found = shared_.optimum.find(lens_, seed);
@@ -114,6 +135,7 @@ class LensScene::Mounted final : public relign::Assembly {
 
  private:
   static constexpr int kCells = 40;  // MTF within 0.02 of that of 100
+  static constexpr std::uint32_t kMostSamples = 1U << 20;
   // A lens as built passes other directions than the design: checks its first image against rays in all directions.
   void certify_once(const Pose& true_pose) {
     if (lens_.is_certified()) return;

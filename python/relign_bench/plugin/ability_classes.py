@@ -43,6 +43,18 @@ class AssemblyAbilities:
         """
         return None
 
+    def render_slopes(self, pose: Pose, seed: int, samples: int) -> Any:
+        """A noise-free image and its derivative by each axis, for render --derivatives.
+
+        The image averages samples rays per pixel (or what the scene averages), at least 1; behind it come its
+        derivatives, from the same rays, in the order of the axes, each per whole travel of its axis. Other seeds give
+        independent images.
+
+        Returns:
+            pixels. pixels: the image, then one image for each axis.
+        """
+        return None
+
     def own_optimum(self, seed: int) -> tuple[Pose, float, float] | None:
         """The pose at which a lens as built is best.
 
@@ -115,6 +127,10 @@ ABILITIES = {
     "render_average": Ability(
         arguments={"pose": "numbers", "seed": "integer", "error": "number", "samples": "integer"},
         results={"pixels": "pixels", "standard_error": "error", "samples_used": "integer"},
+    ),
+    "render_slopes": Ability(
+        arguments={"pose": "numbers", "seed": "integer", "samples": "count"},
+        results={"pixels": "pixels of axes + 1 images"},
     ),
     "own_optimum": Ability(
         arguments={"seed": "integer"},

@@ -40,6 +40,19 @@ typedef struct relign_scene_average {
       double error, uint64_t samples, float* pixels, double* standard_error, uint64_t* samples_used);
 } relign_scene_average;
 
+/* "relign.scene.slopes/1": A noise-free image and its derivative by each axis, for render --derivatives. The image
+ * averages `samples` rays per pixel (or what the scene averages), at least 1; behind it come its derivatives, from the
+ * same rays, in the order of the axes, each per whole travel of its axis. Other seeds give independent images. pixels:
+ * the image, then one image for each axis. */
+#define RELIGN_SCENE_SLOPES "relign.scene.slopes/1"
+typedef struct relign_scene_slopes {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* [object-thread] */
+  relign_status (*render_slopes)(relign_assembly* assembly, const double* pose, uint32_t axes, uint64_t seed,
+      uint32_t samples, float* pixels);
+} relign_scene_slopes;
+
 /* "relign.scene.optimum/1": The pose at which a lens as built is best. Results are compared with it ("excess": what an
  * algorithm could still gain). Algorithms never observe it. true_pose: with the lowest noise-free MSE that the scene
  * can find. mse: an unbiased estimate there, in squared pixel values. standard_error: of that estimate. */
