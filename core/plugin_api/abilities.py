@@ -86,9 +86,7 @@ class Ability:
         results = self.results if values else self.pixels
         what = [f"{name}: {result['about']}." for name, result in results.items() if "about" in result]
         each = [f"One row of results for each of `{self.each}`."] if self.each and values else []
-        images = "".join(result["kind"] for result in self.pixels.values())
-        slopes = ["pixels: the image, then one image for each axis."] if "axes" in images else []
-        return [f"{self.plain[0].upper()}{self.plain[1:]}. {self.about}".strip(), *each, *slopes, *what]
+        return [f"{self.plain[0].upper()}{self.plain[1:]}. {self.about}".strip(), *each, *what]
 
 
 def read_abilities():
@@ -373,6 +371,7 @@ def python_function(ability, docstring):
     returns = [f"{shown}{f', for each of {ability.each}' if ability.each else ''}."]
     returns += [said for said in ability.sentences()[1:] if not said.startswith("One row")]
     title, about = f"{ability.plain[0].upper()}{ability.plain[1:]}.", ability.about.replace("`", "")
+    about += f" Only of a scene with {ability.offered} = True." if ability.offered else ""
     first = title if len(title) < 100 else title.split(";", 1)[0] + "."
     text = f"\n    def {ability.name}({', '.join(parameters)}) -> {made if made == 'Any' else made + ' | None'}:\n"
     text += docstring(f"{first} {about}".strip(), [("Returns", [" ".join(returns)])], "        ")
@@ -402,7 +401,10 @@ def python_module(abilities, docstring):
 
 def abilities_table(abilities):
     text = "| function | provides |\n|---|---|\n"
-    return text + "".join(f"| `{a.name}({', '.join(a.arguments)})` | {a.purpose} |\n" for a in abilities)
+    for ability in abilities:
+        condition = f"; only of a scene whose `{ability.offered}` is true" if ability.offered else ""
+        text += f"| `{ability.name}({', '.join(ability.arguments)})` | {ability.purpose}{condition} |\n"
+    return text
 
 
 def messages_table(abilities):

@@ -86,13 +86,11 @@ def values_of(returned: Any, giver: str, names: Sequence[str]) -> list[Any]:
         TypeError: The method returned something else.
     """
     numbers = {2: "two", 3: "three", 4: "four"}
-    try:
-        values = list(returned)
-    except TypeError:
-        values = []
-    if isinstance(returned, (bytes, str)) or len(values) != len(names):
+    values = list(returned) if hasattr(returned, "__iter__") and not isinstance(returned, (bytes, str)) else None
+    if values is None or len(values) != len(names):
+        found = type(returned).__name__ + ("" if values is None else f" of {len(values)}")
         expected = f"{numbers.get(len(names), len(names))} values ({', '.join(names)})"
-        raise TypeError(f"{giver} returned {type(returned).__name__}, expected {expected}")
+        raise TypeError(f"{giver} returned {found}, expected {expected}")
     return values
 
 

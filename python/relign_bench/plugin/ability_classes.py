@@ -104,7 +104,7 @@ class AssemblyAbilities:
         As capture, for the pixels of some regions, at least one, as sensors with regions of interest read them out. A
         scene without it captures whole frames only. A region has at least one pixel and is inside the image; regions
         may overlap. Every pixel of the regions is written, the same bits as in the whole capture, into a whole image,
-        in which the host sets the others to 0.
+        in which the host sets the others to 0. Only of a scene with captures_regions = True.
 
         Returns:
             (pixels, share). share: the pixels that are read out as a share of those of a whole capture, by which

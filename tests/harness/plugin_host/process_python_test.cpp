@@ -234,7 +234,7 @@ class Lens(Assembly):
   EXPECT_THAT(failure([](MountedAssembly& other) {
                 other.fields({0, 0}, 75, {1});
               }),
-              HasSubstr("fields() returned tuple, expected four values (x_px, y_px, tangential, sagittal)"));
+              HasSubstr("fields() returned tuple of 3, expected four values (x_px, y_px, tangential, sagittal)"));
 }
 
 TEST_F(ProcessPythonTest, CapturesRegions) {
