@@ -58,7 +58,7 @@ Json scene_parameters(const RenderArguments& arguments, const plugin_host::Manif
   add("sampler", !arguments.sampler.empty(), arguments.sampler);
   add("transport", !arguments.transport.empty(), arguments.transport);
   add("imaging_errors", !arguments.errors.empty(), arguments.errors, "randomise");
-  add("samples", arguments.samples > 0 && !arguments.noise_free, arguments.samples);
+  add("samples", arguments.samples > 0 && !arguments.noise_free && !arguments.derivatives, arguments.samples);
   return given;
 }
 
@@ -119,7 +119,7 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   return taken;
 }
 
-// The image of each derivative stands beside --out: render.png -> render-x.png, render-Rx.png, ...
+// The image of each derivative is in the folder of --out: render.png -> render-x.png, render-Rx.png, ...
 fs::path beside(const std::string& out, const std::string& axis) {
   const fs::path file = out;
   return file.parent_path() / (file.stem().string() + "-" + axis + file.extension().string());

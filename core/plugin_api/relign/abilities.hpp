@@ -38,8 +38,7 @@ class Abilities {
 
   // A noise-free image and its derivative by each axis, for render --derivatives. The image averages `samples` rays per
   // pixel (or what the scene averages), at least 1; behind it come its derivatives, from the same rays, in the order of
-  // the axes, each per whole travel of its axis. Other seeds give independent images. pixels: the image, then one image
-  // for each axis.
+  // the axes, each per whole travel of its axis. Other seeds give independent images.
   virtual bool render_slopes(const Pose& /*pose*/, std::uint64_t /*seed*/, std::uint32_t /*samples*/, float* /*pixels*/) {
     return false;
   }

@@ -51,7 +51,7 @@ class AssemblyAbilities:
         independent images.
 
         Returns:
-            pixels. pixels: the image, then one image for each axis.
+            pixels.
         """
         return None
 

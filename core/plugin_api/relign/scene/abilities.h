@@ -42,8 +42,7 @@ typedef struct relign_scene_average {
 
 /* "relign.scene.slopes/1": A noise-free image and its derivative by each axis, for render --derivatives. The image
  * averages `samples` rays per pixel (or what the scene averages), at least 1; behind it come its derivatives, from the
- * same rays, in the order of the axes, each per whole travel of its axis. Other seeds give independent images. pixels:
- * the image, then one image for each axis. */
+ * same rays, in the order of the axes, each per whole travel of its axis. Other seeds give independent images. */
 #define RELIGN_SCENE_SLOPES "relign.scene.slopes/1"
 typedef struct relign_scene_slopes {
   uint32_t struct_size;
