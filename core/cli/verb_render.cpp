@@ -119,6 +119,17 @@ TakenImage take(plugin_host::MountedAssembly& assembly, const LoadedScene& scene
   return taken;
 }
 
+// What --json says of an image.
+Json described(const RenderArguments& arguments, const LoadedScene& scene, const ChosenLens& lens,
+               const std::vector<double>& pose) {
+  return {{"image", arguments.out},
+          {"width", scene.facts.image_width},
+          {"height", scene.facts.image_height},
+          {"white", scene.facts.image_white},
+          {"pose", pose},
+          {"elements", valid_json(lens.offsets)}};
+}
+
 // The image of each derivative is in the folder of --out: render.png -> render-x.png, render-Rx.png, ...
 fs::path beside(const std::string& out, const std::string& axis) {
   const fs::path file = out;
@@ -172,16 +183,10 @@ int render_derivatives(Context& context, const RenderArguments& arguments, const
   images::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
   const Json derivatives = write_derivatives(arguments, scene.facts, pixels);
   if (context.json) {
-    print_result(Json({{"image", arguments.out},
-                       {"width", image.width},
-                       {"height", image.height},
-                       {"white", scene.facts.image_white},
-                       {"pose", pose},
-                       {"elements", valid_json(lens.offsets)},
-                       {"samples", samples},
-                       {"derivatives", derivatives}})
-                     .dump(2) +
-                 "\n");
+    Json result = described(arguments, scene, lens, pose);
+    result["samples"] = samples;
+    result["derivatives"] = derivatives;
+    print_result(result.dump(2) + "\n");
     return kDone;
   }
   print_result(arguments.out + "\n");
@@ -244,8 +249,7 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
   images::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
 
   if (context.json) {
-    Json result = {{"image", arguments.out},           {"width", image.width}, {"height", image.height},
-                   {"white", scene.facts.image_white}, {"pose", pose},         {"elements", valid_json(lens.offsets)}};
+    Json result = described(arguments, scene, lens, pose);
     if (average) {
       result["standard_error"] = average->standard_error;
       result["samples"] = average->samples_used;

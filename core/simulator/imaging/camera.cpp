@@ -205,7 +205,7 @@ RayPath Camera::ray_path(const View& view) const {
           view.streams};
 }
 
-void Camera::render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels) {
+void Camera::render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels, float* derivatives) {
   // The hemisphere sampler assumes nothing of tiles.
   const bool all = samples == 0 && settings_.sampler == Sampler::hemisphere;
   std::vector<int> of_render;  // captures do not allocate
@@ -223,9 +223,10 @@ void Camera::render_tiles(std::uint64_t seed, std::uint32_t group, int samples, 
       const Tile& tile = views_[i].tiles.tiles()[at];
       if (!all && tile.unlit) continue;
       const PixelBox& box = all ? tile.box : tile.lit;
-      work.source.start_tile(*scene_, views_[i].path, tile, box, work.sums);
-      const double scale = draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
-      add_to_pixels(box, work.sums, views_[i].weight * scale, width, pixels);
+      work.start(*scene_, views_[i], tile, box, derivatives != nullptr);
+      const double scale = views_[i].weight * draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
+      add_to_pixels(box, work.sums, scale, width, pixels);
+      if (derivatives) work.derivatives.add_to_frame(box, scale, width, derivatives);
     }
   });
 }

@@ -200,8 +200,8 @@ class Camera {
   void choose_scored_tiles();
   void read_out_spans(const std::vector<PixelSpan>& spans, std::uint64_t seed, float* pixels);
   // Straight light, from each view's share of a pixel's samples: of a noise-free render, or with samples 0 of a
-  // capture.
-  void render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels);
+  // capture. derivatives: added to, as render_derivatives() has them, if not null.
+  void render_tiles(std::uint64_t seed, std::uint32_t group, int samples, float* pixels, float* derivatives = nullptr);
 
   const SceneFile* scene_;
   CaptureSettings settings_;

@@ -31,33 +31,8 @@ void Camera::render_derivatives(MountedLens& lens, const std::vector<double>& tr
                                 float* derivatives) {
   require_derivatives();
   place_for_derivatives(lens, true_pose, parts);
-  const std::size_t stride = parts.count() * optics::kWrenchNumbers;
-  const auto width = static_cast<std::size_t>(scene_->sensor.width);
-  std::fill_n(derivatives, scene_->sensor.pixels() * stride, 0.0F);
-  const std::vector<int> shares = samples > 0 ? allocate_samples(samples) : capture_shares_;
-  parallel_->for_each(static_cast<int>(views_.front().tiles.selected().size()), [&](int index, unsigned thread) {
-    const std::size_t at = views_.front().tiles.selected()[static_cast<std::size_t>(index)];
-    Workspace& work = *workspaces_[thread];
-    fill_with_black(tiles()[at].box, scene_->sensor.width, pixels);
-    for (std::size_t i = 0; i < views_.size(); ++i) {
-      const Tile& tile = views_[i].tiles.tiles()[at];
-      if (tile.unlit) continue;
-      work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
-      work.derivatives.start_tile(views_[i].readings, tile.lit.columns * tile.lit.rows);
-      work.source.differentiate(&work.derivatives);
-      const double scale = views_[i].weight * draw_rays(work.source, views_[i], tile, seed, group, samples, shares[i]);
-      work.source.differentiate(nullptr);
-      add_to_pixels(tile.lit, work.sums, scale, scene_->sensor.width, pixels);
-      int pixel = 0;
-      for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
-        for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column) {
-          const float* const from = work.derivatives.of_pixel(pixel++);
-          float* const to =
-              derivatives + (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) * stride;
-          for (std::size_t k = 0; k < stride; ++k) to[k] += static_cast<float>(scale * static_cast<double>(from[k]));
-        }
-    }
-  });
+  std::fill_n(derivatives, scene_->sensor.pixels() * parts.count() * optics::kWrenchNumbers, 0.0F);
+  render_tiles(seed, group, samples, pixels, derivatives);
 }
 
 MseEstimate Camera::noise_free_mse(MountedLens& lens, const std::vector<double>& true_pose, std::uint64_t seed,
@@ -114,13 +89,8 @@ void Camera::render_groups(std::size_t tile_index, std::uint64_t seed, Workspace
     const double scale = views_[i].weight * (tile.area / mse_shares_[i]);
     for (int group = 0; group < kMseGroups; ++group) {
       const bool differentiated = slopes && group < kSlopeGroups;
-      work.source.start_tile(*scene_, views_[i].path, tile, tile.lit, work.sums);
-      if (differentiated) {
-        work.derivatives.start_tile(views_[i].readings, tile.lit.columns * tile.lit.rows);
-        work.source.differentiate(&work.derivatives);
-      }
+      work.start(*scene_, views_[i], tile, tile.lit, differentiated);
       work.source.lattice_directions(ray_path(views_[i]), seed, static_cast<std::uint32_t>(group), mse_shares_[i]);
-      work.source.differentiate(nullptr);
       int pixel = 0;
       for (int row = tile.lit.row; row < tile.lit.row + tile.lit.rows; ++row)
         for (int column = tile.lit.column; column < tile.lit.column + tile.lit.columns; ++column, ++pixel) {

@@ -18,6 +18,13 @@ struct Camera::Workspace {
   double light[kMseGroups][kTilePixels * kTilePixels];  // of all views
   double slopes[kSlopeGroups][kTilePixels * kTilePixels][6];
   GhostImage::Workspace paths;
+
+  // Starts the rays of a box of a tile's pixels, with their derivatives if wanted.
+  void start(const SceneFile& scene, const View& view, const Tile& tile, const PixelBox& box, bool differentiated) {
+    source.start_tile(scene, view.path, tile, box, sums);
+    if (differentiated) derivatives.start_tile(view.readings, box.columns * box.rows);
+    source.differentiate(differentiated ? &derivatives : nullptr);
+  }
 };
 
 inline void fill_with_black(const PixelBox& box, int width, float* pixels) {

@@ -101,4 +101,14 @@ void RayDerivatives::add(const std::uint32_t* owner, int count) {
   }
 }
 
+void RayDerivatives::add_to_frame(const PixelBox& box, double factor, int width, float* frame) const {
+  int pixel = 0;
+  for (int row = box.row; row < box.row + box.rows; ++row)
+    for (int column = box.column; column < box.column + box.columns; ++column) {
+      const float* const from = of_pixel(pixel++);
+      float* const to = frame + static_cast<std::size_t>(row * width + column) * stride_;
+      for (std::size_t k = 0; k < stride_; ++k) to[k] += static_cast<float>(factor * static_cast<double>(from[k]));
+    }
+}
+
 }  // namespace relign::imaging

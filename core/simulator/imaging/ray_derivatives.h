@@ -2,9 +2,9 @@
 // record, then back (optics/adjoint_block.h), and sums over the rays of each pixel. Internal to imaging.
 #pragma once
 
-#include <memory>
 #include <vector>
 
+#include "imaging/pixel_grid.h"
 #include "optics/backward_path.h"
 #include "optics/ray_block.h"
 
@@ -53,6 +53,8 @@ class RayDerivatives {
 
   // Of a pixel: the derivative of its sum of values by each part, as wrenches: 6 numbers a part.
   const float* of_pixel(int pixel) const { return sums_.data() + static_cast<std::size_t>(pixel) * stride_; }
+  // Adds `factor` times that of every pixel of the tile, which are those of `box`, to a frame that is `width` wide.
+  void add_to_frame(const PixelBox& box, double factor, int width, float* frame) const;
 
  private:
   const PartReadings* readings_ = nullptr;

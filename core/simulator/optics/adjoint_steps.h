@@ -335,8 +335,8 @@ RELIGN_DEVICE WrenchOf<Real> moved_to(const WrenchOf<Real>& w, const Real* r, co
 }
 
 // What F changes by, as a wrench, because a ray moves with the pupil: the point where it crosses the plane normal * p =
-// distance follows the lens, and its place on the sensor does not. light: the value of the ray, to which the share of
-// directions that it stands for belongs; 0: F is no light. ray, a: at the sensor; across: its normal.
+// distance follows the lens, and its place on the sensor does not. light: the value of the ray, which is proportional
+// to the share of directions that it stands for; 0 if F is not light. ray, a: at the sensor; across: its normal.
 template <class Real>
 RELIGN_DEVICE WrenchOf<Real> pupil_wrench(const RayOf<Real>& ray, const AdjointOf<Real>& a, Real light,
                                           const Real* normal, Real distance, const Real* across) {
