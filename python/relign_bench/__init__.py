@@ -6,6 +6,8 @@
     bench = relign_bench.Bench("relign_od", noise_level="rho0.25")
     trial = bench.run("nlopt-sbplx", instance=3, steps=50)
 
+    method = relign_bench.Method("nlopt-bobyqa", {"x": (-0.5, 0.5), "y": (-0.5, 0.5)})   # for your own machine
+
 `relign_bench.plugin` is for writing algorithms, scenes and noise levels in Python; it needs the standard library only,
 and `read_results` pandas only. All other modules need numpy and the compiled module `relign_bench._core`; the
 environments also need gymnasium, and `relign_bench.training` needs torch.
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from .batch import Batch
     from .bench import Bench, Instance, Trial, list_plugins
     from .environment import AlignmentEnv
+    from .method import Method
     from .registration import register
     from .results import read_results
     from .vector_environment import AlignmentVectorEnv
@@ -30,6 +33,7 @@ __all__ = [
     "Batch",
     "Bench",
     "Instance",
+    "Method",
     "Trial",
     "list_plugins",
     "read_results",
@@ -42,13 +46,14 @@ _MODULE_OF = {
     "Batch": "batch",
     "Bench": "bench",
     "Instance": "bench",
+    "Method": "method",
     "Trial": "bench",
     "list_plugins": "bench",
     "read_results": "results",
     "register": "registration",
 }
 
-_SUBMODULES = ("batch", "bench", "environment", "plugin", "results", "rewards", "training", "vector_environment")
+_SUBMODULES = ("batch", "bench", "environment", "method", "plugin", "results", "rewards", "training", "vector_environment")
 
 
 def __getattr__(name: str) -> object:

@@ -35,6 +35,7 @@ from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
 from .scenes import Assembly, Moved, Scene, Station
+from .searches import FunctionSearch, GeneratorSearch, Space
 from .service import Stopped
 from .services import Lens, Model, Outcome, Pretraining
 from .trial import Observation, Trial
@@ -44,6 +45,8 @@ __all__ = [
     "Algorithm",
     "Assembly",
     "Box",
+    "FunctionSearch",
+    "GeneratorSearch",
     "Image",
     "Lens",
     "Model",
@@ -55,6 +58,7 @@ __all__ = [
     "Parameter",
     "Pretraining",
     "Scene",
+    "Space",
     "Station",
     "Stopped",
     "Trial",

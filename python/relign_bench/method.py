@@ -1,0 +1,282 @@
+"""The benchmark's methods for your own loop over your own machine: ask for a pose, tell its measured value."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import os
+import pathlib
+import shutil
+import socket
+import tempfile
+import threading
+import weakref
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from ._errors import require_integer
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    import numpy.typing as npt
+
+    from ._typing import Parameters
+
+STATION = pathlib.Path(__file__).with_name("_loop_station.py")
+WAIT_VARIABLE = "RELIGN_CALL_SECONDS"
+LONGEST_WAIT_S = 7 * 24 * 3600  # for a measurement; the host's own limit for an answer of a station is a minute
+
+
+class Method:
+    """A method of the benchmark, C++ or Python, that steers a machine which you measure.
+
+        method = Method("nlopt-bobyqa", {"x": (-0.5, 0.5), "y": (-0.5, 0.5)}, steps=50)
+        while (pose := method.ask()) is not None:
+            method.tell(measure(**pose))
+        print(method.best)
+
+    The first pose is the start pose; it costs no step. Poses keep the bounds of the axes. A value is a number, smaller is
+    better, such as an error or a distance; with `reference` it is an image. The method observes its distance from the
+    goal: abs(value - goal), or the RMSE between image and reference. One method object is one alignment.
+
+    Args:
+        algorithm: Id, preset or path of an algorithm; not one that needs the design or the true start.
+        axes: (lower, upper) by name, in your units.
+        steps: Budget, in steps after the start pose; at most 100,000.
+        start: Start pose by name; by default the middle of all axes.
+        seed: Seed of the method. Equal seeds and equal measurements give equal poses.
+        parameters: Parameters of the algorithm.
+        reference: Image of a perfect machine, shape (height, width), for methods that observe images; then values are images.
+        goal: The lowest possible value.
+
+    Attributes:
+        best: (pose, value) of the lowest value so far; for images the value is the RMSE. None before the first.
+        recommended: The pose that the method recommends, once it has ended; None before.
+        end: None while the method runs, then "budget_spent" or "finished".
+
+    Raises:
+        ValueError: An argument is not valid.
+    """
+
+    def __init__(self, algorithm: str, axes: Mapping[str, tuple[float, float]], steps: int = 50,
+                 start: Mapping[str, float] | None = None, seed: int = 1, parameters: Parameters | None = None,
+                 reference: npt.ArrayLike | None = None, goal: float = 0.0) -> None:
+        self._names, self._bounds, self._start = _bounds(axes, start)
+        # The search box is half a travel to both sides of the start, so the farther bound decides the travel.
+        reach = self._bounds - self._start[:, None]
+        self._travel = 2 * np.abs(reach).max(axis=1)
+        self._goal = np.array([[goal]], np.float32) if reference is None else np.asarray(reference, np.float32)
+        if self._goal.ndim != 2 or not np.isfinite(self._goal).all():
+            raise ValueError("reference must be a finite image of shape (height, width), and goal a finite number")
+        self._scalar = reference is None
+        self._goal_value = float(goal)
+        self.best: tuple[dict[str, float], float] | None = None
+        self.recommended: dict[str, float] | None = None
+        self.end: str | None = None
+        self._pending: dict[str, float] | None = None
+        set_up = {"shape": self._goal.shape, "range": (reach / self._travel[:, None]).tolist(),
+                  "axes": [[name, travel] for name, travel in zip(self._names, self._travel.tolist())]}
+        self._trial = _Trial(algorithm, require_integer(steps, "steps", 1, 100_000), require_integer(seed, "seed", 0),
+                             parameters, set_up, self._goal)
+
+    def ask(self) -> dict[str, float] | None:
+        """The next pose to measure, by name of the axis; the same one until `tell` has its value. None at the end.
+
+        Raises:
+            RuntimeError: The method failed; the message is its own.
+        """
+        if self._pending is None and self.end is None:
+            shares = self._trial.next_pose()
+            if shares is None:
+                self._finish()
+            else:
+                self._pending = self._pose(shares)
+        return None if self._pending is None else dict(self._pending)
+
+    def tell(self, measured: float | npt.ArrayLike, seconds: float = 0.0) -> None:
+        """The value measured at the pose of the latest `ask`.
+
+        Args:
+            measured: The value, or with `reference` the image, shape (height, width).
+            seconds: Machine time that the move and the measurement took.
+
+        Raises:
+            ValueError: It is not finite, below the goal, or has another shape. The pose still waits for its value.
+            RuntimeError: No pose waits for its value.
+        """
+        if self._pending is None:
+            raise RuntimeError("no pose waits for a value: call ask() before tell()")
+        with np.errstate(over="ignore"):  # an infinite value is refused below
+            pixels = np.atleast_2d(np.asarray(measured, np.float64)).astype(np.float32)
+        if pixels.shape != self._goal.shape:
+            raise ValueError(f"expected {'a number' if self._scalar else f'an image of shape {self._goal.shape}'}, found "
+                             f"shape {np.shape(measured)}")
+        if not np.isfinite(pixels).all():
+            raise ValueError("the measurement is not finite; tell a large value where nothing could be measured")
+        if not (math.isfinite(seconds) and seconds >= 0):
+            raise ValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
+        if self._scalar and pixels < self._goal:
+            raise ValueError(f"{measured!r} is below the goal {self._goal_value:g}: set goal to the lowest possible value")
+        value = float(np.asarray(measured)) if self._scalar else float(np.sqrt(np.mean((pixels - self._goal) ** 2.0)))
+        if self.best is None or value < self.best[1]:
+            self.best = (self._pending, value)
+        self._pending = None
+        self._trial.answer(pixels, float(seconds))
+
+    @property
+    def waits(self) -> bool:
+        """Whether a pose was asked for that has no value yet."""
+        return self._pending is not None
+
+    def close(self) -> None:
+        """Ends the method early."""
+        self._trial.close()
+        self._pending, self.end = None, self.end or "closed"
+
+    def __enter__(self) -> Method:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _finish(self) -> None:
+        records, closing = self._trial.record()
+        if closing["end"] not in ("budget_spent", "finished"):
+            self.end = closing["end"]
+            raise RuntimeError(f"the method failed: {closing.get('message', closing['end'])}")
+        self.end = closing["end"]
+        self.recommended = self._pose(records[-1]["recommended_pose"])
+
+    def _pose(self, shares: Sequence[float]) -> dict[str, float]:
+        pose = self._start + np.asarray(shares) * self._travel
+        return dict(zip(self._names, np.clip(pose, *self._bounds.T).tolist()))
+
+
+def _bounds(axes: Mapping[str, tuple[float, float]], start: Mapping[str, float] | None) -> tuple[list[str], Any, Any]:
+    """(names, bounds of shape (axes, 2), start pose)."""
+    names = list(axes)
+    bounds = np.array([axes[name] for name in names], np.float64)
+    if bounds.shape != (len(names), 2) or not names:
+        raise ValueError(f"axes must be (lower, upper) by name, not {axes!r}")
+    for name, (lower, upper) in zip(names, bounds.tolist()):
+        if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
+            raise ValueError(f"axis '{name}' must have finite bounds, lower below upper, not {axes[name]!r}")
+    if start is None:
+        return names, bounds, bounds.mean(axis=1)
+    if set(start) != set(names):
+        raise ValueError(f"start must have a value for each of {', '.join(names)}, not {start!r}")
+    pose = np.array([start[name] for name in names], np.float64)
+    for name, value, (lower, upper) in zip(names, pose.tolist(), bounds.tolist()):
+        if not lower <= value <= upper:
+            raise ValueError(f"start of axis '{name}' must be from {lower:g} to {upper:g}, not {value:g}")
+    return names, bounds, pose
+
+
+class _Trial:
+    """The trial in a thread of its own, and the connection to its station.
+
+    Raises:
+        ValueError: The algorithm or its parameters are not valid.
+    """
+
+    def __init__(self, algorithm: str, steps: int, seed: int, parameters: Parameters | None, set_up: dict[str, Any],
+                 goal: Any) -> None:
+        folder = tempfile.mkdtemp(prefix="relign-")
+        address = os.path.join(folder, "station")
+        self._outcome: dict[str, Any] = {}
+        ended, ends = Pipe(duplex=False)
+        arguments = (address, algorithm, steps, seed, parameters, self._outcome, ends)
+        thread = threading.Thread(target=_run, args=arguments, daemon=True)
+        connections = [ended]
+        self.close = weakref.finalize(self, _close, connections, thread, folder)
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(address)
+            server.listen()
+            thread.start()
+            if server in wait([server, ended]):
+                accepted, _ = server.accept()
+                connections.append(Connection(accepted.detach()))
+        self._connections = connections
+        if len(connections) == 2:
+            connections[1].send_bytes(json.dumps(set_up).encode())
+            connections[1].send_bytes(goal.tobytes())
+        self._next = self._receive()
+
+    def next_pose(self) -> list[float] | None:
+        """Shares of the travel from the start; None when the trial has ended."""
+        if self._next is None:
+            self._next = self._receive()
+        return self._next
+
+    def answer(self, pixels: Any, seconds: float) -> None:
+        """What was captured at the next pose."""
+        self._next = None
+        try:
+            self._connections[1].send_bytes(json.dumps(seconds).encode())
+            self._connections[1].send_bytes(pixels.tobytes())
+        except OSError:  # the station is gone; the next `ask` says why
+            pass
+
+    def record(self) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+        """(steps, closing line) of the trial that has ended."""
+        if "lines" not in self._outcome:
+            raise RuntimeError("the method was closed")
+        *steps, closing, _ = map(json.loads, self._outcome["lines"].splitlines())
+        return steps, closing
+
+    def _receive(self) -> list[float] | None:
+        if self._connections[1:] and self._connections[1] in wait(self._connections):
+            try:
+                return json.loads(self._connections[1].recv_bytes())
+            except (EOFError, OSError):  # the station has ended, and so will the trial
+                pass
+        wait(self._connections[:1])
+        if "error" in self._outcome:
+            raise self._outcome["error"]
+        return None
+
+
+def _run(address: str, algorithm: str, steps: int, seed: int, parameters: Parameters | None, outcome: dict[str, Any],
+         ends: Connection) -> None:
+    """The thread: a trial on the station. Leaves "lines" or "error" in `outcome`, then closes `ends`."""
+    try:
+        with _waiting_long():
+            trials = _native.make_trials(str(STATION), {"address": address}, "none", None, seed, 1)
+        outcome["lines"], _ = trials.run(str(algorithm), _native.parameters_text(parameters), 0, "paper", "", "soft", steps,
+                                         False)
+    except Exception as error:  # noqa: BLE001 (raised in the thread that asks)
+        outcome["error"] = error
+    finally:
+        ends.close()
+
+
+_environment = threading.Lock()
+
+
+@contextlib.contextmanager
+def _waiting_long() -> Iterator[None]:
+    """Stations that are loaded meanwhile may take as long for a capture as somebody's machine needs."""
+    with _environment:
+        before = os.environ.get(WAIT_VARIABLE)
+        os.environ[WAIT_VARIABLE] = str(LONGEST_WAIT_S)
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ[WAIT_VARIABLE]
+            else:
+                os.environ[WAIT_VARIABLE] = before
+
+
+def _close(connections: list[Connection], thread: threading.Thread, folder: str) -> None:
+    for connection in connections[1:]:
+        connection.close()  # the station fails, and with it the trial
+    if thread.ident is not None:
+        thread.join(10)
+    shutil.rmtree(folder, ignore_errors=True)

@@ -1,0 +1,216 @@
+"""Methods of the benchmark in a loop of the caller's own."""
+
+import gc
+import importlib.util
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import textwrap
+import unittest
+
+from support import np, relign_bench
+
+Method = relign_bench.Method
+AXES = {"x": (-0.5, 0.5), "y": (-0.5, 0.5), "z": (0.0, 10.0)}
+
+
+def measure(x, y, z):
+    """A bowl whose lowest point is at (0.1, -0.2, 3)."""
+    return ((x - 0.1) ** 2 + 4 * (y + 0.2) ** 2 + 0.01 * (z - 3) ** 2) ** 0.5
+
+
+def poses_of(method, function=measure):
+    poses = []
+    while (pose := method.ask()) is not None:
+        poses.append(pose)
+        method.tell(function(**pose))
+    return poses
+
+
+class Loop(unittest.TestCase):
+    def test_bobyqa_finds_the_lowest_point(self):
+        method = Method("nlopt-bobyqa", AXES, steps=60, start={"x": 0.3, "y": 0.0, "z": 2.0})
+        poses = poses_of(method)
+        self.assertEqual(poses[0], {"x": 0.3, "y": 0.0, "z": 2.0})
+        self.assertEqual((len(poses), method.end), (61, "budget_spent"))
+        pose, value = method.best
+        self.assertEqual(value, min(measure(**one) for one in poses))
+        self.assertLess(value, 0.05)
+        self.assertEqual(method.recommended, pose)
+
+    def test_poses_keep_the_bounds_whatever_the_start(self):
+        for start in (None, {"x": 0.5, "y": -0.5, "z": 0.0}):
+            method = Method("random", AXES, steps=80, start=start)
+            poses = poses_of(method) + [method.recommended]
+            for name, (lower, upper) in AXES.items():
+                values = [pose[name] for pose in poses]
+                self.assertGreaterEqual(min(values), lower)
+                self.assertLessEqual(max(values), upper)
+                if start is None:  # and use them
+                    self.assertGreater(max(values) - min(values), 0.9 * (upper - lower))
+
+    def test_seeds(self):
+        one, same, other = (poses_of(Method("cma-es", AXES, steps=12, seed=seed)) for seed in (1, 1, 2))
+        self.assertEqual(one, same)
+        self.assertNotEqual(one, other)
+
+    def test_the_method_sees_the_merit_of_the_told_values(self):
+        """The same poses as on the simulated machine: the loop loses nothing."""
+        bench = relign_bench.Bench("gaussian_spot", "rho0", threads=1)
+        trial = bench.run("nlopt-bobyqa", protocol="blind", steps=12, keep_frames=True)
+        shares = dict.fromkeys(bench.axes, (-0.5, 0.5))
+        with Method("nlopt-bobyqa", shares, steps=12, reference=bench.reference) as method:
+            for step, frame in zip(trial.steps, trial.frames):
+                np.testing.assert_allclose(list(method.ask().values()), step["commanded_pose"], atol=1e-6)
+                method.tell(frame)
+            self.assertIsNone(method.ask())
+
+    def test_asking_twice_and_two_methods_at_once(self):
+        one, other = Method("nlopt-sbplx", AXES, steps=5), Method("random", {"a": (0, 1)}, steps=5)
+        for _ in range(6):
+            pose = one.ask()
+            self.assertEqual(pose, one.ask())
+            other.tell(other.ask()["a"])
+            one.tell(measure(**pose))
+        self.assertEqual((one.ask(), other.ask()), (None, None))
+        self.assertEqual(set(other.recommended), {"a"})
+
+
+class Images(unittest.TestCase):
+    def test_shape_and_value(self):
+        with Method("random", {"x": (0, 1)}, steps=2, reference=np.full((2, 3), 0.5)) as method:
+            method.ask()
+            with self.assertRaisesRegex(ValueError, r"expected an image of shape \(2, 3\), found shape \(3, 2\)"):
+                method.tell(np.zeros((3, 2)))
+            method.tell(np.full((2, 3), 0.75))
+            self.assertAlmostEqual(method.best[1], 0.25)
+
+
+class Mistakes(unittest.TestCase):
+    def test_arguments(self):
+        for arguments, message in (
+            (("nlopt-bobyqqa", AXES), "did you mean 'nlopt-bobyqa'"),
+            (("home", AXES), "requires the true start pose"),
+            (("random", {}), "axes must be"),
+            (("random", {"x": (1, 0)}), "lower below upper"),
+            (("random", {"x": (0, float("inf"))}), "finite bounds"),
+            (("random", AXES, 0), "steps"),
+            (("random", AXES, 5, {"x": 0.0}), "start must have a value"),
+            (("random", {"x": (0, 1)}, 5, {"x": 2.0}), "from 0 to 1, not 2"),
+            (("random", AXES, 5, None, -1), "seed"),
+            (("cma-es", AXES, 5, None, 1, {"sigmma": 1}), "sigmma"),
+        ):
+            with self.subTest(arguments=arguments), self.assertRaisesRegex(ValueError, message):
+                Method(*arguments)
+
+    def test_values(self):
+        method = Method("random", AXES, steps=3, goal=-1.0)
+        with self.assertRaisesRegex(RuntimeError, "call ask"):
+            method.tell(1.0)
+        method.ask()
+        for value, message in ((float("nan"), "not finite"), (1e60, "not finite"), ([1.0, 2.0], "expected a number"),
+                               (-1.5, "below the goal -1")):
+            with self.assertRaisesRegex(ValueError, message):
+                method.tell(value)
+        method.tell(-0.5)  # nothing is lost
+        self.assertEqual(method.best[1], -0.5)
+
+    def test_a_method_that_fails_says_why(self):
+        method = Method("sensitivity", AXES, steps=3)
+        method.tell(measure(**method.ask()))
+        with self.assertRaisesRegex(RuntimeError, "sensitivity.*relign.model"):
+            method.ask()
+
+    def test_the_limit_for_answers_is_restored(self):
+        before = os.environ.get("RELIGN_CALL_SECONDS")
+        Method("random", AXES, steps=1).close()
+        self.assertEqual(os.environ.get("RELIGN_CALL_SECONDS"), before)
+
+
+class Ends(unittest.TestCase):
+    def test_closing_early(self):
+        with Method("random", AXES, steps=50) as method:
+            method.ask()
+        self.assertEqual((method.end, method.ask()), ("closed", None))
+        with self.assertRaisesRegex(RuntimeError, "call ask"):
+            method.tell(1.0)
+
+    def test_nothing_remains(self):
+        program = textwrap.dedent("""
+            import relign_bench
+            one = relign_bench.Method("random", {"x": (0, 1)}, steps=50)
+            one.ask()
+            other = relign_bench.Method("random", {"x": (0, 1)}, steps=1)
+            while other.ask():
+                other.tell(1.0)
+            print("done")
+        """)
+        with tempfile.TemporaryDirectory() as folder:
+            ended = subprocess.run([sys.executable, "-c", program], env={**os.environ, "TMPDIR": folder}, timeout=300,
+                                   capture_output=True, text=True, check=False)
+            self.assertEqual((ended.stdout, ended.returncode), ("done\n", 0), ended.stderr)
+            self.assertEqual([path.name for path in pathlib.Path(folder).glob("relign-*/station")], [])
+
+    def test_a_dropped_method_ends(self):
+        method = Method("random", AXES, steps=50)
+        thread = method._trial.close.peek()[2][1]
+        method.ask()
+        del method
+        gc.collect()
+        thread.join(60)
+        self.assertFalse(thread.is_alive())
+
+
+@unittest.skipIf(importlib.util.find_spec("gest_api") is None, "gest-api is not installed")
+class Generators(unittest.TestCase):
+    def setUp(self):
+        from gest_api.vocs import VOCS
+
+        from relign_bench.generator import MethodGenerator
+
+        self.vocs, self.generator = VOCS, MethodGenerator
+
+    def test_maximizes_with_a_goal(self):
+        vocs = self.vocs(variables={"x": [-0.5, 0.5], "y": [0, 3]}, objectives={"f": "MAXIMIZE"}, constants={"k": 3})
+        generator = self.generator(vocs, "nlopt-bobyqa", steps=40, goal=10)
+        points = []
+        while suggested := generator.suggest(1):
+            points += suggested
+            self.assertEqual(suggested[0]["k"], 3)
+            generator.ingest([{**p, "f": 10 - (p["x"] - 0.2) ** 2 - (p["y"] - 2) ** 2} for p in suggested])
+        self.assertEqual(len(points), 41)
+        pose, value = generator.method.best
+        self.assertAlmostEqual(pose["x"], 0.2, 2)
+        self.assertAlmostEqual(value, -10, 2)
+
+    def test_rules_of_gest_api(self):
+        generator = self.generator(self.vocs(variables={"x": [0, 1]}, objectives={"f": "MINIMIZE"}), "random")
+        with self.assertRaisesRegex(ValueError, "one point at a time, not 2"):
+            generator.suggest(2)
+        (point,) = generator.suggest()
+        with self.assertRaisesRegex(ValueError, "ingest it first"):
+            generator.suggest()
+        with self.assertRaisesRegex(ValueError, "was not suggested last"):
+            generator.ingest([{"x": 0.5, "f": 1.0}])
+        generator.ingest([{**point, "f": 1.0}])
+        with self.assertRaisesRegex(ValueError, "was not suggested last"):
+            generator.ingest([{**point, "f": 1.0}])
+        generator.finalize()
+        self.assertEqual(generator.suggest(), [])
+
+    def test_other_spaces_are_refused(self):
+        for space, message in (
+            ({"variables": {"x": {1, 2}}, "objectives": {"f": "MINIMIZE"}}, "continuous variables only"),
+            ({"variables": {"x": [0, 1]}, "objectives": {"f": "MINIMIZE", "g": "MINIMIZE"}}, "one objective"),
+            ({"variables": {"x": [0, 1]}, "objectives": {"f": "EXPLORE"}}, "one objective"),
+            ({"variables": {"x": [0, 1]}, "objectives": {"f": "MINIMIZE"}, "constraints": {"c": ["LESS_THAN", 1]}},
+             "no constraints: c"),
+        ):
+            with self.subTest(space=space), self.assertRaisesRegex(ValueError, message):
+                self.generator(self.vocs(**space), "random")
+
+
+if __name__ == "__main__":
+    unittest.main()
