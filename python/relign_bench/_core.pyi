@@ -54,6 +54,10 @@ class Batch:
     def render_at(
         self, slots: Sequence[int], poses: npt.NDArray[np.float64], frames: npt.NDArray[np.float32]
     ) -> None: ...
+    def render_slopes_at(
+        self, slots: Sequence[int], poses: npt.NDArray[np.float64], seeds: Sequence[int], samples: int,
+        images: npt.NDArray[np.float32],
+    ) -> None: ...
     def noise_free_mse(self, slots: Sequence[int]) -> tuple[list[float], list[float]]: ...
     def noise_free_mse_at(
         self, slots: Sequence[int], poses: npt.NDArray[np.float64], steps: Sequence[int]

@@ -132,6 +132,29 @@ class Batch:
         self._core.render_at(list(slots), np.ascontiguousarray(true_poses, np.float64), frames)
         return frames
 
+    def derivatives_at(self, slots: Slots, true_poses: npt.ArrayLike, seeds: Sequence[int] | npt.NDArray[np.integer[Any]],
+                       samples: int = 64) -> tuple[Float32Array, Float32Array]:
+        """Images without a sensor's noise at given true poses, and their derivatives by the pose; the stages do not move.
+
+        Args:
+            slots: The slots.
+            true_poses: True poses in [0, 1], shape (n, axes).
+            seeds: Seeds of the rays; other seeds give independent images.
+            samples: Rays per pixel, from 1 to a million.
+
+        Returns:
+            Images, shape (n, height, width), and derivatives, shape (n, axes, height, width), per whole travel of the axis,
+            from the same rays: what is left out of them is in docs/derivatives.md. With device "cuda" too they are
+            computed on the CPU and are arrays.
+
+        Raises:
+            ValueError: The scene has no derivatives, or an argument is not valid.
+        """
+        both = np.empty((len(slots), self.axes + 1, *self.reference.shape), np.float32)
+        self._core.render_slopes_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)),
+                                    require_integer(samples, "samples", 1, 1_000_000), both)
+        return both[:, 0], both[:, 1:]
+
     def true_poses(self, slots: Slots) -> Float64Array:
         """True poses, shape (n, axes)."""
         return self._read(self._core.read_true_poses, slots)

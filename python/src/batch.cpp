@@ -80,6 +80,17 @@ void render_at(Batch& batch, const Slots& slots, const py::buffer& poses, const 
   batch.render_at(slots, numbers, pixels);
 }
 
+void render_slopes_at(Batch& batch, const Slots& slots, const py::buffer& poses,
+                      const std::vector<std::uint64_t>& seeds, std::uint32_t samples, const py::buffer& images) {
+  const trials::SceneFacts& facts = batch.facts();
+  const double* numbers = numbers_of<double>(poses, {slots.size(), facts.axes.size()}, false, "poses");
+  if (seeds.size() != slots.size()) throw Error(ErrorKind::bad_input, "render_slopes_at needs one seed per slot");
+  float* pixels = numbers_of<float>(
+      images, {slots.size(), facts.axes.size() + 1, facts.image_height, facts.image_width}, true, "images");
+  const py::gil_scoped_release release;
+  batch.render_slopes_at(slots, numbers, seeds.data(), samples, pixels);
+}
+
 // Means and standard errors, one per slot.
 py::tuple lists_of(const std::vector<trials::Truth>& truths) {
   std::vector<double> mse, error;
@@ -217,6 +228,8 @@ void bind_batch(py::module_& module) {
       .def("capture_at", &capture_at, arg("slots"), arg("poses"), arg("seeds"), arg("frames"))
       .def("capture_into", &capture_into, arg("slots"), arg("poses"), arg("seeds"), arg("address"))
       .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
+      .def("render_slopes_at", &render_slopes_at, arg("slots"), arg("poses"), arg("seeds"), arg("samples"),
+           arg("images"))
       .def("noise_free_mse", &noise_free_mse, arg("slots"))
       .def("noise_free_mse_at", &noise_free_mse_at, arg("slots"), arg("poses"), arg("steps"))
       .def("optima", &optima, arg("slots"))

@@ -230,6 +230,19 @@ void Batch::render_at(const std::vector<unsigned>& slots, const double* true_pos
                 "scene '" + in.setup.scene.id + "' has no noise-free images; average captures instead");
 }
 
+void Batch::render_slopes_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
+                             std::uint32_t samples, float* pixels) {
+  Implementation& in = *implementation_;
+  const std::size_t axes = in.check_poses(slots, true_poses);
+  std::atomic<bool> offered{true};
+  in.for_each(slots, [&](std::size_t k) {
+    const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
+    float* own = pixels + (axes + 1) * in.pixels * k;
+    if (!in.slots[slots[k]].assembly->render_slopes(pose, seeds[k], samples, own)) offered = false;
+  });
+  if (!offered) throw Error(ErrorKind::bad_input, "scene '" + in.setup.scene.id + "' has no derivatives of images");
+}
+
 std::vector<trials::Truth> Batch::truths(const std::vector<unsigned>& slots) {
   std::vector<double> true_poses;
   std::vector<unsigned> steps;

@@ -79,6 +79,12 @@ class Batch {
   // The same without noise. Throws Error(bad_input) where the scene has no noise-free images.
   void render_at(const std::vector<unsigned>& slots, const double* true_poses, float* pixels);
 
+  // Images with `samples` rays per pixel, and their derivatives by each axis per whole travel: for each slot (axes + 1)
+  // x image_height x image_width values, the image first. Other seeds give independent images. Throws Error(bad_input)
+  // where the scene has no derivatives.
+  void render_slopes_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
+                        std::uint32_t samples, float* pixels);
+
   // State at the last frame of a slot; valid until the slot's next reset.
   struct State {
     trials::Instance instance;
