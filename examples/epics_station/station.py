@@ -1,0 +1,149 @@
+"""A laboratory's EPICS motors and areaDetector camera as a station of the benchmark. See README.md.
+
+Nothing moves beyond the box of the layout. Every error, SIGTERM and the end of the process, except by SIGKILL, stop
+all motors.
+"""
+import contextlib
+import os
+import random
+import signal
+import time
+
+import numpy as np
+from channel_access import STOP_S, AreaDetector, Channels, Motors
+from layout import Layout
+
+from relign_bench.plugin import Moved, Station, parameter, serve
+
+LEAST_SHARE = 1e-9  # of the travel: less is rounding, and no move
+
+
+class EpicsStation(Station):
+    id = "epics_station"
+
+    layout = parameter("station.json", type="file", description="axes, box and camera: a JSON file, see README.md")
+    golden_image = parameter("golden.npy", type="file",
+                             description="image of a perfect lens: .npy, float32, as large as a capture, 1 for counts_at_1")
+    prefix = parameter("RELIGN:", description="replaces $(P) in the layout")
+    timeout_s = parameter(5.0, minimum=0.1, maximum=600.0, unit="s",
+                          description="time limit for connections, answers and images")
+    move_timeout_s = parameter(20.0, minimum=0.1, maximum=3600.0, unit="s", description="time limit for one move")
+
+    connected = []  # those that the end of the process must stop
+
+    def __init__(self):
+        self.facts = Layout(self.layout, self.prefix)
+        self.channels = self.motors = self.camera = None  # made in the first trial: `validate` needs no machine
+        self.at_rest = True
+        longest = 2 * (self.move_timeout_s + self.timeout_s) + STOP_S
+        limit = float(os.environ.get("RELIGN_CALL_SECONDS", "60"))
+        if longest >= limit:
+            raise ValueError(
+                f"a start may take {longest:g} s, with two 'move_timeout_s' and two 'timeout_s', but relign-bench kills this "
+                f"process after {limit:g} s, and nothing stops the motors then: raise RELIGN_CALL_SECONDS, or lower the limits"
+            )
+
+    def describe(self):
+        camera = self.facts.camera
+        return {
+            "name": "epics_station",
+            "summary": f"Motors and camera at {self.facts.axes[0].pv} ...",
+            "axes": [
+                {"name": axis.name, "unit": axis.unit, "lower": axis.low, "upper": axis.high} for axis in self.facts.axes
+            ],
+            "image": {"width": camera["width"], "height": camera["height"], "white": camera["white"]},
+        }
+
+    def reference(self):
+        image, size = np.load(self.golden_image), (self.facts.camera["height"], self.facts.camera["width"])
+        if image.shape != size or image.dtype != np.float32:
+            raise ValueError(
+                f"{self.golden_image} has {image.dtype} values of shape {image.shape}, expected float32 of shape {size}"
+            )
+        return image
+
+    def begin(self, seed):
+        """Loads a lens where the layout has a loader, and moves to the start. Equal seeds request the same."""
+        with self.stopping_at_errors():
+            self.connect()
+            self.motors.check_ready()
+            self.camera.prepare()
+            if self.facts.load:
+                self.channels.put(self.facts.load, seed % 2**31, self.move_timeout_s)
+            draw = random.Random(seed)
+            self.motors.move_to([self.start_of(axis, draw) for axis in self.facts.axes])
+
+    def start_of(self, axis, draw):
+        width = self.facts.start_spread * (axis.high - axis.low)
+        low, high = self.motors.reachable(axis)
+        return min(max(axis.start + draw.uniform(-0.5, 0.5) * width, low), high)
+
+    def connect(self):
+        if self.channels:
+            return
+        names = [*Motors.names(self.facts.axes), *AreaDetector.names(self.facts.camera)]
+        self.channels = Channels(names + ([self.facts.load] if self.facts.load else []), self.timeout_s)
+        self.motors = Motors(self.facts.axes, self.channels, self.move_timeout_s)
+        self.camera = AreaDetector(self.facts.camera, self.channels, self.timeout_s)
+        signal.signal(signal.SIGTERM, end)
+        EpicsStation.connected.append(self)
+
+    def move_by(self, delta):
+        with self.stopping_at_errors():
+            began, before = time.monotonic(), self.motors.positions()
+            targets, limits = [], []
+            for axis, share, position in zip(self.facts.axes, delta, before):
+                asked, (low, high) = position + share * (axis.high - axis.low), self.motors.reachable(axis)
+                moves = abs(share) > LEAST_SHARE
+                targets.append(min(max(asked, low), high) if moves else None)
+                limits.append(int(asked > high) - int(asked < low) if moves else 0)
+            switches = self.motors.move_to(targets)
+            after, seconds = self.motors.positions(), time.monotonic() - began
+        return Moved(
+            moved=[
+                (there - here) / (axis.high - axis.low) for axis, here, there in zip(self.facts.axes, before, after)
+            ],
+            machine_seconds=seconds,
+            limits=[switch or limit for switch, limit in zip(switches, limits)],
+        )
+
+    def capture(self):
+        with self.stopping_at_errors():
+            began = time.monotonic()
+            counts = self.camera.capture()
+        return np.asarray(counts / self.facts.camera["counts_at_1"], np.float32), time.monotonic() - began
+
+    @contextlib.contextmanager
+    def stopping_at_errors(self):
+        """Stops everything at an error, whose message then ends with what became of it."""
+        self.at_rest = False
+        try:
+            yield
+        except (Exception, SystemExit) as error:
+            raise RuntimeError(f"{error}; {self.stop()}") from None
+
+    def stop(self):
+        """Stops motors and camera. Returns a phrase for messages."""
+        if not self.motors:
+            return "nothing was moved"
+        if self.at_rest:
+            return "all motors were stopped before"
+        late = self.channels.put_at_once({**self.motors.stops(), **self.camera.stops()})
+        motors = [axis for axis in self.facts.axes if f"{axis.pv}.STOP" in late]
+        self.at_rest = not motors
+        if motors:
+            return f"STOP did not reach {', '.join(map(str, motors))}: look at the machine, and stop it by hand"
+        return "STOP was put to all motors"
+
+
+def end(signal_number, frame):
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    raise SystemExit("the process was ended by SIGTERM")
+
+
+if __name__ == "__main__":
+    try:
+        serve(EpicsStation)
+    finally:  # not atexit: by then the client's threads have ended
+        for station in EpicsStation.connected:
+            station.stop()
