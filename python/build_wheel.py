@@ -28,6 +28,7 @@ EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "nl
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
+relign-export = relign_bench.export.cli:main
 """
 
 

@@ -1,0 +1,65 @@
+"""relign-export: writes results folders for other programs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from .coco import write_coco
+from .ioh import write_ioh
+from .runs import ERRORS, ONLY_KEYS, read_study
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+EXAMPLES = """examples:
+  relign-export results/quick --ioh quick-ioh       # for IOHanalyzer and iohinspector
+  relign-export results/quick --coco quick-coco     # then: python3 -m cocopp quick-coco/*/
+  relign-export results/quick --ioh quick-ioh --error commanded --only noise_level=rho0.25
+
+  The shards of a plan are merged first: relign-bench merge results/quick -o results/quick-merged
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs relign-export.
+
+    Args:
+        arguments: Arguments; None: those of the process.
+
+    Returns:
+        Exit status: 0, or 2 after an error.
+    """
+    parser = make_parser()
+    given = parser.parse_args(arguments)
+    if not (given.ioh or given.coco):
+        parser.error("nothing to write; give --ioh DIR or --coco DIR")
+    try:
+        study = read_study(given.results, given.error, given.only)
+        for write, folder in ((write_ioh, given.ioh), (write_coco, given.coco)):
+            if folder:
+                write(study, folder)
+    except (ValueError, OSError, ImportError) as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 2
+    runs = sum(map(len, study.runs.values()))
+    print(f"{runs} runs of {len(study.algorithms)} methods on {len(study.functions)} functions; values: {ERRORS[given.error]}")
+    if study.left_out:
+        print(f"left out: {study.left_out} failed trials", file=sys.stderr)
+    return 0
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    parser = argparse.ArgumentParser(
+        prog="relign-export", description="Write a results folder in the formats of other programs.",
+        formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES)
+    parser.add_argument("results", metavar="RESULTS", help="results folder of relign-bench run or merge")
+    parser.add_argument("--ioh", metavar="DIR", help="write data of IOHprofiler, for IOHanalyzer and iohinspector")
+    parser.add_argument("--coco", metavar="DIR", help="write a data archive of COCO, for cocopp")
+    parser.add_argument("--error", choices=tuple(ERRORS), default="recommended",
+                        help="; ".join(f"{name}: {meaning}" for name, meaning in ERRORS.items()) + " [default: %(default)s]")
+    parser.add_argument("--only", metavar="KEY=VALUE", action="append", default=[],
+                        help=f"export only these trials; keys: {', '.join(ONLY_KEYS)}; repeatable")
+    return parser

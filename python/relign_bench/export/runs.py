@@ -1,0 +1,192 @@
+"""Trials of a results folder as runs of an optimiser: evaluations, poses and one error."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from .._errors import check_name
+from ..results import read_manifest, read_trials
+
+if TYPE_CHECKING:
+    import os
+    import pathlib
+    from collections.abc import Iterable, Sequence
+
+#: What the exported number is, by the name of the error.
+ERRORS = {
+    "recommended": "noise-free RMSE at the recommended pose, after gluing",
+    "commanded": "noise-free RMSE at the commanded pose",
+    "measured": "RMSE of the capture against the reference, camera noise included",
+}
+ONLY_KEYS = ("scene", "noise_level", "algorithm", "protocol", "instance")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One trial. Evaluation k is step k - 1: the first is the capture at the start pose.
+
+    Attributes:
+        instance: Number of the instance in the suite, from 0.
+        poses: One commanded pose per evaluation, shares of the travel.
+        errors: One RMSE per evaluation, not negative.
+        seconds: Simulated machine seconds until each evaluation was done.
+    """
+
+    instance: int
+    poses: list[list[float]]
+    errors: list[float]
+    seconds: list[float]
+
+    @property
+    def best(self) -> int:
+        """Index of the first evaluation with the lowest error."""
+        return min(range(len(self.errors)), key=self.errors.__getitem__)
+
+
+@dataclass(frozen=True)
+class Function:
+    """A scene at a noise level, which other programs call a function.
+
+    Attributes:
+        number: Its id, from 1, in the order of the suite.
+    """
+
+    number: int
+    scene: str
+    noise_level: str
+
+    @property
+    def name(self) -> str:
+        """Scene and noise level in one word."""
+        return f"{self.scene}@{self.noise_level}"
+
+
+@dataclass
+class Study:
+    """What is exported of a results folder.
+
+    Attributes:
+        suite: Name of the suite.
+        error: One of ERRORS.
+        runs: Runs by (algorithm, function), in the order of the suite. With several protocols, an algorithm's name has its
+            protocol.
+        left_out: Number of failed trials, which are not exported.
+    """
+
+    suite: str
+    error: str
+    runs: dict[tuple[str, Function], list[Run]] = field(default_factory=dict)
+    left_out: int = 0
+
+    @property
+    def algorithms(self) -> list[str]:
+        """Names of the methods."""
+        return list(dict.fromkeys(name for name, _ in self.runs))
+
+    @property
+    def functions(self) -> list[Function]:
+        """The scenes and noise levels that have runs."""
+        return list(dict.fromkeys(function for _, function in self.runs))
+
+    def of(self, algorithm: str) -> list[tuple[Function, list[Run]]]:
+        """The runs of a method by function."""
+        return [(function, runs) for (name, function), runs in self.runs.items() if name == algorithm]
+
+
+def read_study(folder: str | os.PathLike[str], error: str = "recommended", only: Iterable[str] = ()) -> Study:
+    """The trials of a results folder that did not fail.
+
+    Args:
+        folder: A results folder, also one that `relign-bench merge` wrote.
+        error: "recommended", "commanded" or "measured".
+        only: KEY=VALUE with a key of ONLY_KEYS: only trials with this value, or one of the values of a repeated key.
+
+    Raises:
+        FileNotFoundError: The folder has no results, or no trials.
+        ValueError: A record is damaged, an argument is not valid, or a trial has no such error.
+    """
+    check_name(error, ERRORS, "error")
+    manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
+    wanted = _chosen(only, [closing for closing, _ in trials])
+    trials = [(closing, steps) for closing, steps in trials
+              if all(str(closing[key]) in values for key, values in wanted.items())]
+    several = len({closing["protocol"] for closing, _ in trials}) > 1
+    # All pairs of the suite are numbered, so that ids do not depend on what is left out.
+    pairs = [(scene["name"], level if isinstance(level, str) else level["name"])
+             for scene in manifest["scenes"] for level in manifest["noise_levels"]]
+    functions = {pair: Function(number, *pair) for number, pair in enumerate(pairs, 1)}
+    study = Study(str(manifest["suite_name"]), error)
+    for closing, steps in trials:
+        if closing["end"] not in ("budget_spent", "finished"):
+            study.left_out += 1
+            continue
+        name = f"{closing['algorithm']} ({closing['protocol']})" if several else str(closing["algorithm"])
+        function = functions[closing["scene"], closing["noise_level"]]
+        study.runs.setdefault((name, function), []).append(_run(closing, steps, error))
+    if not study.runs:
+        raise ValueError(f"'{folder}' has no trial to export: {study.left_out} failed, and no other was chosen")
+    return study
+
+
+def _chosen(only: Iterable[str], closings: list[dict[str, Any]]) -> dict[str, set[str]]:
+    wanted: dict[str, set[str]] = {}
+    for text in only:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise ValueError(f"--only '{text}' must be KEY=VALUE; keys: {', '.join(ONLY_KEYS)}")
+        check_name(key, ONLY_KEYS, "key")
+        check_name(value, dict.fromkeys(str(closing[key]) for closing in closings), key.replace("_", " "))
+        wanted.setdefault(key, set()).add(value)
+    return wanted
+
+
+def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str) -> Run:
+    column = "measured" if error == "measured" else error + "_mse"
+    errors = []
+    for step in steps:
+        if step[column] is None:
+            raise ValueError(f"trial '{closing['trial']}' has no {error} error at step {step['step']}: "
+                             + ("the capture was one of regions; export --error recommended" if error == "measured" else
+                                "a station has no ground truth; export --error measured"))
+        errors.append(step[column] if error == "measured" else math.sqrt(max(0.0, step[column])))
+    pose = "recommended_pose" if error == "recommended" else "commanded_pose"
+    return Run(int(closing["instance"]), [step[pose] for step in steps], errors,
+               [step["machine_seconds"] for step in steps])
+
+
+def file_names(names: Sequence[str]) -> dict[str, str]:
+    """A file name for each name: letters, digits, '.', '+' and '-', different for different names."""
+    made: dict[str, str] = {}
+    for name in names:
+        plain = re.sub(r"[^A-Za-z0-9.+-]+", "_", name).strip("._") or "_"
+        count, unique = 1, plain
+        while unique.lower() in {other.lower() for other in made.values()}:
+            count += 1
+            unique = f"{plain}_{count}"
+        made[name] = unique
+    return made
+
+
+def make_folder(folder: pathlib.Path) -> pathlib.Path:
+    """A folder beside `folder` to write into, which `finish_folder` gives its name once it is complete.
+
+    Raises:
+        FileExistsError: `folder` exists and is not empty.
+    """
+    if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
+        raise FileExistsError(f"'{folder}' exists; remove it, or choose another folder")
+    new = folder.with_name(folder.name + ".new")
+    shutil.rmtree(new, ignore_errors=True)
+    new.mkdir(parents=True)
+    return new
+
+
+def finish_folder(new: pathlib.Path, folder: pathlib.Path) -> None:
+    """Gives a folder of `make_folder` its name."""
+    if folder.exists():
+        folder.rmdir()
+    new.rename(folder)

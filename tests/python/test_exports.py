@@ -1,0 +1,190 @@
+"""relign-export: results of a plan in 16 shards, read by other projects' own packages."""
+
+import contextlib
+import importlib
+import io
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+import warnings
+
+from relign_bench.export import cli
+from relign_bench.export.runs import file_names
+from relign_bench.results import read_trials
+
+SMALL = pathlib.Path(__file__).parents[1] / "golden" / "report" / "small"
+DIM = {"use": "gaussian_spot", "name": "dim spot", "parameters": {"photons": 1e5}}
+SUITE = {"name": "spots", "scenes": ["gaussian_spot", DIM], "noise_levels": ["rho0"],
+         "algorithms": ["nlopt-sbplx", "random"], "instances": 15, "steps": 12}
+
+
+def setUpModule():
+    """Runs a plan in 16 shards and merges them; the tests read the folder `merged`."""
+    global PLACE  # noqa: PLW0603
+    program = os.environ.get("RELIGN_PROGRAM")
+    if not program:
+        raise unittest.SkipTest("RELIGN_PROGRAM does not name the program")
+    place = tempfile.TemporaryDirectory()
+    unittest.addModuleCleanup(place.cleanup)
+    PLACE = pathlib.Path(place.name)
+    (PLACE / "suite.json").write_text(json.dumps(SUITE))
+
+    def relign(*arguments):
+        subprocess.run([program, *arguments], check=True, cwd=PLACE, capture_output=True)
+
+    relign("plan", "suite.json", "--shards", "16", "-o", "plan.json")
+    for shard in range(16):
+        relign("run", "--plan", "plan.json", "--shard", f"{shard}/16", "-o", "shards", "--workers", "1")
+    relign("merge", "shards", "-o", "merged")
+
+
+def package(name):
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # without a network, cocopp's import warns
+            return importlib.import_module(name)
+    except ImportError as problem:
+        raise unittest.SkipTest(f"{problem}: tests/python/requirements-others.txt pins it") from None
+
+
+class Exports(unittest.TestCase):
+    def setUp(self):
+        place = tempfile.TemporaryDirectory(dir=PLACE)
+        self.addCleanup(place.cleanup)
+        self.place = pathlib.Path(place.name)
+
+    def export(self, *arguments, results="merged", status=0):
+        """Runs relign-export; its output, or its error where the status is not 0."""
+        with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as errors:
+            self.assertEqual(cli.main([str(PLACE / results), *map(str, arguments)]), status)
+        return (errors if status else out).getvalue()
+
+
+class Ioh(Exports):
+    def test_iohinspector_reads_every_evaluation(self):
+        self.assertIn("90 runs of 3 methods on 2 functions", self.export("--ioh", self.place / "ioh"))
+        iohinspector = package("iohinspector")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            manager = iohinspector.DataManager()
+            manager.add_folder(str(self.place / "ioh"))
+            rows = manager.load(monotonic=False, include_meta_data=True).to_dicts()
+        self.assertEqual({row["function_name"] for row in rows}, {"gaussian_spot@rho0", "dim spot@rho0"})
+        self.assertEqual(manager.dimensions, (5,))
+        self.assertEqual({row["relign_error"] for row in rows}, {"recommended"})
+        read = {(row["function_name"], row["algorithm_name"], row["instance"], row["evaluations"]): row for row in rows}
+        recorded = 0
+        for closing, steps in read_trials(PLACE / "merged"):
+            for step in steps:
+                recorded += 1
+                row = read[f"{closing['scene']}@rho0", closing["algorithm"], closing["instance"], step["step"] + 1]
+                self.assertAlmostEqual(row["raw_y"], max(0, step["recommended_mse"]) ** 0.5, delta=1e-15)
+                self.assertEqual(row["machine_seconds"], step["machine_seconds"])
+                self.assertEqual([row[f"x{axis}"] for axis in range(5)], step["recommended_pose"])
+        self.assertEqual((recorded, len(rows)), (len(read), len(read)))
+
+    def test_error_of_choice_with_its_pose(self):
+        self.export("--ioh", self.place / "ioh", "--error", "commanded", "--only", "algorithm=random", "--only", "instance=3")
+        (data,) = self.place.glob("ioh/*/data_f1_*/*.dat")
+        lines = data.read_text().splitlines()
+        steps = next(steps for closing, steps in read_trials(PLACE / "merged")
+                     if (closing["scene"], closing["algorithm"], closing["instance"]) == ("gaussian_spot", "random", 3))
+        self.assertEqual(len(lines), 1 + len(steps))
+        for line, step in zip(lines[1:], steps):
+            number, value, seconds, *pose = map(float, line.split())
+            self.assertEqual((number, seconds, pose), (step["step"] + 1, step["machine_seconds"], step["commanded_pose"]))
+            self.assertEqual(value, math.sqrt(step["commanded_mse"]))
+        self.assertIn("commanded", (self.place / "ioh" / "README.txt").read_text())
+
+
+class Coco(Exports):
+    def test_cocopp_processes_the_archive(self):
+        cocopp = package("cocopp")
+        self.export("--coco", self.place / "coco")
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(self.place)
+        # Recorded, because cocopp sets filters of its own.
+        with warnings.catch_warnings(record=True) as warned, contextlib.redirect_stdout(io.StringIO()):
+            cocopp.main(["-o", "pages", "coco/nlopt-sbplx/", "coco/random/"])
+            sets = cocopp.load("coco/random/")
+        messages = [str(one.message) for one in warned]
+        network = ("failed to connect", "official archives")
+        self.assertEqual([message for message in messages if not any(part in message for part in network)], [])
+        self.assertTrue(list(self.place.glob("pages/*/pprldmany_05D_noiselessall.svg")))
+        self.assertEqual([(one.funcId, one.dim, sorted(one.instancenumbers)) for one in sets],
+                         [(1, 5, list(range(1, 16))), (2, 5, list(range(1, 16)))])
+        target = 10**-0.8  # cocopp keeps five targets per decade
+        expected = []
+        for closing, steps in read_trials(PLACE / "merged"):
+            if (closing["scene"], closing["algorithm"]) == ("gaussian_spot", "random"):
+                reached = [step["step"] + 1 for step in steps if step["recommended_mse"] ** 0.5 <= target]
+                expected.append(reached[0] if reached else math.nan)
+        found = sets[0].detEvals([target])[0].tolist()
+        self.assertGreater(sum(math.isfinite(evaluations) for evaluations in expected), 0)
+        self.assertEqual(str(found), str([float(evaluations) for evaluations in expected]))
+
+    def test_refuses_what_the_format_cannot_hold(self):
+        shutil.copytree(SMALL, self.place / "small")
+        problem = self.export("--coco", self.place / "coco", results=self.place / "small", status=2)
+        self.assertIn("scene 'relign_od' has 1 axes", problem)
+        self.assertFalse((self.place / "coco").exists())
+
+
+class Problems(Exports):
+    def test_failed_trials_are_left_out_and_counted(self):
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
+            self.assertEqual(cli.main([str(SMALL), "--ioh", str(self.place / "ioh")]), 0)
+        failed = sum(closing["end"] not in ("budget_spent", "finished") for closing, _ in read_trials(SMALL))
+        self.assertEqual(errors.getvalue(), f"left out: {failed} failed trials\n")
+        self.assertGreater(failed, 0)
+
+    def test_errors_state_what_to_do(self):
+        target = self.place / "out"
+        self.assertIn("relign-bench merge", self.export("--ioh", target, results="shards", status=2))
+        self.assertIn("did you mean 'random'? algorithms: nlopt-sbplx, random, home",
+                      self.export("--ioh", target, "--only", "algorithm=randon", status=2))
+        target.mkdir()
+        (target / "mine").touch()
+        self.assertIn("exists; remove it, or choose another folder", self.export("--ioh", target, status=2))
+        self.assertEqual([path.name for path in self.place.iterdir()], ["out"])
+
+    def test_damaged_and_foreign_records_are_refused(self):
+        damaged = self.place / "damaged"
+        shutil.copytree(SMALL, damaged)
+        records = damaged / "trials" / "0000.jsonl"
+        text = records.read_text()
+        records.write_text(text.replace('"commanded_mse":0.0064', '"commanded_mse":0.0065', 1))
+        self.assertIn("0000.jsonl:4: the lines of trial '00000000000000a0' do not have their checksum",
+                      self.export("--ioh", self.place / "out", results=damaged, status=2))
+
+    def test_a_station_has_measured_errors_only(self):
+        station = self.place / "station"
+        shutil.copytree(SMALL, station)
+        lines = [json.loads(line) for line in (station / "trials" / "0000.jsonl").read_text().splitlines()]
+        import hashlib
+
+        text, block = "", ""
+        for line in lines:
+            line.pop("sha256", None)
+            line.update({key: None for key in ("commanded_mse", "recommended_mse") if key in line})
+            block += json.dumps(line) + "\n"
+            if "end" in line:
+                line["sha256"] = hashlib.sha256(block.encode()).hexdigest()
+                text += block[:-2] + ',"sha256":"' + line["sha256"] + '"}\n'
+                block = ""
+        (station / "trials" / "0000.jsonl").write_text(text)
+        self.assertIn("export --error measured", self.export("--ioh", self.place / "out", results=station, status=2))
+        self.export("--ioh", self.place / "out", "--error", "measured", results=station)
+
+    def test_file_names_differ_and_stay_in_their_folder(self):
+        names = file_names(["../up", "a b", "a_b", "A_B", "..", "métrique"])
+        self.assertEqual(list(names.values()), ["up", "a_b", "a_b_2", "A_B_3", "_", "m_trique"])
+
+
+if __name__ == "__main__":
+    unittest.main()
