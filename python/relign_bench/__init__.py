@@ -9,7 +9,7 @@
     method = relign_bench.Method("nlopt-bobyqa", {"x": (-0.5, 0.5), "y": (-0.5, 0.5)})   # for your own machine
 
 `relign_bench.plugin` is for writing algorithms, scenes and noise levels in Python; it needs the standard library only,
-and `read_results` pandas only. All other modules need numpy and the compiled module `relign_bench._core`; the
+and `Results` pandas or polars for its tables. All other modules need numpy and the compiled module `relign_bench._core`; the
 environments also need gymnasium, and `relign_bench.training` needs torch.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .environment import AlignmentEnv
     from .method import Method
     from .registration import register
-    from .results import read_results
+    from .results import Results
     from .vector_environment import AlignmentVectorEnv
 
 __all__ = [
@@ -34,9 +34,9 @@ __all__ = [
     "Bench",
     "Instance",
     "Method",
+    "Results",
     "Trial",
     "list_plugins",
-    "read_results",
     "register",
 ]
 
@@ -47,9 +47,9 @@ _MODULE_OF = {
     "Bench": "bench",
     "Instance": "bench",
     "Method": "method",
+    "Results": "results",
     "Trial": "bench",
     "list_plugins": "bench",
-    "read_results": "results",
     "register": "registration",
 }
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native
+from . import _html, _native
 from ._errors import check_name, require_integer
 from .batch import Batch
 from .results import step_rows
@@ -81,6 +81,14 @@ class Bench:
         self.axes: list[str] = [axis["name"] for axis in self.description["axes"]]
         self.nominal_pose = batch.nominal_pose
 
+    def _repr_html_(self) -> str:
+        height, width = self.reference.shape
+        rows: list[list[Any]] = [["axes", ", ".join(self.axes)], ["image", f"{width} x {height} pixels"],
+                                 ["suite seed", self._suite_seed]]
+        return _html.block(f"{self._scene}, noise level {self._noise_level}",
+                           _html.images([("reference: the perfect lens at the nominal pose", self.reference)]),
+                           _html.table([], rows))
+
     def batch(self, slots: int) -> Batch:
         """A Batch of this scene and noise level."""
         return Batch(slots, self._scene, self._noise_level, self._clipping, self._suite_seed, self._size,
@@ -151,6 +159,18 @@ class Instance:
         self.distortion: Float64Array = drawn["distortion"]
         self.elements: dict[str, Any] = drawn["elements"]
         self.stage: dict[str, Any] = drawn["stage"]
+
+    def _repr_html_(self) -> str:
+        axes = [axis["name"] for axis in self._batch.description["axes"]]
+        elements = [[name, ", ".join(f"{1e3 * shift:.3g}" for shift in offsets["shift_mm"]),
+                     ", ".join(f"{tilt:.3g}" for tilt in offsets["tilt_deg"])] for name, offsets in self.elements.items()]
+        return _html.block(
+            f"instance {self.number}",
+            _html.images([("capture at the present pose", self.capture(self.true_pose)), ("reference", self._batch.reference)],
+                         float(np.quantile(self._batch.reference, 0.998))),
+            _html.table(["true pose", *axes], [["start", *(f"{share:.3f}" for share in self.start)],
+                                               ["present", *(f"{share:.3f}" for share in self.true_pose)]]),
+            _html.table(["element", "shift, µm", "tilt, degrees"], elements) if elements else "")
 
     def capture(self, true_pose: npt.ArrayLike, frame: int = 0) -> Float32Array:
         """A capture with the lens at a true pose; the stage does not move.
@@ -243,6 +263,21 @@ class Trial:
     steps: list[dict[str, Any]]
     times: dict[str, Any] = field(repr=False)
     frames: Float32Array | None = field(default=None, repr=False)
+
+    def _repr_html_(self) -> str:
+        rows: list[list[Any]] = [["steps", len(self.steps) - 1], ["end", self.end]]
+        if self.message:
+            rows.append(["message", self.message])
+        curves = []
+        for track in TRACKS:
+            values = [float(value) if np.isfinite(value) else None for value in self.rmse(track)]
+            curves.append(_html.Series(track, list(range(len(values))), values))
+            rows.append([f"{track} RMSE, first and last", " → ".join(map(_html.number, (values[0], values[-1])))])
+        frames = [] if self.frames is None else [("capture at the start", self.frames[0]), ("last capture", self.frames[-1])]
+        known = [one for one in curves if any(value is not None for value in one.values)]
+        return _html.block(
+            "{algorithm} on instance {instance} of {scene}, {noise_level}".format_map(self.summary),
+            _html.chart(known, "step", "RMSE"), _html.images(frames) if frames else "", _html.table([], rows))
 
     @property
     def end(self) -> str:

@@ -1,8 +1,9 @@
-"""Results of a run as data frames; needs pandas, not the compiled module."""
+"""Results of a run, also as data frames; needs pandas or polars for these, never the compiled module."""
 
 from __future__ import annotations
 
 import collections
+import csv
 import hashlib
 import json
 import pathlib
@@ -10,6 +11,7 @@ import re
 import shlex
 from typing import TYPE_CHECKING, Any
 
+from . import _html
 from ._columns import PER_STEP, TABLED
 from ._errors import check_name
 from ._json import unique_keys
@@ -17,36 +19,106 @@ from ._json import unique_keys
 if TYPE_CHECKING:
     import os
 
-    import pandas
-
 TABLES = ("curves", "instances", "steps")
+LIBRARIES = ("pandas", "polars")
+MOST_CHARTS = 6  # of a picture in a notebook
 
 
-def read_results(folder: str | os.PathLike[str], what: str = "curves") -> pandas.DataFrame:
-    """A table of a results folder as a pandas.DataFrame.
+class Results:
+    """A results folder.
+
+        results = Results("results/quick")
+        results.table("instances")                   # a pandas.DataFrame
+        results.table("steps", library="polars")     # a polars.DataFrame
+
+    A notebook shows the final error and the curve of every method.
 
     Args:
-        folder: The results folder.
-        what: "curves" (medians over instances, one row per step), "instances" (one row per trial, without errors if it
-            failed) or "steps" (every step of every trial, with its criteria; `end` states whether the trial failed).
+        folder: A folder of `relign-bench run` or `merge`.
+
+    Attributes:
+        folder: The folder.
+        manifest: Its manifest: suite, plugins, program and machine; results/README.md has the keys.
 
     Raises:
-        FileNotFoundError: The folder has no results, or not this table.
-        ValueError: There is no such table, or a line of the records has a key twice.
+        FileNotFoundError: The folder has no results.
     """
-    import pandas
 
-    folder = pathlib.Path(folder)
-    read_manifest(folder)
-    check_name(what, TABLES, "table")
-    if what in ("curves", "instances"):
-        table = folder / (what + ".csv")
+    def __init__(self, folder: str | os.PathLike[str]) -> None:
+        self.folder = pathlib.Path(folder)
+        self.manifest = read_manifest(folder)
+
+    def __repr__(self) -> str:
+        return f"Results({str(self.folder)!r})"
+
+    def table(self, what: str = "curves", library: str = "pandas") -> Any:
+        """A table as a pandas.DataFrame or a polars.DataFrame.
+
+        Args:
+            what: "curves" (medians over instances, one row per step), "instances" (one row per trial, without errors if it
+                failed) or "steps" (every step of every trial of the suite, with its criteria; `end` states whether the
+                trial failed).
+            library: "pandas" or "polars". Missing values are NaN in pandas and null in polars.
+
+        Raises:
+            FileNotFoundError: The folder does not have this table.
+            ImportError: The library is not installed.
+            ValueError: There is no such table or library, or a line of the records has a key twice.
+        """
+        check_name(what, TABLES, "table")
+        check_name(library, LIBRARIES, "module")
+        try:
+            frames = __import__(library)
+        except ImportError as problem:
+            raise ImportError(f"tables need {library}: pip install {library} ({problem})") from None
+        if what in ("curves", "instances"):
+            table = self._csv(what)
+            return (frames.read_csv(table, dtype={"trial": str}) if library == "pandas" else
+                    frames.read_csv(table, infer_schema_length=None, schema_overrides={"trial": frames.String}))
+        keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end", *TABLED)
+        rows = [{**{key: closing[key] for key in keys if key in closing}, **row}
+                for closing, steps in read_trials(self.folder) for row in step_rows(steps, closing)]
+        return frames.DataFrame(rows) if library == "pandas" else frames.DataFrame(rows, infer_schema_length=None, strict=False)
+
+    def _csv(self, what: str) -> pathlib.Path:
+        table = self.folder / (what + ".csv")
         if not table.is_file():
-            raise FileNotFoundError(f"'{table}' does not exist; `relign-bench report {shlex.quote(str(folder))}` writes it")
-        return pandas.read_csv(table)
-    keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end", *TABLED)
-    return pandas.DataFrame([{**{key: closing[key] for key in keys if key in closing}, **row}
-                             for closing, steps in read_trials(folder) for row in step_rows(steps, closing)])
+            raise FileNotFoundError(
+                f"'{table}' does not exist; `relign-bench report {shlex.quote(str(self.folder))}` writes it")
+        return table
+
+    def _repr_html_(self) -> str:
+        title = f"{self.manifest['suite_name']}: {self.manifest['instances']} instances"
+        try:
+            with self._csv("curves").open(encoding="utf-8", newline="") as file:
+                rows = list(csv.DictReader(file))
+        except FileNotFoundError as problem:
+            return _html.block(title, _html.paragraph(str(problem)))
+        groups: dict[tuple[str, ...], dict[str, list[dict[str, str]]]] = {}
+        for row in rows:
+            group = groups.setdefault((row["scene"], row["noise_level"], row["protocol"]), {})
+            group.setdefault(row["algorithm"], []).append(row)
+        parts = [_group_html(", ".join(group), curves) for group, curves in list(groups.items())[:MOST_CHARTS]]
+        if len(groups) > MOST_CHARTS:
+            parts.append(_html.paragraph(f"and {len(groups) - MOST_CHARTS} more scenes and levels; table('curves') has all"))
+        return _html.block(title, *parts)
+
+
+def _group_html(title: str, curves: dict[str, list[dict[str, str]]]) -> str:
+    # A station has measured errors only.
+    error = "recommended" if any(row["recommended_median"] for rows in curves.values() for row in rows) else "best"
+
+    def column(rows: list[dict[str, str]], statistic: str) -> list[float | None]:
+        return [float(row[f"{error}_{statistic}"]) if row[f"{error}_{statistic}"] else None for row in rows]
+
+    series = [_html.Series(name, [int(row["step"]) for row in rows], column(rows, "median"), column(rows, "q25"),
+                           column(rows, "q75")) for name, rows in curves.items()]
+    series.sort(key=lambda one: (one.values[-1] is None, one.values[-1] or 0))
+    last = [[one.name, curves[one.name][-1]["n"], *map(_html.number, (one.values[-1], one.low[-1], one.high[-1]))]
+            for one in series]
+    what = "noise-free RMSE at the recommended pose" if error == "recommended" else "lowest measured RMSE"
+    return (_html.paragraph(f"{title}: {what}, medians and quartiles") + _html.chart(series, "step", "RMSE")
+            + _html.table(["method", "trials", "median", "lower quartile", "upper quartile"], last))
 
 
 def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:

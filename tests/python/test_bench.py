@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 from support import SMALL, np
 
@@ -109,15 +110,15 @@ class Results(unittest.TestCase):
         except ImportError:
             self.skipTest("pandas is not installed")
         golden = pathlib.Path(__file__).parents[1] / "golden" / "report" / "small"
-        steps = relign_bench.read_results(golden, "steps")
+        steps = relign_bench.Results(golden).table("steps")
         self.assertEqual(set(steps["algorithm"]), {"home", "compass", "random"})
         self.assertEqual(len(steps[steps["trial"] == "00000000000000a0"]), 3)
         self.assertIn("budget_spent", set(steps["end"]))
         self.assertNotIn("centre_px", steps, "no trial has it")
         with self.assertRaisesRegex(FileNotFoundError, "relign-bench report"):
-            relign_bench.read_results(golden, "curves")
+            relign_bench.Results(golden).table("curves")
         with self.assertRaisesRegex(FileNotFoundError, "manifest.json"):
-            relign_bench.read_results(golden.parent)
+            relign_bench.Results(golden.parent)
         with tempfile.TemporaryDirectory() as place:
             forged = pathlib.Path(place) / "forged"
             shutil.copytree(golden, forged)
@@ -125,22 +126,52 @@ class Results(unittest.TestCase):
             text = records.read_text()
             records.write_text(text.replace('"recommended_mse":', '"recommended_mse":0.5,"recommended_mse":', 1))
             with self.assertRaisesRegex(ValueError, "0000.jsonl:1: key 'recommended_mse' is there twice in one object"):
-                relign_bench.read_results(forged, "steps")
+                relign_bench.Results(forged).table("steps")
             judged = text.replace('"message":', '"centre_px":[3,null,1],"criterion_optimum_deficit":-0.5,"message":', 1)
             records.write_text(judged)
-            steps_of = relign_bench.read_results(forged, "steps").set_index("trial").loc["00000000000000a0"]
+            steps_of = relign_bench.Results(forged).table("steps").set_index("trial").loc["00000000000000a0"]
             self.assertEqual(steps_of["centre_px"].fillna(-1).tolist(), [3, -1, 1])
             self.assertEqual(steps_of["criterion_optimum_deficit"].tolist(), [-0.5] * 3)
             records.write_text(text + '{"trial":"half')  # of a run that was killed
-            self.assertEqual(len(relign_bench.read_results(forged, "steps")), len(steps))
+            self.assertEqual(len(relign_bench.Results(forged).table("steps")), len(steps))
         # From the source tree, which has no compiled module.
-        code = ("import sys; from relign_bench import read_results; "
-                f"print(len(read_results({str(golden)!r}, 'steps')), 'relign_bench._core' in sys.modules)")
+        code = ("import sys; from relign_bench import Results; "
+                f"print(len(Results({str(golden)!r}).table('steps')), 'relign_bench._core' in sys.modules)")
         source = pathlib.Path(__file__).parents[2] / "python"
         output = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True,
                                 env={**os.environ, "PYTHONPATH": str(source)}).stdout
         self.assertEqual(output.split(), [str(len(steps)), "False"])
         self.assertGreater(len(Bench("gaussian_spot", "rho0").run("random", steps=2).table()), 2)
+
+    def test_polars_has_the_values_of_pandas(self):
+        try:
+            import pandas
+            import polars
+        except ImportError as problem:
+            self.skipTest(f"{problem}: tests/python/requirements-others.txt pins it")
+        golden = pathlib.Path(__file__).parents[1] / "golden" / "report" / "small"
+        with tempfile.TemporaryDirectory() as place:
+            folder = pathlib.Path(place) / "results"
+            shutil.copytree(golden, folder)
+            # The id of a trial may look like a number.
+            table = "trial,algorithm,recommended\n0000000000000010,home,0.5\n0000000000000011,home,\n"
+            (folder / "instances.csv").write_text(table)
+            results = relign_bench.Results(folder)
+            for what in ("steps", "instances"):
+                ours, theirs = results.table(what), results.table(what, library="polars")
+                self.assertIsInstance(theirs, polars.DataFrame)
+                self.assertEqual(list(ours.columns), theirs.columns)
+                for name in theirs.columns:
+                    for one, other in zip(ours[name], theirs[name].to_list()):
+                        if other is None or isinstance(one, float) and pandas.isna(one):
+                            self.assertTrue(other is None and pandas.isna(one), name)
+                        else:
+                            self.assertEqual(one, other, name)
+            self.assertEqual(results.table("instances")["trial"][0], "0000000000000010")
+        with self.assertRaisesRegex(ValueError, "modules: pandas, polars"):
+            results.table("steps", library="arrow")
+        with mock.patch.dict(sys.modules, {"polars": None}), self.assertRaisesRegex(ImportError, "pip install polars"):
+            results.table("steps", library="polars")
 
 
 class Imports(unittest.TestCase):
