@@ -1,0 +1,93 @@
+"""The notebooks of examples/notebooks run, as a user of the wheel runs them, and show what they promise."""
+
+import asyncio
+import os
+import pathlib
+import re
+import shlex
+import stat
+import sys
+import tempfile
+import unittest
+import warnings
+from unittest import mock
+
+try:
+    import ipykernel  # noqa: F401 (its kernel runs the cells)
+    import nbclient
+    import nbformat
+    import pandas  # noqa: F401 (for the notebooks)
+except ImportError as problem:
+    raise unittest.SkipTest(f"{problem}: tests/python/requirements-others.txt pins it") from None
+
+FOLDER = pathlib.Path(__file__).parents[2] / "examples" / "notebooks"
+SECONDS = 600  # of a cell, on a loaded machine
+
+
+def command(place, name, words):
+    script = place / name
+    script.write_text(f'#!/bin/sh\nexec {shlex.join(words)} "$@"\n')
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+
+
+class Notebooks(unittest.TestCase):
+    def run_notebook(self, name):
+        """Runs a notebook with the wheel's commands on PATH; what its cells show, one text a cell."""
+        program = os.environ.get("RELIGN_PROGRAM")
+        if not program:
+            self.skipTest("RELIGN_PROGRAM does not name the program")
+        place = tempfile.TemporaryDirectory()
+        self.addCleanup(place.cleanup)
+        commands = pathlib.Path(place.name) / "bin"
+        commands.mkdir()
+        command(commands, "relign-bench", [program])
+        command(commands, "relign-train", [sys.executable, "-m", "relign_bench.training"])
+        book = nbformat.read(FOLDER / name, as_version=4)
+        with mock.patch.dict(os.environ, PATH=f"{commands}{os.pathsep}{os.environ['PATH']}", TMPDIR=place.name,
+                             IPYTHONDIR=place.name, JUPYTER_PREFER_ENV_PATH="1"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)
+            client = nbclient.NotebookClient(book, timeout=SECONDS, startup_timeout=SECONDS, kernel_name="python3",
+                                             resources={"metadata": {"path": str(FOLDER)}})
+            client.create_kernel_manager()
+            client.km.transport, client.km.ip = "ipc", str(pathlib.Path(place.name) / "kernel")  # no ports
+            asyncio.run(client.async_execute(reset_kc=True))
+        return ["".join(output.get("text", "") + "".join(map(str, output.get("data", {}).values()))
+                        for output in cell.outputs) for cell in book.cells if cell.cell_type == "code"]
+
+    def test_notebooks_are_stored_without_outputs_and_have_a_test(self):
+        names = sorted(path.name for path in FOLDER.glob("*.ipynb"))
+        self.assertEqual(names, ["first_look.ipynb", "own_lens.ipynb", "train_and_export.ipynb"])
+        for name in names:
+            book = nbformat.read(FOLDER / name, as_version=4)
+            nbformat.validate(book)
+            self.assertEqual([cell.outputs for cell in book.cells if cell.get("outputs")], [])
+            for link in re.findall(r"\]\(([^)#]+)", "".join(cell.source for cell in book.cells)):
+                self.assertTrue((FOLDER / link).exists(), f"{name}: {link}")
+
+    def test_first_look(self):
+        shown = self.run_notebook("first_look.ipynb")
+        self.assertEqual(sum("data:image/png;base64," in text for text in shown), 4)
+        self.assertIn("recommended_mse", shown[4])
+        self.assertIn("<polyline", shown[7])
+        self.assertIn("imitation", shown[8])
+
+    def test_own_lens(self):
+        shown = self.run_notebook("own_lens.ipynb")
+        self.assertIn("<svg", shown[2])
+        self.assertIn("L2", shown[4])
+        self.assertIn("through-focus-quick", shown[-1])
+
+    def test_train_and_export(self):
+        for package in ("torch", "onnx"):
+            try:
+                __import__(package)
+            except ImportError:
+                self.skipTest(f"{package} is not installed (./quickstart test --training)")
+        shown = self.run_notebook("train_and_export.ipynb")
+        self.assertIn("Conv", shown[2])
+        self.assertIn("imitation on instance 3", shown[3])
+        self.assertEqual(len(re.findall("<polyline", shown[4])), 3)
+
+
+if __name__ == "__main__":
+    unittest.main()
