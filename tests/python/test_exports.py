@@ -8,10 +8,13 @@ import math
 import os
 import pathlib
 import shutil
+import statistics
 import subprocess
+import sys
 import tempfile
 import unittest
 import warnings
+from unittest import mock
 
 from relign_bench.export import cli
 from relign_bench.export.runs import file_names
@@ -133,6 +136,48 @@ class Coco(Exports):
         problem = self.export("--coco", self.place / "coco", results=self.place / "small", status=2)
         self.assertIn("scene 'relign_od' has 1 axes", problem)
         self.assertFalse((self.place / "coco").exists())
+
+
+class Figures(Exports):
+    def setUp(self):
+        super().setUp()
+        self.axes = package("matplotlib.axes").Axes
+        path = f"{pathlib.Path(os.environ['RELIGN_PROGRAM']).parent}{os.pathsep}{os.environ['PATH']}"
+        patch = mock.patch.dict(os.environ, PATH=path)
+        patch.start()
+        self.addCleanup(patch.stop)
+
+    def test_lines_are_medians_over_the_instances(self):
+        with mock.patch.object(self.axes, "plot", autospec=True, side_effect=self.axes.plot) as plot:
+            self.export("--figures", self.place / "figures", "--only", "scene=gaussian_spot", "--only", "algorithm=random")
+        (call,) = plot.call_args_list
+        _, captures, values, _ = call.args
+        trials = [steps for closing, steps in read_trials(PLACE / "merged")
+                  if (closing["scene"], closing["algorithm"]) == ("gaussian_spot", "random")]
+        self.assertEqual(list(captures), list(range(1, len(trials[0]) + 1)))
+        for step, value in enumerate(values):
+            expected = statistics.median(math.sqrt(steps[step]["recommended_mse"]) for steps in trials)
+            self.assertAlmostEqual(value, expected, delta=1e-8)
+
+    def test_every_group_is_a_pdf_and_an_svg_with_its_methods(self):
+        self.export("--figures", self.place / "figures")
+        names = sorted(path.name for path in (self.place / "figures").iterdir())
+        scenes = ("dim_spot", "gaussian_spot")
+        self.assertEqual(names, [f"{scene}_rho0_paper.{kind}" for scene in scenes for kind in ("pdf", "svg")])
+        self.assertTrue((self.place / "figures" / names[0]).read_bytes().startswith(b"%PDF"))
+        for text in ("nlopt-sbplx", "random", "home", "captures"):
+            self.assertIn(text, (self.place / "figures" / names[1]).read_text())
+        self.export("--figures", self.place / "again")
+        for name in names:
+            self.assertEqual((self.place / "again" / name).read_bytes(), (self.place / "figures" / name).read_bytes(), name)
+
+    def test_errors_state_what_is_missing(self):
+        with mock.patch.dict(os.environ, PATH="/nowhere"):
+            self.assertIn("is not on PATH", self.export("--figures", self.place / "figures", status=2))
+        with mock.patch.dict(sys.modules, {"matplotlib": None}):
+            self.assertIn("pip install matplotlib", self.export("--figures", self.place / "figures", status=2))
+        problem = self.export("--figures", self.place / "figures", "--only", "scene=x", status=2)
+        self.assertIn("no recommended error of a chosen", problem)
 
 
 class Problems(Exports):

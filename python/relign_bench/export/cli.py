@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from .coco import write_coco
+from .figures import write_figures
 from .ioh import write_ioh
 from .runs import ERRORS, ONLY_KEYS, read_study
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 EXAMPLES = """examples:
   relign-export results/quick --ioh quick-ioh       # for IOHanalyzer and iohinspector
   relign-export results/quick --coco quick-coco     # then: python3 -m cocopp quick-coco/*/
+  relign-export results/quick --figures figures     # PDF and SVG, medians with intervals
   relign-export results/quick --ioh quick-ioh --error commanded --only noise_level=rho0.25
 
   The shards of a plan are merged first: relign-bench merge results/quick -o results/quick-merged
@@ -33,21 +35,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = make_parser()
     given = parser.parse_args(arguments)
-    if not (given.ioh or given.coco):
-        parser.error("nothing to write; give --ioh DIR or --coco DIR")
+    if not (given.ioh or given.coco or given.figures):
+        parser.error("nothing to write; give --ioh DIR, --coco DIR or --figures DIR")
     try:
-        study = read_study(given.results, given.error, given.only)
-        for write, folder in ((write_ioh, given.ioh), (write_coco, given.coco)):
-            if folder:
-                write(study, folder)
+        if given.ioh or given.coco:
+            _write_runs(given)
+        if given.figures:
+            count = write_figures(given.results, given.figures, given.error, given.only)
+            print(f"{count} figures as PDF and SVG; {given.error}: {ERRORS[given.error]}")
     except (ValueError, OSError, ImportError) as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 2
+    return 0
+
+
+def _write_runs(given: argparse.Namespace) -> None:
+    study = read_study(given.results, given.error, given.only)
+    for write, folder in ((write_ioh, given.ioh), (write_coco, given.coco)):
+        if folder:
+            write(study, folder)
     runs = sum(map(len, study.runs.values()))
-    print(f"{runs} runs of {len(study.algorithms)} methods on {len(study.functions)} functions; values: {ERRORS[given.error]}")
+    print(f"{runs} runs of {len(study.algorithms)} methods on {len(study.functions)} functions; "
+          f"{given.error}: {ERRORS[given.error]}")
     if study.left_out:
         print(f"left out: {study.left_out} failed trials", file=sys.stderr)
-    return 0
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -58,6 +69,8 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("results", metavar="RESULTS", help="results folder of relign-bench run or merge")
     parser.add_argument("--ioh", metavar="DIR", help="write data of IOHprofiler, for IOHanalyzer and iohinspector")
     parser.add_argument("--coco", metavar="DIR", help="write a data archive of COCO, for cocopp")
+    parser.add_argument("--figures", metavar="DIR",
+                        help="write the error after every capture as PDF and SVG for papers; needs matplotlib and relign-bench")
     parser.add_argument("--error", choices=tuple(ERRORS), default="recommended",
                         help="; ".join(f"{name}: {meaning}" for name, meaning in ERRORS.items()) + " [default: %(default)s]")
     parser.add_argument("--only", metavar="KEY=VALUE", action="append", default=[],

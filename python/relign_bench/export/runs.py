@@ -111,7 +111,10 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
     """
     check_name(error, ERRORS, "error")
     manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
-    wanted = _chosen(only, [closing for closing, _ in trials])
+    wanted = parse_only(only)
+    for key, values in wanted.items():
+        for value in values:
+            check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
     trials = [(closing, steps) for closing, steps in trials
               if all(str(closing[key]) in values for key, values in wanted.items())]
     several = len({closing["protocol"] for closing, _ in trials}) > 1
@@ -132,14 +135,18 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
     return study
 
 
-def _chosen(only: Iterable[str], closings: list[dict[str, Any]]) -> dict[str, set[str]]:
+def parse_only(only: Iterable[str]) -> dict[str, set[str]]:
+    """The allowed values of each key of --only.
+
+    Raises:
+        ValueError: A text is not KEY=VALUE with a key of ONLY_KEYS.
+    """
     wanted: dict[str, set[str]] = {}
     for text in only:
         key, equals, value = text.partition("=")
         if not equals:
             raise ValueError(f"--only '{text}' must be KEY=VALUE; keys: {', '.join(ONLY_KEYS)}")
         check_name(key, ONLY_KEYS, "key")
-        check_name(value, dict.fromkeys(str(closing[key]) for closing in closings), key.replace("_", " "))
         wanted.setdefault(key, set()).add(value)
     return wanted
 
