@@ -314,8 +314,7 @@ class Faults(StationCase):
         self.end_ioc()
         eventually(lambda: station.channels.lost, "the loss of the connection")
         self.start_ioc()
-        eventually(lambda: all(pv.connected for pv in station.channels.pvs.values()), "the new connection")
-        self.assert_fails(lambda: station.move_by([0.05, 0, 0, 0, 0]), "was lost", ALL_STOPPED)
+        self.assert_fails(lambda: station.move_by([0.05, 0, 0, 0, 0]), "was lost")  # whether or not it is back yet
         self.assertEqual(self.moves(), 0, "the new IOC may be another machine, or the same at another place")
 
     def test_camera_without_image(self):
