@@ -154,6 +154,31 @@ TEST(CliProcessPlugins, AcceptsPathsOfScenesStationsAndNoiseLevels) {
   EXPECT_THAT(wrong.err, HasSubstr("is a plugin of the kind noise-level; expected a scene"));
 }
 
+TEST(CliProcessPlugins, StationMayStopItsMotorsAtTheEndOfARun) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  fs::copy(RELIGN_SOURCE_DIR "/tests/harness/runner/python_toys", place.path("toys"));
+  place.write("toys/stopping.py", R"("""A station that stops its motors when its process is asked to end."""
+import pathlib, signal
+from relign_bench.plugin import serve
+from toy_station import ToyStation
+def end(number, frame): raise SystemExit
+class Stopping(ToyStation):
+    id = "stopping"
+    def begin(self, seed):
+        signal.signal(signal.SIGTERM, end)
+        super().begin(seed)
+if __name__ == "__main__":
+    try: serve(Stopping)
+    finally: pathlib.Path(__file__).with_name("stopped").write_text("STOP")
+)");
+  place.write("suite.json", R"({"scenes": ["./toys/stopping.py"], "noise_levels": ["none"], "protocol": "blind",
+                                "algorithms": ["random"], "instances": 1, "steps": 2})");
+  const Outcome outcome = relign_bench(place, {"run", "suite.json", "--out", "out"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(place.read("toys/stopped"), "STOP");
+}
+
 TEST(CliProcessPlugins, ConformanceChecksEveryKind) {
   RELIGN_NEEDS_PYTHON();
   const Workplace place;

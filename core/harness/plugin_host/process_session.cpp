@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -66,6 +67,7 @@ std::set<pid_t> with_descendants(std::set<pid_t> roots, const std::vector<Proces
 // A process may have started another one just before it was killed.
 constexpr int kMaxRounds = 20;
 constexpr useconds_t kRoundMicroseconds = 500;
+constexpr useconds_t kPollMicroseconds = 2000;
 
 struct Children {
   std::mutex mutex;  // held while a child is started, so that it is never taken for an orphan
@@ -156,6 +158,23 @@ pid_t start_child(const std::function<pid_t()>& start) {
 void forget_child(pid_t process) {
   const std::lock_guard<std::mutex> lock(children().mutex);
   children().started.erase(process);
+}
+
+void end_children(double seconds) {
+  std::set<pid_t> left;
+  {
+    const std::lock_guard<std::mutex> lock(children().mutex);
+    left = children().started;
+  }
+  for (const pid_t process : left) ::kill(process, SIGTERM);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (!left.empty() && std::chrono::steady_clock::now() < deadline) {
+    std::set<pid_t> running;
+    for (const Process& process : all_processes())
+      if (process.state != 'Z' && process.state != 'X' && left.count(process.number)) running.insert(process.number);
+    left.swap(running);
+    if (!left.empty()) ::usleep(kPollMicroseconds);
+  }
 }
 
 std::set<pid_t> orphans() {
