@@ -28,8 +28,8 @@ void adopt_orphans();
 pid_t start_child(const std::function<pid_t()>& start);
 void forget_child(pid_t process);
 
-// Asks the children of start_child to end, by SIGTERM, and waits until they have, for `seconds` at most: a station stops
-// its motors.
+// Asks the children of start_child to end, by SIGTERM, and waits until they have, for `seconds` at most: a station
+// stops its motors.
 void end_children(double seconds);
 
 // Children of this process that start_child did not start; empty without adopt_orphans.
