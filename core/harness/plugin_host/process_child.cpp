@@ -308,19 +308,13 @@ void ChildProcess::take_output_line(std::string line) {
 
 // ---- the end ----------------------------------------------------------------------------------
 
-bool ChildProcess::has_ended() {
-  siginfo_t info{};
-  const int result = ::waitid(P_PID, static_cast<id_t>(process_), &info, WEXITED | WNOHANG | WNOWAIT);
-  return result != 0 ? errno != EINTR : info.si_pid == process_;
-}
-
 void ChildProcess::end(double timeout_seconds) {
   if (process_ < 0) return;
   messages_.reset();
   connected_ = false;
   const Deadline deadline = in_seconds(timeout_seconds);
   int nap_microseconds = 100;
-  while (!has_ended()) {
+  while (!has_ended(process_)) {
     if (ProcessClock::now() >= *deadline) {
       killed_by_us_ = true;
       break;

@@ -108,7 +108,6 @@ class ChildProcess {
   Deadline with_stop(const Deadline& deadline);
   void take_output();
   void take_output_line(std::string line);
-  bool has_ended();  // without reaping it
   void reap();
   void take_reason_of_sandbox();
 

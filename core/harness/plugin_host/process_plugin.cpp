@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "plugin_host/confinement.h"
 #include "plugin_host/process_manifest.h"
+#include "plugin_host/process_session.h"
 
 namespace relign::plugin_host {
 namespace fs = std::filesystem;
@@ -173,7 +174,6 @@ ProcessPlugin::ProcessPlugin(const Choice& choice, const HostServices& services)
 }
 
 ProcessPlugin::~ProcessPlugin() {
-  constexpr double kSecondsToExit = 2;
   const bool healthy = failure_.empty();
   if (healthy) child_->send("{\"message\":\"bye\"}\n", in_seconds(kSecondsToExit));
   child_->end(healthy ? kSecondsToExit : 0);

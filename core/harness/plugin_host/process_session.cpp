@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -67,7 +68,6 @@ std::set<pid_t> with_descendants(std::set<pid_t> roots, const std::vector<Proces
 // A process may have started another one just before it was killed.
 constexpr int kMaxRounds = 20;
 constexpr useconds_t kRoundMicroseconds = 500;
-constexpr useconds_t kPollMicroseconds = 2000;
 
 struct Children {
   std::mutex mutex;  // held while a child is started, so that it is never taken for an orphan
@@ -160,20 +160,24 @@ void forget_child(pid_t process) {
   children().started.erase(process);
 }
 
-void end_children(double seconds) {
+bool has_ended(pid_t child) {
+  siginfo_t info{};
+  const int result = ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT);
+  return result != 0 ? errno != EINTR : info.si_pid == child;
+}
+
+void end_children() {
   std::set<pid_t> left;
   {
     const std::lock_guard<std::mutex> lock(children().mutex);
     left = children().started;
   }
+  std::erase_if(left, has_ended);
   for (const pid_t process : left) ::kill(process, SIGTERM);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(kSecondsToExit);
   while (!left.empty() && std::chrono::steady_clock::now() < deadline) {
-    std::set<pid_t> running;
-    for (const Process& process : all_processes())
-      if (process.state != 'Z' && process.state != 'X' && left.count(process.number)) running.insert(process.number);
-    left.swap(running);
-    if (!left.empty()) ::usleep(kPollMicroseconds);
+    ::usleep(kRoundMicroseconds);
+    std::erase_if(left, has_ended);
   }
 }
 

@@ -28,9 +28,15 @@ void adopt_orphans();
 pid_t start_child(const std::function<pid_t()>& start);
 void forget_child(pid_t process);
 
-// Asks the children of start_child to end, by SIGTERM, and waits until they have, for `seconds` at most: a station
+// Whether a child has ended, reaped or not.
+bool has_ended(pid_t child);
+
+// Of a process that was asked to end, before it is killed.
+inline constexpr double kSecondsToExit = 2;
+
+// Asks the children of start_child to end, by SIGTERM, and waits until they have, for kSecondsToExit at most: a station
 // stops its motors.
-void end_children(double seconds);
+void end_children();
 
 // Children of this process that start_child did not start; empty without adopt_orphans.
 std::set<pid_t> orphans();

@@ -115,8 +115,7 @@ class Channel {
 
   // The coordinator is gone. Exits without running the plugins' destructors, because they may hang.
   [[noreturn]] static void leave() {
-    constexpr double kSecondsToEnd = 2;  // as after "bye"
-    plugin_host::end_children(kSecondsToEnd);
+    plugin_host::end_children();
     if (::getsid(0) == ::getpid()) plugin_host::kill_session(::getpid(), ::getpid());
     plugin_host::kill_descendants();
     ::_exit(0);

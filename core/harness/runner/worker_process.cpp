@@ -20,10 +20,10 @@ namespace {
 
 using plugin_host::ChildProcess;
 using plugin_host::in_seconds;
+using plugin_host::kSecondsToExit;
 using Clock = plugin_host::ProcessClock;
 
 constexpr double kSecondsToStart = 120;
-constexpr double kSecondsToExit = 2;
 constexpr double kSecondsAfterStop = 5;
 constexpr double kStopPollSeconds = 0.1;
 constexpr double kMemoryPollSeconds = 1;
