@@ -124,6 +124,18 @@ struct Batch::Implementation {
     return frame_seed(slot.state.instance.seed, slot.state.step, FrameStream::capture);
   }
 
+  // Calls render(lens, pose, index into `named`) for each. Throws if it returns false: the scene has no `what`.
+  template <class Render>
+  void render(const std::vector<unsigned>& named, const double* true_poses, const char* what, const Render& render) {
+    const std::size_t axes = check_poses(named, true_poses);
+    std::atomic<bool> offered{true};
+    for_each(named, [&](std::size_t k) {
+      const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
+      if (!render(*slots[named[k]].assembly, pose, k)) offered = false;
+    });
+    if (!offered) throw Error(ErrorKind::bad_input, "scene '" + setup.scene.id + "' has no " + what);
+  }
+
   // To a batch of the GPU.
   void add(plugin_host::Scene::Batch& batch, unsigned number, const double* true_pose, std::uint64_t seed) {
     batch.assemblies.push_back(&*slots[number].assembly);
@@ -219,28 +231,16 @@ void Batch::capture_at(const std::vector<unsigned>& slots, const double* true_po
 
 void Batch::render_at(const std::vector<unsigned>& slots, const double* true_poses, float* pixels) {
   Implementation& in = *implementation_;
-  const std::size_t axes = in.check_poses(slots, true_poses);
-  std::atomic<bool> offered{true};
-  in.for_each(slots, [&](std::size_t k) {
-    const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
-    if (!in.slots[slots[k]].assembly->render_noise_free(pose, pixels + in.pixels * k)) offered = false;
-  });
-  if (!offered)
-    throw Error(ErrorKind::bad_input,
-                "scene '" + in.setup.scene.id + "' has no noise-free images; average captures instead");
+  in.render(slots, true_poses, "noise-free images; average captures instead",
+            [&](auto& lens, const auto& pose, auto k) { return lens.render_noise_free(pose, pixels + in.pixels * k); });
 }
 
 void Batch::render_slopes_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
                              std::uint32_t samples, float* pixels) {
   Implementation& in = *implementation_;
-  const std::size_t axes = in.check_poses(slots, true_poses);
-  std::atomic<bool> offered{true};
-  in.for_each(slots, [&](std::size_t k) {
-    const std::vector<double> pose(true_poses + axes * k, true_poses + axes * (k + 1));
-    float* own = pixels + (axes + 1) * in.pixels * k;
-    if (!in.slots[slots[k]].assembly->render_slopes(pose, seeds[k], samples, own)) offered = false;
+  in.render(slots, true_poses, "derivatives of images", [&](auto& lens, const auto& pose, auto k) {
+    return lens.render_slopes(pose, seeds[k], samples, pixels + (pose.size() + 1) * in.pixels * k);
   });
-  if (!offered) throw Error(ErrorKind::bad_input, "scene '" + in.setup.scene.id + "' has no derivatives of images");
 }
 
 std::vector<trials::Truth> Batch::truths(const std::vector<unsigned>& slots) {
