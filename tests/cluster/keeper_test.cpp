@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <functional>
 #include <thread>
@@ -78,6 +79,11 @@ TEST_F(TheKeeper, TellsProgramsFromTheirStartingChildren) {
   const pid_t shell = keeper.start({"/bin/sh", "-c", script});
   ::close(ends_[1]);
   expect_two_letters();
+  // Until it calls exec, the program for which the subshell waits is a shell, too.
+  EXPECT_TRUE(within_20_s([&] {
+    const std::vector<Process> kept = keeper.kept();
+    return std::any_of(kept.begin(), kept.end(), [](const Process& one) { return one.command.rfind("sleep", 0) == 0; });
+  }));
   std::vector<Process> shells;
   for (Process& process : keeper.kept())
     if (process.command.rfind("/bin/sh", 0) == 0) shells.push_back(std::move(process));
