@@ -11,7 +11,7 @@ import numpy as np
 from . import _html, _native
 from ._errors import check_name, require_integer
 from .batch import Batch
-from .results import step_rows
+from .results import ENDED_WELL, step_rows
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -132,9 +132,8 @@ class Bench:
                                                self._noise_level_parameters, int(self._suite_seed), self._threads)
         lines, pixels = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
                                          merit or "", self._clipping, steps, bool(keep_frames))
-        *records, closing, times = [json.loads(line) for line in lines.splitlines()]
         frames = None if pixels is None else np.frombuffer(pixels, np.float32).reshape(-1, *self.reference.shape)
-        return Trial(closing, records, times, frames)
+        return trial_of(lines, frames)
 
 
 class Instance:
@@ -285,6 +284,11 @@ class Trial:
         return str(self.summary["end"])
 
     @property
+    def ended_well(self) -> bool:
+        """Whether the budget was spent or the algorithm finished."""
+        return self.end in ENDED_WELL
+
+    @property
     def message(self) -> str:
         """The error message of a failed trial, else ""."""
         return str(self.summary.get("message", ""))
@@ -308,6 +312,12 @@ class Trial:
         import pandas
 
         return pandas.DataFrame(step_rows(self.steps, self.summary))
+
+
+def trial_of(lines: str, frames: Float32Array | None = None) -> Trial:
+    """The trial of the lines of its record and times."""
+    *steps, closing, times = map(json.loads, lines.splitlines())
+    return Trial(closing, steps, times, frames)
 
 
 def _number(value: float | None) -> float:

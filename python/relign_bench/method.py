@@ -20,6 +20,7 @@ import numpy as np
 
 from . import _native
 from ._errors import require_integer
+from .bench import LARGEST_BUDGET, trial_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
     from ._typing import Parameters
+    from .bench import Trial
 
 STATION = pathlib.Path(__file__).with_name("_loop_station.py")
 WAIT_VARIABLE = "RELIGN_CALL_SECONDS"
@@ -75,14 +77,13 @@ class Method:
         if self._goal.ndim != 2 or not np.isfinite(self._goal).all():
             raise ValueError("reference must be a finite image of shape (height, width), and goal a finite number")
         self._scalar = reference is None
-        self._goal_value = float(goal)
         self.best: tuple[dict[str, float], float] | None = None
         self.recommended: dict[str, float] | None = None
         self.end: str | None = None
         self._pending: dict[str, float] | None = None
         set_up = {"shape": self._goal.shape, "range": (reach / self._travel[:, None]).tolist(),
                   "axes": [[name, travel] for name, travel in zip(self._names, self._travel.tolist())]}
-        self._trial = _Trial(algorithm, require_integer(steps, "steps", 1, 100_000), require_integer(seed, "seed", 0),
+        self._trial = _Trial(algorithm, require_integer(steps, "steps", 1, LARGEST_BUDGET), require_integer(seed, "seed", 0),
                              parameters, set_up, self._goal)
 
     def ask(self) -> dict[str, float] | None:
@@ -122,7 +123,7 @@ class Method:
         if not (math.isfinite(seconds) and seconds >= 0):
             raise ValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
         if self._scalar and pixels < self._goal:
-            raise ValueError(f"{measured!r} is below the goal {self._goal_value:g}: set goal to the lowest possible value")
+            raise ValueError(f"{measured!r} is below the goal {self._goal[0, 0]:g}: set goal to the lowest possible value")
         value = float(np.asarray(measured)) if self._scalar else float(np.sqrt(np.mean((pixels - self._goal) ** 2.0)))
         if self.best is None or value < self.best[1]:
             self.best = (self._pending, value)
@@ -146,12 +147,11 @@ class Method:
         self.close()
 
     def _finish(self) -> None:
-        records, closing = self._trial.record()
-        if closing["end"] not in ("budget_spent", "finished"):
-            self.end = closing["end"]
-            raise RuntimeError(f"the method failed: {closing.get('message', closing['end'])}")
-        self.end = closing["end"]
-        self.recommended = self._pose(records[-1]["recommended_pose"])
+        trial = self._trial.record()
+        self.end = trial.end
+        if not trial.ended_well:
+            raise RuntimeError(f"the method failed: {trial.message or trial.end}")
+        self.recommended = self._pose(trial.steps[-1]["recommended_pose"])
 
     def _pose(self, shares: Sequence[float]) -> dict[str, float]:
         pose = self._start + np.asarray(shares) * self._travel
@@ -223,12 +223,11 @@ class _Trial:
         except OSError:  # the station is gone; the next `ask` says why
             pass
 
-    def record(self) -> tuple[list[dict[str, Any]], dict[str, Any]]:
-        """(steps, closing line) of the trial that has ended."""
+    def record(self) -> Trial:
+        """The trial that has ended."""
         if "lines" not in self._outcome:
             raise RuntimeError("the method was closed")
-        *steps, closing, _ = map(json.loads, self._outcome["lines"].splitlines())
-        return steps, closing
+        return trial_of(self._outcome["lines"])
 
     def _receive(self) -> list[float] | None:
         if self._connections[1:] and self._connections[1] in wait(self._connections):

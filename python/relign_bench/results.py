@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import os
 
 TABLES = ("curves", "instances", "steps")
+ENDED_WELL = ("budget_spent", "finished")  # ends of trials that did not fail
 LIBRARIES = ("pandas", "polars")
 MOST_CHARTS = 6  # of a picture in a notebook
 
@@ -63,7 +64,7 @@ class Results:
         Raises:
             FileNotFoundError: The folder does not have this table.
             ImportError: The library is not installed.
-            ValueError: There is no such table or library, or a line of the records has a key twice.
+            ValueError: The table or the library is unknown, or a line of the records has a key twice.
         """
         check_name(what, TABLES, "table")
         check_name(library, LIBRARIES, "module")

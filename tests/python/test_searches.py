@@ -3,7 +3,6 @@
 import importlib.util
 import itertools
 import json
-import os
 import pathlib
 import subprocess
 import sys
@@ -188,8 +187,7 @@ class Packages(Trials):
 
     def presets(self, path):
         """Parameters of the method and its presets, by id."""
-        text = subprocess.run([sys.executable, str(path), "--manifest"], check=True, capture_output=True,
-                              env={**os.environ, "PYTHONPATH": os.environ["PYTHONPATH"]}).stdout
+        text = subprocess.run([sys.executable, str(path), "--manifest"], check=True, capture_output=True).stdout
         manifest = json.loads(text)
         return {manifest["id"]: {}, **{name: one["parameters"] for name, one in manifest.get("presets", {}).items()}}
 

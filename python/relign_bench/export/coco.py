@@ -7,13 +7,13 @@ cocopp processes only suites that it knows, so that functions are numbered as th
 
 from __future__ import annotations
 
-import pathlib
 from typing import TYPE_CHECKING
 
-from .runs import ERRORS, file_names, finish_folder, make_folder
+from .runs import file_names, new_folder, readme
 
 if TYPE_CHECKING:
     import os
+    import pathlib
 
     from .runs import Function, Run, Study
 
@@ -55,16 +55,11 @@ def write_coco(study: Study, folder: str | os.PathLike[str]) -> None:
         if len(runs[0].poses[0]) not in DIMENSIONS:
             raise ValueError(f"scene '{function.scene}' has {len(runs[0].poses[0])} axes: COCO's suite bbob, as which cocopp "
                              f"reads the data, has {', '.join(map(str, DIMENSIONS))}; leave it out with --only scene=NAME")
-    folder = pathlib.Path(folder)
-    new = make_folder(folder)
-    for algorithm, place in file_names(study.algorithms).items():
-        for function, runs in study.of(algorithm):
-            _write_function(algorithm, function, runs, new / place)
-    text = README.format(suite=study.suite, meaning=ERRORS[study.error], error=study.error, left_out=study.left_out,
-                         smallest=SMALLEST)
-    functions = "".join(f"f{function.number:<7}  {function.scene}, {function.noise_level}\n" for function in study.functions)
-    (new / "README.txt").write_text(text + functions, encoding="utf-8")
-    finish_folder(new, folder)
+    with new_folder(folder) as new:
+        for algorithm, place in file_names(study.algorithms).items():
+            for function, runs in study.of(algorithm):
+                _write_function(algorithm, function, runs, new / place)
+        (new / "README.txt").write_text(readme(study, README, "f", smallest=SMALLEST), encoding="utf-8")
 
 
 def _write_function(algorithm: str, function: Function, runs: list[Run], place: pathlib.Path) -> None:

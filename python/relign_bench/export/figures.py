@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import pathlib
 import subprocess
 from typing import TYPE_CHECKING, Any
 
 from ..program import find_program
-from .runs import file_names, finish_folder, make_folder, parse_only
+from .runs import file_names, new_folder, parse_only
 
 if TYPE_CHECKING:
     import os
@@ -66,16 +65,13 @@ def write_figures(results: str | os.PathLike[str], folder: str | os.PathLike[str
             drawn["_".join(group[key] for key in ("scene", "noise_level", "protocol"))] = (group, curves)
     if not drawn:
         raise ValueError(f"'{results}' has no {error} error of a chosen scene, noise level, protocol and algorithm to draw")
-    folder = pathlib.Path(folder)
-    new = make_folder(folder)
     names = file_names(list(drawn))
-    with rc_context(STYLE):
+    with rc_context(STYLE), new_folder(folder) as new:
         for name, (group, curves) in drawn.items():
             figure = Figure(layout="constrained")
             _draw(figure.add_subplot(), group, curves, error)
             figure.savefig(new / f"{names[name]}.pdf", metadata={"CreationDate": None})
             figure.savefig(new / f"{names[name]}.svg", metadata={"Date": None})
-    finish_folder(new, folder)
     return len(drawn)
 
 

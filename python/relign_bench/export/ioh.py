@@ -8,13 +8,13 @@ table with one row per evaluation, in which the header begins each run.
 from __future__ import annotations
 
 import json
-import pathlib
 from typing import TYPE_CHECKING
 
-from .runs import ERRORS, file_names, finish_folder, make_folder
+from .runs import ERRORS, file_names, new_folder, readme
 
 if TYPE_CHECKING:
     import os
+    import pathlib
 
     from .runs import Function, Run, Study
 
@@ -49,18 +49,14 @@ def write_ioh(study: Study, folder: str | os.PathLike[str]) -> None:
     largest = max(run.instance for runs in study.runs.values() for run in runs)
     if largest > LARGEST_INSTANCE:
         raise ValueError(f"instance {largest} is above {LARGEST_INSTANCE}, the largest number that iohinspector reads")
-    folder = pathlib.Path(folder)
-    new = make_folder(folder)
     places, stems = file_names(study.algorithms), file_names([function.name for function in study.functions])
-    for algorithm, place in places.items():
-        (new / place).mkdir()
-        for function, runs in study.of(algorithm):
-            _write_function(study, algorithm, function, runs, new / place, stems[function.name])
-    text = README.format(suite=study.suite, meaning=ERRORS[study.error], error=study.error, left_out=study.left_out,
-                         pose="recommended" if study.error == "recommended" else "commanded")
-    functions = "".join(f"{function.number:<8}  {function.scene}, {function.noise_level}\n" for function in study.functions)
-    (new / "README.txt").write_text(text + functions, encoding="utf-8")
-    finish_folder(new, folder)
+    with new_folder(folder) as new:
+        for algorithm, place in places.items():
+            (new / place).mkdir()
+            for function, runs in study.of(algorithm):
+                _write_function(study, algorithm, function, runs, new / place, stems[function.name])
+        pose = "recommended" if study.error == "recommended" else "commanded"
+        (new / "README.txt").write_text(readme(study, README, pose=pose), encoding="utf-8")
 
 
 def _write_function(study: Study, algorithm: str, function: Function, runs: list[Run], place: pathlib.Path,

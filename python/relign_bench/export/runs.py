@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import pathlib
 import re
 import shutil
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .._errors import check_name
-from ..results import read_manifest, read_trials
+from ..results import ENDED_WELL, read_manifest, read_trials
 
 if TYPE_CHECKING:
     import os
-    import pathlib
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
 #: What the exported number is, by the name of the error.
 ERRORS = {
@@ -124,7 +125,7 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
     functions = {pair: Function(number, *pair) for number, pair in enumerate(pairs, 1)}
     study = Study(str(manifest["suite_name"]), error)
     for closing, steps in trials:
-        if closing["end"] not in ("budget_spent", "finished"):
+        if closing["end"] not in ENDED_WELL:
             study.left_out += 1
             continue
         name = f"{closing['algorithm']} ({closing['protocol']})" if several else str(closing["algorithm"])
@@ -165,6 +166,13 @@ def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str) -> Ru
                [step["machine_seconds"] for step in steps])
 
 
+def readme(study: Study, template: str, prefix: str = "", **more: Any) -> str:
+    """A format's README: its template, with the study's facts, and the functions, whose numbers have a prefix."""
+    text = template.format(suite=study.suite, meaning=ERRORS[study.error], error=study.error, left_out=study.left_out, **more)
+    return text + "".join(f"{prefix + str(function.number):<8}  {function.scene}, {function.noise_level}\n"
+                          for function in study.functions)
+
+
 def file_names(names: Sequence[str]) -> dict[str, str]:
     """A file name for each name: letters, digits, '.', '+' and '-', different for different names."""
     made: dict[str, str] = {}
@@ -178,22 +186,20 @@ def file_names(names: Sequence[str]) -> dict[str, str]:
     return made
 
 
-def make_folder(folder: pathlib.Path) -> pathlib.Path:
-    """A folder beside `folder` to write into, which `finish_folder` gives its name once it is complete.
+@contextlib.contextmanager
+def new_folder(folder: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
+    """A folder beside `folder` to write into, which gets its name once it is complete.
 
     Raises:
         FileExistsError: `folder` exists and is not empty.
     """
+    folder = pathlib.Path(folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise FileExistsError(f"'{folder}' exists; remove it, or choose another folder")
     new = folder.with_name(folder.name + ".new")
     shutil.rmtree(new, ignore_errors=True)
     new.mkdir(parents=True)
-    return new
-
-
-def finish_folder(new: pathlib.Path, folder: pathlib.Path) -> None:
-    """Gives a folder of `make_folder` its name."""
+    yield new
     if folder.exists():
         folder.rmdir()
     new.rename(folder)

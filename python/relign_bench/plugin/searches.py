@@ -84,9 +84,8 @@ class GeneratorSearch(Optimizer):
 
     The generator receives the merit at `space.start` before it suggests the first point, which costs a step only if the start
     pose is outside the box, and then one point at a time. Poses outside the box are clamped to it, and the point is ingested as
-    it was suggested. If the generator has a method
-    `recommended`, which returns a point or None, its answer is recommended after each step; otherwise the pose of the
-    lowest merit counts. An empty suggestion finishes the trial.
+    it was suggested. If the generator has a method `recommended`, which returns a point or None, its answer is recommended
+    after each step; otherwise the pose of the lowest merit counts. An empty suggestion finishes the trial.
     """
 
     def generator(self, space: Space) -> Any:
