@@ -174,7 +174,7 @@ int render_derivatives(Context& context, const RenderArguments& arguments, const
   images::Image image(scene.facts.image_width, scene.facts.image_height);
   std::vector<float> pixels((scene.facts.axes.size() + 1) * image.values.size());
   const std::uint64_t samples = arguments.samples > 0 ? arguments.samples : kUsualSamples;
-  if (!assembly.render_slopes(pose, arguments.seed, static_cast<std::uint32_t>(samples), pixels.data()))
+  if (!assembly.render_slopes(pose, arguments.seed, static_cast<std::uint32_t>(samples), {}, pixels.data()))
     throw Error(ErrorKind::bad_input,
                 "--derivatives: the images of scene '" + arguments.scene +
                     "' have none, with these parameters; those of lens_system have, with transport "

@@ -6,19 +6,15 @@ import tomllib
 from description import ARGUMENTS, HERE, c_comment, check, wrapped
 
 MADE = "Made by core/plugin_api/generate.py from scene.toml"
-MORE_ARGUMENTS = {
-    "number": ("double {n}", "double", "{n}", "float"),
-    "counts": ("const uint32_t* {n}, uint32_t count", "const std::vector<std::uint32_t>&", "{n}.data(), count_of({n})",
-               "Sequence[int]"),
-}
-KINDS = MORE_ARGUMENTS | {kind: ARGUMENTS[kind] for kind in ("numbers", "integer", "count", "regions")}
+KINDS = {"number": ("double {n}", "double", "{n}", "float")} | {
+    kind: ARGUMENTS[kind] for kind in ("numbers", "integer", "count", "counts", "regions")}
 FROM_C = {"numbers": "Pose({n}, {n} + axes)", "counts": "{{{n}, {n} + count}}", "regions": "to_regions({n}, count)"}
 PYTHON = {"numbers": "Pose", "regions": "Sequence[tuple[int, int, int, int]]"}
 # By kind of a result: C parameter, C++ type, Python type.
 NUMBER, INTEGER = ("double* {n}", "double", "float"), ("uint64_t* {n}", "std::uint64_t", "int")
 RESULTS = {"number": NUMBER, "finite": NUMBER, "fraction": NUMBER, "error": NUMBER, "integer": INTEGER,
            "pose": ("double* {n}, uint32_t axes", "Pose", "Pose")}
-IMAGES = {"pixels": "1", "pixels of axes + 1 images": "{pose}.size() + 1"}
+IMAGES = {"pixels": "1", "pixels of axes + 1 + 5 elements images": "{numbers}.size() + 1 + 5 * {counts}.size()"}
 KEYS = {"name", "id", "purpose", "about", "arguments", "results", "struct", "each", "offered"}
 
 
@@ -46,8 +42,8 @@ class Ability:
         self.pixels = {name: result for name, result in given["results"].items() if result["kind"] in IMAGES}
         self.values = {name: result for name, result in given["results"].items() if result["kind"] in RESULTS}
         self.results = self.pixels | self.values
-        pose = [name for name, kind in self.arguments.items() if kind == "numbers"]
-        self.images = "".join(IMAGES[result["kind"]] for result in self.pixels.values()).format(pose="".join(pose))
+        named = {kind: name for name, kind in self.arguments.items()}
+        self.images = "".join(IMAGES[result["kind"]] for result in self.pixels.values()).format_map(named)
         self.struct = given.get("struct", "")
         if not self.struct and (len(self.values) > 1 or self.each):
             raise SystemExit(f"scene.toml: {where}: expected 'struct', the name of its results")
@@ -57,9 +53,9 @@ class Ability:
             kind = "vector" if self.each else "optional"
             self.returned, self.nothing = f"std::{kind}<{value}>", "{}" if self.each else "std::nullopt"
         names = [word for parameter in self.c_parameters().split(", ") for word in parameter.split("\0")[-1:]]
-        if len(set(names)) < len(names) or ("axes + 1" in str(given["results"]) and not pose):
+        if len(set(names)) < len(names):
             raise SystemExit(f"scene.toml: {where}: expected different names, at most one of numbers and pose, at most one "
-                             "list, and numbers for axes + 1 images")
+                             "list")
 
     def of_result(self, name, found="found"):
         """A value of what the C++ function returned."""

@@ -19,6 +19,8 @@ ARGUMENTS = {
     "numbers": ("const double* {n}, uint32_t axes", "const Pose&", "{n}.data(), count_of({n})", "Iterable[float]"),
     "regions": ("const uint32_t* {n}, uint32_t count", "const std::vector<Region>&", "to_numbers({n}).data(), count_of({n})",
                 "Iterable[Sequence[int]]"),
+    "counts": ("const uint32_t* {n}, uint32_t count", "const std::vector<std::uint32_t>&", "{n}.data(), count_of({n})",
+               "Sequence[int]"),
     "lens": ("relign_model_lens* {n}", None, None, None),
     "bytes": ("relign_text {n}", None, None, None),
 }
@@ -29,6 +31,7 @@ RESULTS = {
     "numbers": ("double* {n}, uint32_t axes", "Pose", "tuple[float, ...]"),
     "table": ("{rows}* {n}", "std::vector<{row}>", "Sequence[dict[str, Any]]"),
     "pixels": ("float* {n}", None, None),
+    "slopes": ("float* {n}", None, None),
     "lens": ("relign_model_lens** {n}", None, None),
     "bytes": ("const relign_text_sink* {n}", None, None),
     "outcome": ("relign_run_outcome* {n}", None, None),

@@ -59,7 +59,10 @@ struct FakeServices::State {
   std::string draw(std::uint64_t number) const;
   relign_status walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
                      relign_run_outcome* outcome);
-  relign_status picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, float* pixels);
+  relign_status picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, float* pixels,
+                        double more_blur = 0);
+  relign_status slopes(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, std::uint32_t elements,
+                       float* pixels);
 
   const plugin_host::Choice& choice;
   FakeTrial& trial;
@@ -220,6 +223,16 @@ bool offer(State& state, relign_model_service& table) {
                         float* pixels) {
     return answer(context, [&](State& now) { return now.picture(lens, true_pose, axes, pixels); });
   };
+  table.slopes = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes, std::uint64_t,
+                    std::uint32_t samples, const std::uint32_t* elements, std::uint32_t count, float* pixels) {
+    return answer(context, [&](State& now) -> relign_status {
+      if (samples == 0) return now.refuse("expected at least 1 sample per pixel, found 0");
+      const std::set<std::uint32_t> once(elements, elements + count);
+      if (once.size() < count || (count > 0 && *once.rbegin() >= now.scene.elements.size()))
+        return now.refuse("expected different elements, as numbers below " + std::to_string(now.scene.elements.size()));
+      return now.slopes(lens, true_pose, axes, count, pixels);
+    });
+  };
   table.unmount = [](void* context, relign_model_lens* lens) {
     return answer(context, [&](State& now) -> relign_status {
       const auto found = std::find_if(now.lenses.begin(), now.lenses.end(),
@@ -338,7 +351,7 @@ relign_status FakeServices::State::walk(relign_text parameter, relign_text param
 }
 
 relign_status FakeServices::State::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
-                                           float* pixels) {
+                                           float* pixels, double more_blur) {
   const auto found = std::find_if(lenses.begin(), lenses.end(),
                                   [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
   if (found == lenses.end()) return refuse("this lens is not mounted");
@@ -346,9 +359,28 @@ relign_status FakeServices::State::picture(relign_model_lens* lens, const double
       !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
     return refuse("invalid pose; expected one finite number per axis");
   if (!pixels) return refuse("'pixels' is null");
-  double blur = found->blur;
+  double blur = found->blur + more_blur;
   for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
   paint_edge(blur, pixels);
+  return RELIGN_OK;
+}
+
+// By differences. Offsets only blur, all alike.
+relign_status FakeServices::State::slopes(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                          std::uint32_t elements, float* pixels) {
+  constexpr std::size_t kPixels = std::size_t{kPictureSide} * kPictureSide;
+  constexpr double kStride = 0.01;
+  if (const relign_status status = picture(lens, true_pose, axes, pixels); status != RELIGN_OK) return status;
+  std::vector<float> ahead(kPixels), behind(kPixels);
+  for (std::uint32_t number = 0; number < axes + 5 * elements; ++number) {
+    for (const double side : {-1.0, 1.0}) {
+      Pose pose(true_pose, true_pose + axes);
+      if (number < axes) pose[number] += side * kStride;
+      picture(lens, pose.data(), axes, (side > 0 ? ahead : behind).data(), number < axes ? 0 : side * kStride);
+    }
+    for (std::size_t i = 0; i < kPixels; ++i)
+      pixels[(number + 1) * kPixels + i] = (ahead[i] - behind[i]) / static_cast<float>(2 * kStride);
+  }
   return RELIGN_OK;
 }
 

@@ -239,7 +239,7 @@ void Batch::render_slopes_at(const std::vector<unsigned>& slots, const double* t
                              std::uint32_t samples, float* pixels) {
   Implementation& in = *implementation_;
   in.render(slots, true_poses, "derivatives of images", [&](auto& lens, const auto& pose, auto k) {
-    return lens.render_slopes(pose, seeds[k], samples, pixels + (pose.size() + 1) * in.pixels * k);
+    return lens.render_slopes(pose, seeds[k], samples, {}, pixels + (pose.size() + 1) * in.pixels * k);
   });
 }
 

@@ -154,6 +154,20 @@ std::vector<std::uint32_t> ProcessServices::regions(const char* member) const {
   }
 }
 
+std::vector<std::uint32_t> ProcessServices::counts(const char* member) const {
+  constexpr std::size_t kMost = 1000;
+  const auto found = request_->find(member);
+  const bool usable =
+      found != request_->end() && found->is_array() && found->size() <= kMost &&
+      std::all_of(found->begin(), found->end(), [](const Json& value) {
+        return value.is_number_unsigned() && value.get<std::uint64_t>() <= std::numeric_limits<std::uint32_t>::max();
+      });
+  if (!usable)
+    throw Unusable{refused("expected a list '" + std::string(member) + "' of at most " + std::to_string(kMost) +
+                           " non-negative integers")};
+  return found->get<std::vector<std::uint32_t>>();
+}
+
 relign_model_lens* ProcessServices::lens(const char* member) const {
   const auto number = request_->find(member);
   const auto known = number != request_->end() && number->is_number_unsigned()
@@ -187,9 +201,10 @@ void ProcessServices::share_image(const relign_image& image) {
 }
 
 // Behind the trial's images, which must not change while the model works.
-float* ProcessServices::pixels(std::uint32_t width, std::uint32_t height) {
+float* ProcessServices::pixels(std::uint32_t width, std::uint32_t height, std::size_t images) {
   const std::size_t offset = 2 * image_bytes_;
-  if (!pixels_.grow(offset + std::size_t{width} * height * sizeof(float))) throw Unusable{failed(kNoMemoryForPixels)};
+  if (images > 1) data_room_ = 0;
+  if (!pixels_.grow(offset + images * width * height * sizeof(float))) throw Unusable{failed(kNoMemoryForPixels)};
   return pixels_.at(offset);
 }
 
@@ -197,7 +212,7 @@ Json ProcessServices::place_of_pixels() const {
   return {{"file", ChildProcess::pixel_path()}, {"offset", 2 * image_bytes_}};
 }
 
-// Behind the model's pixels, so that neither overwrites the other.
+// Behind the model's image, so that neither overwrites the other.
 std::size_t ProcessServices::data_offset() const {
   const auto* model = static_cast<const relign_model_service*>(service(RELIGN_SERVICE_MODEL));
   return 2 * image_bytes_ + (model ? std::size_t{model->image_width} * model->image_height * sizeof(float) : 0);

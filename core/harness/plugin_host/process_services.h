@@ -36,12 +36,14 @@ class ProcessServices {
   Integer integer(const char* member) const;
   std::vector<double> numbers(const char* member) const;  // NaN for anything else
   std::vector<std::uint32_t> regions(const char* member) const;
+  std::vector<std::uint32_t> counts(const char* member) const;
   relign_model_lens* lens(const char* member) const;
   relign_text bytes(const char* member) const;  // that the process wrote into the room which it requested before
 
   // Results.
   std::uint32_t axes() const { return trial_.task->axes; }
-  float* pixels(std::uint32_t width, std::uint32_t height);  // behind the trial's images
+  // Behind the trial's images. Several images overwrite the room for bytes.
+  float* pixels(std::uint32_t width, std::uint32_t height, std::size_t images = 1);
   Json place_of_pixels() const;
   Json room();                         // for bytes of the process, behind the pixels
   Json give(const std::string& data);  // to the process, in the same place

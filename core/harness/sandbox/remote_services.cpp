@@ -44,6 +44,10 @@ std::vector<double> to_json(const double* values, std::uint32_t count) {
   return values ? std::vector<double>(values, values + count) : std::vector<double>();
 }
 
+Json to_json(const std::uint32_t* values, std::uint32_t count) {
+  return values ? Json(std::vector<std::uint32_t>(values, values + count)) : Json::array();
+}
+
 // One more region than any host accepts is enough to be refused.
 Json regions_of(const std::uint32_t* values, std::uint32_t count) {
   if (!values && count > 0) return nullptr;

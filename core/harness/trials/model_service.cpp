@@ -1,6 +1,8 @@
 #include "trials/model_service.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 #include "base/seeds.h"
 #include "trials/instance.h"
@@ -30,6 +32,7 @@ bool offer(ServiceContext& shared, relign_model_service& table) {
   table.mount = ModelService::mount;
   table.capture = ModelService::capture;
   table.noise_free = ModelService::noise_free;
+  table.slopes = ModelService::slopes;
   table.unmount = ModelService::unmount;
   return true;
 }
@@ -86,6 +89,27 @@ relign_status ModelService::noise_free(void* context, relign_model_lens* lens, c
     if (!assembly) return RELIGN_BAD_ARGUMENT;
     if (assembly->render_noise_free(std::vector<double>(true_pose, true_pose + axes), pixels)) return RELIGN_OK;
     shared.why = "the scene offers no noise-free images";
+    return RELIGN_UNSUPPORTED;
+  });
+}
+
+relign_status ModelService::slopes(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                   std::uint64_t seed, std::uint32_t samples, const std::uint32_t* elements,
+                                   std::uint32_t count, float* pixels) {
+  return answer_unless_stopped(context, [&](ServiceContext& shared) -> relign_status {
+    ModelService& model = *shared.model;
+    plugin_host::MountedAssembly* assembly = model.ready(lens, true_pose, axes, pixels);
+    if (!assembly) return RELIGN_BAD_ARGUMENT;
+    if (samples == 0) return shared.refuse("expected at least 1 sample per pixel, found 0");
+    if (!elements && count > 0) return shared.refuse("'elements' is null");
+    const std::vector<std::uint32_t> which(elements, elements + count);
+    const std::size_t most = shared.host.setup().scene.elements.size();
+    const std::set<std::uint32_t> once(which.begin(), which.end());
+    if (once.size() < which.size() || (!once.empty() && *once.rbegin() >= most))
+      return shared.refuse("expected different elements, as numbers below " + std::to_string(most));
+    const std::vector<double> pose(true_pose, true_pose + axes);
+    if (assembly->render_slopes(pose, frame_of(seed), samples, which, pixels)) return RELIGN_OK;
+    shared.why = "the scene offers no derivatives of images";
     return RELIGN_UNSUPPORTED;
   });
 }

@@ -23,6 +23,9 @@ class ModelService {
                                std::uint64_t seed, float* pixels);
   static relign_status noise_free(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                                   float* pixels);
+  static relign_status slopes(void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                              std::uint64_t seed, std::uint32_t samples, const std::uint32_t* elements,
+                              std::uint32_t count, float* pixels);
   static relign_status unmount(void* context, relign_model_lens* lens);
 
  private:

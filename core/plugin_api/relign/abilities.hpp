@@ -36,10 +36,13 @@ class Abilities {
     return std::nullopt;
   }
 
-  // A noise-free image and its derivative by each axis, for render --derivatives. The image averages `samples` rays per
-  // pixel (or what the scene averages), at least 1; behind it come its derivatives, from the same rays, in the order of
-  // the axes, each per whole travel of its axis. Other seeds give independent images.
-  virtual bool render_slopes(const Pose& /*pose*/, std::uint64_t /*seed*/, std::uint32_t /*samples*/, float* /*pixels*/) {
+  // A noise-free image and its derivatives, for render --derivatives and the service model. The image averages
+  // `samples` rays per pixel (or what the scene averages), at least 1; behind it come its derivatives, from the same
+  // rays: in the order of the axes, each per whole travel of its axis; then for each of `elements` (numbered from 0 in
+  // the order of the description, each at most once) five by its offsets: shift_mm x, y, z (per mm) and tilt_deg x, y
+  // (per degree). Other seeds give independent images.
+  virtual bool render_slopes(const Pose& /*pose*/, std::uint64_t /*seed*/, std::uint32_t /*samples*/,
+      const std::vector<std::uint32_t>& /*elements*/, float* /*pixels*/) {
     return false;
   }
 

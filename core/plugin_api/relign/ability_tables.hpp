@@ -46,10 +46,11 @@ inline const relign_scene_slopes* scene_slopes() {
   static const relign_scene_slopes table = {
       sizeof(relign_scene_slopes), 0,
       [](relign_assembly* assembly, const double* pose, std::uint32_t axes, std::uint64_t seed, std::uint32_t samples,
-          float* pixels) -> relign_status {
+          const std::uint32_t* elements, std::uint32_t count, float* pixels) -> relign_status {
         auto* mine = handle<Assembly>(assembly);
         return guard(mine->host, [&] {
-          const auto found = mine->object->render_slopes(Pose(pose, pose + axes), seed, samples, pixels);
+          const auto found = mine->object->render_slopes(Pose(pose, pose + axes), seed, samples,
+              {elements, elements + count}, pixels);
           if (!found) return RELIGN_UNSUPPORTED;
           return RELIGN_OK;
         });

@@ -106,6 +106,14 @@ typedef struct relign_model_service {
   /* The same without noise. RELIGN_UNSUPPORTED: the scene does not offer it. RELIGN_BAD_ARGUMENT: no such lens, or an
    * invalid pose. RELIGN_FAILED: the scene failed. RELIGN_STOP. [run-thread] */
   relign_status (*noise_free)(void* context, relign_model_lens* lens, const double* pose, uint32_t axes, float* pixels);
+  /* A noise-free image and its derivatives, from the same rays: `samples` of them per pixel, at least 1. The image
+   * comes first, then its derivatives by the axes of the pose, per whole travel; then for each of `elements` (numbered
+   * from 0 in the order of the scene's "elements", each at most once) five by its offsets: shift_mm x, y, z (per mm)
+   * and tilt_deg x, y (per degree). Other seeds give independent images. RELIGN_UNSUPPORTED: the scene does not offer
+   * it. RELIGN_BAD_ARGUMENT: no such lens, an invalid pose, no samples, or an element that is not there or is named
+   * twice. RELIGN_FAILED: the scene failed. RELIGN_STOP. [run-thread] */
+  relign_status (*slopes)(void* context, relign_model_lens* lens, const double* pose, uint32_t axes, uint64_t seed,
+      uint32_t samples, const uint32_t* elements, uint32_t count, float* pixels);
   /* Frees the lens. RELIGN_BAD_ARGUMENT: no such lens. [run-thread] */
   relign_status (*unmount)(void* context, relign_model_lens* lens);
 } relign_model_service;

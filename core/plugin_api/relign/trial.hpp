@@ -87,6 +87,18 @@ class Model::Lens {
       return std::nullopt;
     return pixels;
   }
+  // An image without noise and its derivatives, one behind the other: the image, one by each axis (per whole travel),
+  // five for each element by its offsets shift_mm x, y, z and tilt_deg x, y. From `samples` rays per pixel. elements:
+  // numbers of different ones, in the order of the scene's "elements". Nothing when the scene does not offer it.
+  std::optional<std::vector<float>> slopes(const Pose& true_pose, std::uint64_t seed, std::uint32_t samples,
+                                           const std::vector<std::uint32_t>& elements = {}) const {
+    std::vector<float> pixels(model_.width() * model_.height() * (true_pose.size() + 1 + 5 * elements.size()));
+    if (!model_.done(model_.table_->slopes(model_.table_->context, lens_, true_pose.data(), count_of(true_pose), seed,
+                                           samples, elements.data(), count_of(elements), pixels.data()),
+                     "model.slopes"))
+      return std::nullopt;
+    return pixels;
+  }
 
  private:
   std::vector<float> image() const { return std::vector<float>(model_.width() * model_.height()); }

@@ -25,7 +25,8 @@ Json axis(const char* name, const char* unit, double half) {
 
 class LensScene::Mounted final : public relign::Assembly {
  public:
-  Mounted(LensScene& of, const optics::Assembly& assembly) : of_(of), lens_(of.scene_, assembly), shared_(of.shared_) {}
+  Mounted(LensScene& of, std::map<std::string, optics::ElementOffset> offsets)
+      : of_(of), offsets_(std::move(offsets)), lens_(of.scene_, {of.scene_.lens, offsets_}), shared_(of.shared_) {}
 
   void capture(const Pose& true_pose, std::uint64_t frame_seed, float* pixels) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
@@ -71,24 +72,35 @@ class LensScene::Mounted final : public relign::Assembly {
     const imaging::NoiseFreeResult reached = shared_.camera.render_noise_free(lens_, true_pose, request, pixels);
     return Average{reached.standard_error, static_cast<std::uint64_t>(reached.samples)};
   }
-  bool render_slopes(const Pose& true_pose, std::uint64_t seed, std::uint32_t samples, float* pixels) override {
+  bool render_slopes(const Pose& true_pose, std::uint64_t seed, std::uint32_t samples,
+                     const std::vector<std::uint32_t>& elements, float* pixels) override {
     const std::lock_guard<std::mutex> lock(shared_.mutex);
     if (shared_.camera.without_derivatives()) return false;
     certify_once(true_pose);
+    const optics::Prescription& lens = of_.scene_.lens;
+    imaging::MovingParts parts;
+    parts.elements.assign(elements.begin(), elements.end());
+    std::vector<std::vector<imaging::Twist>> twists{imaging::twists_of_axes(of_.scene_, true_pose)};
+    for (const std::uint32_t element : elements) {
+      const auto offset = offsets_.find(lens.elements.at(element).name);
+      twists.push_back(imaging::twists_of_offset(lens.pivot_z_mm,
+                                                 offset == offsets_.end() ? optics::ElementOffset{} : offset->second));
+    }
     const std::size_t count = of_.scene_.sensor.pixels();
-    std::vector<float> wrenches(optics::kWrenchNumbers * count);
+    std::vector<float> wrenches(optics::kWrenchNumbers * parts.count() * count);
     constexpr std::uint32_t kGroup = 0;
     shared_.camera.render_derivatives(lens_, true_pose, seed, kGroup, static_cast<int>(std::min(samples, kMostSamples)),
-                                      {}, pixels, wrenches.data());
-    for (const imaging::Twist& twist : imaging::twists_of_axes(of_.scene_, true_pose)) {
-      pixels += count;
-      for (std::size_t i = 0; i < count; ++i) {
-        double slope = 0;
-        for (std::size_t k = 0; k < twist.size(); ++k)
-          slope += twist[k] * static_cast<double>(wrenches[twist.size() * i + k]);
-        pixels[i] = static_cast<float>(slope);
+                                      parts, pixels, wrenches.data());
+    for (std::size_t part = 0; part < parts.count(); ++part)
+      for (const imaging::Twist& twist : twists[part]) {
+        pixels += count;
+        for (std::size_t i = 0; i < count; ++i) {
+          const float* wrench = &wrenches[twist.size() * (parts.count() * i + part)];
+          double slope = 0;
+          for (std::size_t k = 0; k < twist.size(); ++k) slope += twist[k] * static_cast<double>(wrench[k]);
+          pixels[i] = static_cast<float>(slope);
+        }
       }
-    }
     return true;
   }
   std::optional<Optimum> own_optimum(std::uint64_t seed) override {
@@ -144,6 +156,7 @@ class LensScene::Mounted final : public relign::Assembly {
   }
 
   LensScene& of_;
+  std::map<std::string, optics::ElementOffset> offsets_;
   imaging::MountedLens lens_;
   SharedCamera& shared_;
 };
@@ -252,7 +265,7 @@ relign_image LensScene::reference() {
 std::unique_ptr<relign::Assembly> LensScene::mount(std::string_view offsets_json) {
   const auto source = JsonSource::from_text(std::string(offsets_json), "element offsets");
   const auto offsets = optics::read_offsets(source, "", scene_.lens);
-  return std::make_unique<Mounted>(*this, optics::Assembly(scene_.lens, offsets));
+  return std::make_unique<Mounted>(*this, offsets);
 }
 
 #if RELIGN_HAS_GPU

@@ -202,6 +202,39 @@ TEST_F(LensSystemTest, ErrorsNameTheBadInput) {
   std::filesystem::remove_all(folder);
 }
 
+// Against central differences of images with the same rays, at offsets that are not 0.
+TEST_F(LensSystemTest, SlopesByOffsetsEqualDifferences) {
+  Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od", {{"pixels", 100}}), services_);
+  const std::vector<double> pose{0.52, 0.49, 0.505, 0.48, 0.51};
+  constexpr std::size_t kPixels = 10'000, kAxes = 5;
+  constexpr std::uint64_t kSeed = 5, kSamples = 1024;
+  const auto offsets = [](std::size_t number, double by) {
+    Json shift = {0.02, -0.01, 0.03}, tilt = {0.3, -0.2};
+    Json& value = number < 3 ? shift[number] : tilt[number - 3];
+    value = value.get<double>() + by;
+    return Json{{"L1", {{"shift_mm", {0.01, 0, 0}}}}, {"L3", {{"shift_mm", shift}, {"tilt_deg", tilt}}}}.dump();
+  };
+  std::vector<float> slopes(kPixels * (1 + kAxes + 10));
+  ASSERT_TRUE(scene.mount(offsets(0, 0)).render_slopes(pose, kSeed, kSamples, {0, 2}, slopes.data()));
+  std::vector<float> ahead(kPixels), behind(kPixels);
+  for (std::size_t number = 0; number < 5; ++number) {
+    const double by = number < 3 ? 0.004 : 0.02;
+    scene.mount(offsets(number, by)).render_average(pose, kSeed, 0, kSamples, ahead.data());
+    scene.mount(offsets(number, -by)).render_average(pose, kSeed, 0, kSamples, behind.data());
+    double product = 0, ours = 0, theirs = 0;
+    for (std::size_t i = 0; i < kPixels; ++i) {
+      const double slope = slopes[(1 + kAxes + 5 + number) * kPixels + i];
+      const double difference = static_cast<double>(ahead[i] - behind[i]) / (2 * by);
+      product += slope * difference;
+      ours += slope * slope;
+      theirs += difference * difference;
+    }
+    // Noise lowers the correlation of a shift along the axis, which changes the image least.
+    EXPECT_GT(product / std::sqrt(ours * theirs), number == 2 ? 0.85 : 0.98) << "offset " << number;
+    EXPECT_NEAR(product / ours, 1, 0.05) << "offset " << number;
+  }
+}
+
 TEST_F(LensSystemTest, RejectsUnknownElements) {
   Scene scene(catalog_.resolve_or_throw(Kind::scene, "relign_od"), services_);
   try {

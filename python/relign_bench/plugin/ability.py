@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 PIXELS = "pixels"
-IMAGES = "pixels of axes + 1 images"
+IMAGES = "pixels of axes + 1 + 5 elements images"
 
 
 class Ability:
@@ -50,9 +50,9 @@ class Ability:
             return {name: [row[name] for row in table] for name in self.results}, []
         answer, images = self._row(returned, giver)
         if IMAGES in self.results.values():
-            pose = next(name for name, kind in self.arguments.items() if kind == "numbers")
-            (images,) = images
-            images = values_of(images, giver, ["image", *(f"slope {axis}" for axis in range(len(message[pose])))])
+            named = {kind: message[name] for name, kind in self.arguments.items()}
+            slopes = range(len(named["numbers"]) + 5 * len(named["counts"]))
+            images = values_of(images[0], giver, ["image", *(f"slope {number}" for number in slopes)])
         return answer, list(images)
 
     def _row(self, returned: Any, giver: str) -> tuple[dict[str, Any], list[Any]]:

@@ -43,12 +43,13 @@ class AssemblyAbilities:
         """
         return None
 
-    def render_slopes(self, pose: Pose, seed: int, samples: int) -> Any:
-        """A noise-free image and its derivative by each axis, for render --derivatives.
+    def render_slopes(self, pose: Pose, seed: int, samples: int, elements: Sequence[int]) -> Any:
+        """A noise-free image and its derivatives, for render --derivatives and the service model.
 
         The image averages samples rays per pixel (or what the scene averages), at least 1; behind it come its
-        derivatives, from the same rays, in the order of the axes, each per whole travel of its axis. Other seeds give
-        independent images.
+        derivatives, from the same rays: in the order of the axes, each per whole travel of its axis; then for each of
+        elements (numbered from 0 in the order of the description, each at most once) five by its offsets: shift_mm x,
+        y, z (per mm) and tilt_deg x, y (per degree). Other seeds give independent images.
 
         Returns:
             pixels.
@@ -129,8 +130,8 @@ ABILITIES = {
         results={"pixels": "pixels", "standard_error": "error", "samples_used": "integer"},
     ),
     "render_slopes": Ability(
-        arguments={"pose": "numbers", "seed": "integer", "samples": "count"},
-        results={"pixels": "pixels of axes + 1 images"},
+        arguments={"pose": "numbers", "seed": "integer", "samples": "count", "elements": "counts"},
+        results={"pixels": "pixels of axes + 1 + 5 elements images"},
     ),
     "own_optimum": Ability(
         arguments={"seed": "integer"},

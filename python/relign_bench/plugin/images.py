@@ -95,6 +95,17 @@ class SharedImage:
         """A copy of the image that is there now."""
         return as_image(self._mapped[self._begin : self._begin + self._size], self._height, self._width)
 
+    def images(self, count: int) -> Any:
+        """Copies of so many images, the first of them this one: an array, or without numpy a list of images."""
+        with open(self._file, "rb") as file:
+            file.seek(self._begin)
+            data = file.read(count * self._size)
+        numpy = numpy_or_none()
+        if numpy is None:
+            parts = [data[k * self._size : (k + 1) * self._size] for k in range(count)]
+            return [Image(part, self._width, self._height) for part in parts]
+        return numpy.frombuffer(data, dtype=numpy.float32).reshape((count, self._height, self._width))
+
     def next_image(self) -> Any:
         """A copy of the image behind it in the file."""
         with open(self._file, "rb") as file:

@@ -10,7 +10,7 @@ from .service import Service, TrialWithServices
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
     from typing import Any
 
     from .scenes import Offsets
@@ -100,6 +100,23 @@ class Lens:
         """A noise-free image, as from `capture`; None where the scene does not offer it."""
         return self._image("noise_free", pose)
 
+    def slopes(self, pose: Iterable[float], seed: int, samples: int, elements: Sequence[int] = ()) -> Any:
+        """A noise-free image and its derivatives, from `samples` rays per pixel; None where the scene offers none.
+
+        Args:
+            pose: The true pose.
+            seed: Other seeds give independent images.
+            samples: Rays per pixel, at least 1.
+            elements: Different elements by number, in the order of the scene's "elements".
+
+        Returns:
+            float32, shape (1 + axes + 5 * elements, height, width): the image; its derivative by each axis, per whole
+            travel; for each element those by its offsets shift_mm x, y, z (per mm) and tilt_deg x, y (per degree).
+        """
+        pose, elements = list(pose), list(elements)
+        count = 1 + len(pose) + 5 * len(elements)
+        return self._image("slopes", pose, count, seed=seed, samples=samples, elements=elements)
+
     def unmount(self) -> None:
         """Frees the lens; a second call has no effect."""
         if self._number is not None:
@@ -112,15 +129,18 @@ class Lens:
     def __exit__(self, *_: object) -> None:
         self.unmount()
 
-    def _image(self, call: str, pose: Iterable[float], **arguments: Any) -> Any:
+    def _image(self, call: str, pose: Iterable[float], images: int | None = None, **arguments: Any) -> Any:
         if self._number is None:
             raise ValueError("this lens is no longer mounted")
         model = self._model
         pose = model._trial._finite(pose)
         answer = model._trial._answer(model.ID, call, lens=self._number, pose=pose, **arguments)
-        if call == "noise_free" and answer["message"] == "unsupported":
+        if call != "capture" and answer["message"] == "unsupported":
             return None
-        return model._image(model._trial._offered(answer)["pixels"])
+        place = model._trial._offered(answer)["pixels"]
+        if images is not None:
+            return SharedImage(dict(place, width=model.width, height=model.height)).images(images)
+        return model._image(place)
 
 
 class Pretraining(Service):

@@ -8,6 +8,7 @@
 //   history [BACK]                     logs the measured shifts of all earlier modules, or of one
 //   run PARAMETER STEPS [PARAMETERS]   logs the outcome
 //   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
+//   slopes POSE SEED SAMPLES ELEMENTS   logs the first and the last pixel of each image
 //   model_nap MS                       captures in the model for that long
 //   keep_lens                          keeps a mounted lens beyond run
 //   load, save TEXT                    logs whether it is in pretraining, and what it loads
@@ -97,6 +98,14 @@ class ServiceUser final : public relign::Optimizer {
       const auto noisy = lens.capture(pose, action.at(3).get<std::uint64_t>());
       const auto clean = lens.noise_free(pose);
       log(verb, {noisy.size(), noisy.front(), clean ? Json(clean->front()) : Json(nullptr)});
+    } else if (verb == "slopes") {
+      const relign::ModelLens lens = trial.model().mount("{}");
+      const auto images =
+          lens.slopes(action.at(1), action.at(2).get<std::uint64_t>(), action.at(3).get<std::uint32_t>(),
+                      action.at(4).get<std::vector<std::uint32_t>>());
+      Json seen = Json::array();
+      for (std::size_t i = 0; images && i < images->size(); i += 6) seen.push_back({images->at(i), images->at(i + 5)});
+      log(verb, seen);
     } else if (verb == "model_nap") {
       const relign::ModelLens lens = trial.model().mount("{}");
       const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(action.at(1).get<int>());

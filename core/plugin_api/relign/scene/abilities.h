@@ -40,16 +40,18 @@ typedef struct relign_scene_average {
       double error, uint64_t samples, float* pixels, double* standard_error, uint64_t* samples_used);
 } relign_scene_average;
 
-/* "relign.scene.slopes/1": A noise-free image and its derivative by each axis, for render --derivatives. The image
- * averages `samples` rays per pixel (or what the scene averages), at least 1; behind it come its derivatives, from the
- * same rays, in the order of the axes, each per whole travel of its axis. Other seeds give independent images. */
+/* "relign.scene.slopes/1": A noise-free image and its derivatives, for render --derivatives and the service model. The
+ * image averages `samples` rays per pixel (or what the scene averages), at least 1; behind it come its derivatives,
+ * from the same rays: in the order of the axes, each per whole travel of its axis; then for each of `elements`
+ * (numbered from 0 in the order of the description, each at most once) five by its offsets: shift_mm x, y, z (per mm)
+ * and tilt_deg x, y (per degree). Other seeds give independent images. */
 #define RELIGN_SCENE_SLOPES "relign.scene.slopes/1"
 typedef struct relign_scene_slopes {
   uint32_t struct_size;
   uint32_t reserved;
   /* [object-thread] */
   relign_status (*render_slopes)(relign_assembly* assembly, const double* pose, uint32_t axes, uint64_t seed,
-      uint32_t samples, float* pixels);
+      uint32_t samples, const uint32_t* elements, uint32_t count, float* pixels);
 } relign_scene_slopes;
 
 /* "relign.scene.optimum/1": The pose at which a lens as built is best. Results are compared with it ("excess": what an

@@ -49,6 +49,21 @@ class FakeAssembly final : public relign::Assembly {
     return share;
   }
 
+  // Each image is constant, but for its last pixel.
+  bool render_slopes(const relign::Pose& pose, std::uint64_t, std::uint32_t samples,
+                     const std::vector<std::uint32_t>& elements, float* pixels) override {
+    const auto add = [&](double value) {
+      std::fill_n(pixels, 6, static_cast<float>(value));
+      pixels[5] += static_cast<float>(samples);
+      pixels += 6;
+    };
+    add(distance(pose));
+    for (const double place : pose) add(place);
+    for (const std::uint32_t element : elements)
+      for (int offset = 0; offset < 5; ++offset) add(10 * (element + 1) + offset);
+    return true;
+  }
+
   Truth noise_free_mse(const relign::Pose& true_pose, std::uint64_t seed) override {
     log("truth", seed);
     const double d = distance(true_pose);

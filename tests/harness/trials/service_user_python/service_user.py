@@ -71,6 +71,11 @@ class ServiceUser(Optimizer):
         height, width = noisy.shape
         log("model", [height * width, float(noisy[0, 0]), None if clean is None else float(clean[0, 0])])
 
+    def on_slopes(self, trial, pose, seed, samples, elements):
+        with trial.model().mount() as lens:
+            images = lens.slopes(pose, seed, samples, elements)
+        log("slopes", [[float(image[0, 0]), float(image[-1, -1])] for image in images])
+
     def on_model_nap(self, trial, milliseconds):
         with trial.model().mount() as lens:
             end = time.monotonic() + milliseconds / 1000
