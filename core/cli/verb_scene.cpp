@@ -1,4 +1,4 @@
-// relign-bench scene landscape: maps the error over the poses of a scene.
+// relign-bench scene landscape and tolerances: the error over the poses of a scene, and over its lenses.
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -10,6 +10,7 @@
 #include "cli/app.h"
 #include "cli/chosen_lens.h"
 #include "cli/interrupt.h"
+#include "cli/tolerance_table.h"
 #include "cli/workbench.h"
 #include "drawing/landscape.h"
 #include "drawing/png.h"
@@ -126,11 +127,61 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   return kDone;
 }
 
+struct TolerancesArguments {
+  std::string scene = "relign_od", level = "rho0.5";
+  double spec = 0;
+  unsigned draws = 2000, check = 4;
+  std::uint32_t samples = 64;
+};
+
+int tolerances(Context& context, const TolerancesArguments& arguments) {
+  const LoadedScene scene =
+      load_scene(named_choice(context.catalog(), plugin_host::Kind::scene, arguments.scene, "--scene"),
+                 context.services(core_count()));
+  refuse_station(scene, arguments.scene);
+  const plugin_host::Choice level =
+      named_choice(context.catalog(), plugin_host::Kind::noise_level, arguments.level, "--noise-level");
+  const ToleranceTable table = tolerance_table(scene, level, context.services(1), arguments.draws,
+                                               std::min(arguments.check, arguments.draws), arguments.samples);
+  print_result(context.json ? tolerances_json(table, arguments.spec).dump(2) + "\n"
+                            : tolerances_text(table, arguments.spec));
+  return kDone;
+}
+
+void add_tolerances(CLI::App& scene, Context& context) {
+  CLI::App& verb =
+      add_verb(scene, {"tolerances",
+                       "Predict which offsets of elements limit aligned lenses, and their yield, from derivatives.",
+                       "relign-bench scene tolerances --noise-level rho0.5 --spec 0.0142", "lens, scene landscape"});
+  TolerancesArguments& given = add_action(verb, context, tolerances);
+  verb.add_option("--scene", given.scene, "scene that offers derivatives: id, preset, path, or an object as in a suite")
+      ->type_name("SCENE")
+      ->capture_default_str();
+  verb.add_option("--noise-level", given.level, "noise level that draws the offsets: id, or an object as in a suite")
+      ->type_name("LEVEL")
+      ->capture_default_str();
+  verb.add_option("--spec", given.spec, "also print the share of lenses whose RMSE at their best pose is at most this")
+      ->type_name("RMSE")
+      ->check(CLI::PositiveNumber);
+  verb.add_option("--draws", given.draws, "lenses to draw; none of them is an instance of a benchmark")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1U, 1'000'000U))
+      ->capture_default_str();
+  verb.add_option("--check", given.check, "search the best poses of so many of them, to compare with the prediction")
+      ->type_name("COUNT")
+      ->check(CLI::Range(0U, 1000U))
+      ->capture_default_str();
+  verb.add_option("--samples", given.samples, "rays per pixel of the derivatives")
+      ->type_name("COUNT")
+      ->check(CLI::Range(1U, 65'536U))
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_scene(CLI::App& app, Context& context) {
   CLI::App& scene =
-      add_verb(app, {"scene", "Create a scene from a lens file, or map the error of a scene over its poses.",
+      add_verb(app, {"scene", "Create a scene from a lens file, or map its error over poses and tolerances.",
                      "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
   CLI::App& verb = add_verb(
@@ -138,6 +189,7 @@ void add_scene(CLI::App& app, Context& context) {
               "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
               "relign-bench scene landscape --scene gaussian_spot -o spot.html",
               "lens draw, render, describe"});
+  add_tolerances(scene, context);
   LandscapeArguments& given = add_action(verb, context, landscape);
   verb.add_option("-o,--out", given.out,
                   "folder for landscape.png, .html and .csv, or a single file with one of these extensions")

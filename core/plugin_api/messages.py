@@ -24,9 +24,10 @@ ANSWERS = {
     "table": ("{rows} {n} = empty<{rows}>()", "&{n}", "to_json({n})", "take(remote.columns, {a}, *{n})"),
     "pixels": ("float* const {n} = in.pixels(table.image_width, table.image_height)", "{n}", "in.place_of_pixels()",
                "remote.take({a}, {n}, std::uint64_t{{remote.tables.{s}.image_width}} * remote.tables.{s}.image_height)"),
-    "slopes": ("float* const {n} = in.pixels(table.image_width, table.image_height, in.axes() + 1 + 5 * elements.size())", "{n}",
-               "in.place_of_pixels()", "remote.take({a}, {n}, std::uint64_t{{remote.tables.{s}.image_width}} * "
-               "remote.tables.{s}.image_height * (axes + 1 + 5 * std::uint64_t{{count}}))"),
+    "slopes": ("float* const {n} = in.pixels(table.image_width, table.image_height, in.axes() + 1 + 5 * elements.size())",
+               "{n}", "in.place_of_pixels()",
+               "remote.take({a}, {n}, std::uint64_t{{remote.tables.{s}.image_width}} * remote.tables.{s}.image_height * "
+               "(axes + 1 + 5 * std::uint64_t{{count}}))"),
     "lens": ("relign_model_lens* {n} = nullptr", "&{n}", "in.keep({n})", "*{n} = lens_of({a})"),
     "bytes": ("TextSink {n}", "{n}.sink()", "in.give({n}.text())", "write({n}, remote.bytes({a}))"),
 }
