@@ -225,6 +225,20 @@ void add_rule_option(CLI::App& verb, std::string& rule) {
       ->check(CLI::IsMember({"own", "best", "current"}));
 }
 
+// For a user who typed no verb.
+std::string first_steps() {
+  const std::pair<const char*, const char*> steps[] = {
+      {"run suites/quick.json", "compare five methods on one lens, and write a report"},
+      {"try imitation --noise-level rho0.25", "watch one alignment, step by step"},
+      {"list", "see lenses, noise levels and methods"},
+      {"scene new LENS.zmx -o my-lens --sensor 1920x1280@3", "make a scene from a Zemax or CODE V file"},
+      {"plugin new my-method --kind optimizer --lang python", "start a method of your own"}};
+  std::string text = "Expected a verb. Five things to do next:\n";
+  for (const auto& [command, purpose] : steps)
+    text += std::string("\n  ") + own_command(command) + "\n      " + purpose + "\n";
+  return text + "\nAll verbs: " + own_command("--help") + "\nThis machine: " + own_command("doctor") + "\n";
+}
+
 int run_program(int argc, const char* const* argv, const std::function<void(CLI::App&, Context&)>& add_verbs) {
   Context context;
   context.command_line.assign(argv, argv + argc);
@@ -265,7 +279,7 @@ int run_program(int argc, const char* const* argv, const std::function<void(CLI:
     return kInternal;
   }
   if (!context.action) {
-    std::fputs(app.help().c_str(), stderr);
+    std::fputs(first_steps().c_str(), stderr);
     return kBadInput;
   }
   return run_action(context);
