@@ -14,23 +14,21 @@ namespace tolerance_fit {
 
 class Aligner {
  public:
-  // reference: pixels of the reference image. pictures: noise-free images that a step may render for derivatives.
-  // stray_light: fit gain, offset and stray light along.
+  // reference: pixels of the reference image. stray_light: fit gain, offset and stray light along.
   Aligner(std::shared_ptr<const Knowledge> known, relign::Model model, const std::vector<double>& reference,
-          int pictures, bool stray_light)
+          bool stray_light)
       : known_(std::move(known)),
         pictures_(std::move(model)),
         layout_(*known_),
         stray_(stray_light ? missing(reference) : std::vector<double>()),
         reference_(without_stray(reference, known_->fine)),
         blurred_reference_(without_stray(reference, known_->middle)),
-        coarse_(*known_, pictures_, known_->coarse, {60, 0.03, 150, false}),
-        middle_(*known_, pictures_, known_->middle, {30, 0.01, 80, false}),
-        fine_(*known_, pictures_, known_->fine, {15, 0.0015, 20, true}),
+        coarse_(*known_, pictures_, known_->coarse, {60, 60, 0.03}),
+        middle_(*known_, pictures_, known_->middle, {20, 30, 0.01}),
+        fine_(*known_, pictures_, known_->fine, {}),
         x_(Vector::Zero(layout_.size())),
         best_(known_->nominal),
-        state_of_best_(layout_.state(x_)),
-        pictures_a_step_(pictures) {
+        state_of_best_(layout_.state(x_)) {
     pictures_.set_offsets(known_->offsets, known_->offset_mean, known_->combinations);
   }
 
@@ -54,7 +52,6 @@ class Aligner {
 
   // Fits the lens to the captures added so far and finds the best pose of the fitted lens.
   void update() {
-    fine_.allow(pictures_a_step_);
     const bool coarse = !settled_ || !near();
     if (coarse) approach();
     if (!near()) return;
@@ -159,11 +156,8 @@ class Aligner {
   bool near() const { return (best_ - here()).cwiseAbs().maxCoeff() <= kNear; }
 
   void refine() {
-    const int for_best = static_cast<int>(known_->directions.cols()) + 3;
-    fine_.allow(fine_.left() - for_best);
     fit(fine_, 4, kBeside, 3, 1e-4);
     settled_ = misfit_ < kSettled;
-    fine_.allow(fine_.left() + for_best);
     if (misfit_ < kLost) find_best();
   }
 
@@ -171,6 +165,7 @@ class Aligner {
   // in the score.
   void find_best() {
     const Vector state = layout_.state(x_);
+    fine_.improve(best_, state);
     best_ = (best_ + known_->optimum_by_state * (state - state_of_best_)).cwiseMax(0).cwiseMin(1);
     state_of_best_ = state;
     // Where spokes and edges do not overlap the gradient is useless: start with blurred images.
@@ -180,13 +175,20 @@ class Aligner {
     descend(fine_, reference_);
   }
 
-  // Gauss-Newton from the current best pose.
+  // Gauss-Newton from the current best pose, with all expansions around it, whose errors are independent.
   void descend(Derivatives& derivatives, const Vector& reference) {
     const Vector still = Vector::Zero(state_of_best_.size());
+    const Eigen::Index n = best_.size();
     Vector difference = reference - derivatives.look(best_, state_of_best_);
     for (int step = 0; step < 3; ++step) {
-      const Matrix columns = derivatives.at(best_, state_of_best_).leftCols(best_.size());
-      Vector move = detail::solve(columns.transpose() * columns, columns.transpose() * difference);
+      Matrix squares = Matrix::Zero(n, n);
+      Vector right = Vector::Zero(n);
+      for (const Derivatives::Expansion* near : derivatives.within(kAround, best_, state_of_best_)) {
+        const auto columns = near->slopes.leftCols(n);
+        squares += columns.transpose() * columns;
+        right += columns.transpose() * (reference - near->at(joined(best_, state_of_best_)));
+      }
+      Vector move = detail::solve(squares, right);
       move *= std::min(1.0, 0.1 / std::max(move.cwiseAbs().maxCoeff(), 1e-12));
       const double length = known_->distance(joined(move, still));
       const Vector next = (best_ + move).cwiseMax(0).cwiseMin(1);
@@ -207,6 +209,7 @@ class Aligner {
   static constexpr double kSettled = 1.08, kLost = 1.4;
   // Standard deviations of a capture's noise: about one pixel of shift.
   static constexpr double kBesideEachOther = 60;
+  static constexpr double kAround = 12;  // expansions are exact enough to search the best pose
   static constexpr std::size_t kTries = 3;
 
   std::shared_ptr<const Knowledge> known_;
@@ -220,7 +223,6 @@ class Aligner {
   Vector best_, state_of_best_;
   bool settled_ = false;
   double misfit_ = 0;
-  int pictures_a_step_;
 };
 
 }  // namespace tolerance_fit

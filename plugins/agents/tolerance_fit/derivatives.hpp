@@ -1,13 +1,13 @@
-// Derivatives of the model's images by (pose, state). A new derivative costs one image per parameter, so derivatives
-// are reused for similar images.
+// The model's images around some places (pose, state), each with its derivatives.
 #pragma once
 
+#include <algorithm>
 #include <deque>
 #include <limits>
 #include <utility>
+#include <vector>
 
 #include "knowledge.hpp"
-#include "transport.hpp"
 
 namespace tolerance_fit {
 
@@ -19,88 +19,87 @@ inline Vector joined(const Vector& pose, const Vector& state) {
 
 class Derivatives {
  public:
-  // change: image change per stride, in standard deviations of a capture's noise. shortest: shortest stride, share of
-  // the travel.
+  // reach: an expansion serves places whose image differs by at most this, in standard deviations of a capture's noise.
+  // For models without derivatives, change: of the image per stride, in the same unit; shortest: stride, share of the
+  // travel.
   struct Rules {
-    double change = 15, shortest = 0.0015;
-    double reach = 15;       // a derivative is reused for images that differ by at most this, in the same unit
-    bool transport = false;  // shift derivatives with the image before they are reused
+    double reach = 6, change = 15, shortest = 0.0015;
+  };
+  struct Expansion {
+    Vector place, picture;
+    Matrix slopes;    // bins x (pose, state)
+    int renders = 1;  // averaged
+    Vector at(const Vector& there) const { return picture + slopes * (there - place); }
   };
 
   Derivatives(const Knowledge& known, Pictures& pictures, Detail detail, Rules rules)
       : known_(known), pictures_(pictures), detail_(detail), rules_(rules) {}
 
   Detail detail() const { return detail_; }
-  int made() const { return made_; }  // images rendered
-  // Limits the number of further images; beyond it no derivative is computed if there is an old one.
-  void allow(int pictures) { last_ = made_ + pictures; }
-  int left() const { return last_ - made_; }
 
-  Vector look(const Vector& pose, const Vector& state) {
-    for (const auto& [place, picture] : recent_)
-      if (place == joined(pose, state)) return picture;
-    ++made_;
-    recent_.emplace_front(joined(pose, state), pictures_.look(pose, state, detail_));
-    if (recent_.size() > kMaxKept) recent_.pop_back();
-    return recent_.front().second;
+  // The expansion nearest to a place, if need be a new one.
+  const Expansion& around(const Vector& pose, const Vector& state) {
+    const Vector place = on_the_travel(pose, state);
+    auto nearest = kept_.end();
+    double least = rules_.reach;
+    for (auto each = kept_.begin(); each != kept_.end(); ++each)
+      if (const double away = known_.distance(place - each->place); away <= least) nearest = each, least = away;
+    if (nearest == kept_.end()) {
+      if (kept_.size() >= kMaxKept) kept_.pop_back();
+      kept_.push_front(made(place));
+    } else if (nearest != kept_.begin()) {
+      Expansion used = std::move(*nearest);
+      kept_.erase(nearest);
+      kept_.push_front(std::move(used));
+    }
+    return kept_.front();
   }
 
-  // bins x (pose, state)
-  const Matrix& at(const Vector& pose, const Vector& state) {
-    const Vector place = joined(pose, state);
-    for (const Known& known : known_at_)
-      if (known.place == place) return known.slopes;
-    Known made = nearest(place, look(pose, state));
-    if (made.slopes.size() == 0 || (made.distance > rules_.reach && made_ + place.size() <= last_))
-      made = differenced(pose, state);
-    if (known_at_.size() >= kMaxKept) known_at_.pop_back();
-    known_at_.push_front(std::move(made));
-    return known_at_.front().slopes;
+  // The image at a place.
+  Vector look(const Vector& pose, const Vector& state) { return around(pose, state).at(on_the_travel(pose, state)); }
+
+  // Renders a place once more, with other rays: errors of pictures and derivatives average out.
+  void improve(const Vector& pose, const Vector& state) {
+    const int seeds = seed_;
+    const Expansion& there = around(pose, state);
+    if (seed_ == 0 || seed_ != seeds || there.renders >= kMostRenders) return;  // 0: by differences, without noise
+    Expansion more = made(on_the_travel(pose, state));
+    Expansion& kept = kept_.front();
+    const double share = 1.0 / ++kept.renders;
+    more.picture = share * more.picture + (1 - share) * kept.at(more.place);
+    kept.slopes += share * (more.slopes - kept.slopes);
+    kept.picture = std::move(more.picture);
+    kept.place = std::move(more.place);
+  }
+
+  // Those that serve a place, and all others within this distance, in standard deviations of noise.
+  std::vector<const Expansion*> within(double distance, const Vector& pose, const Vector& state) {
+    const Vector place = on_the_travel(pose, state);
+    around(pose, state);
+    std::vector<const Expansion*> near;
+    for (const Expansion& each : kept_)
+      if (known_.distance(place - each.place) <= distance) near.push_back(&each);
+    return near;
   }
 
  private:
-  static constexpr std::size_t kMaxKept = 8;
+  static constexpr std::size_t kMaxKept = 16;
+  static constexpr int kMostRenders = 16;
   static constexpr double kLongestMove = 0.15, kLongestState = 1;
 
-  struct Known {
-    Vector place, origin;  // (pose, state) it is used for; where it was computed
-    Vector picture;        // image at the origin
-    Matrix slopes, original;
-    double distance = 0;  // in standard deviations of noise
-  };
-
-  // The stored derivative whose image is most similar, shifted with the image if `transport` is set.
-  Known nearest(const Vector& place, const Vector& picture) const {
-    Known best;
-    best.distance = std::numeric_limits<double>::infinity();
-    const Known* from = nullptr;
-    const Vector weight = known_.variance(picture, detail_).cwiseSqrt().cwiseInverse();
-    const auto width = static_cast<Eigen::Index>(pictures_.size().width / detail_.bin);
-    Shift shift;
-    for (const Known& old : known_at_) {
-      double distance = known_.distance(place - old.origin);
-      Shift by;
-      if (rules_.transport) {
-        by = shift_between(old.picture, picture, weight, width);
-        distance = (moved(old.picture, width, by) - picture).cwiseProduct(weight).norm();
-      }
-      if (distance < best.distance) best.distance = distance, from = &old, shift = by;
-    }
-    if (!from) return best;
-    best.place = place;
-    best.origin = from->origin;
-    best.picture = from->picture;
-    best.original = best.slopes = from->original;
-    if (rules_.transport)
-      for (Eigen::Index i = 0; i < best.slopes.cols(); ++i)
-        best.slopes.col(i) = moved(from->original.col(i), width, shift);
-    return best;
+  static Vector on_the_travel(const Vector& pose, const Vector& state) {
+    return joined(pose.cwiseMax(0).cwiseMin(1), state);
   }
 
-  Known differenced(const Vector& pose, const Vector& state) {
-    const Vector place = joined(pose, state);
+  Expansion made(const Vector& place) {
     const Eigen::Index n = known_.axes();
-    const Vector base = look(pose, state);
+    const Vector pose = place.head(n), state = place.tail(place.size() - n);
+    // Another seed each time: errors of the expansions are independent.
+    if (auto found = pictures_.slopes(pose, state, detail_, static_cast<std::uint64_t>(seed_) + 1)) {
+      ++seed_;
+      return {place, std::move(found->first), std::move(found->second)};
+    }
+    const Vector base = pictures_.look(pose, state, detail_);
     Matrix slopes(base.size(), place.size());
     for (Eigen::Index i = 0; i < place.size(); ++i) {
       const Vector direction = known_.directions.col(i);
@@ -109,13 +108,10 @@ class Derivatives {
       Eigen::Index axis = 0;
       const double farthest = step.head(n).cwiseAbs().maxCoeff(&axis);
       if (farthest > 0 && (step[axis] > 0) == (pose[axis] > 0.5)) step = -step;
-      ++made_;
-      const Vector there = pictures_.look(pose + step.head(n), state + step.tail(place.size() - n), detail_);
+      const Vector there = pictures_.look(pose + step.head(n), state + step.tail(state.size()), detail_);
       slopes.col(i) = (there - base) / step.dot(direction);
     }
-    Known made{place, place, base, slopes * known_.directions.transpose(), {}, 0};
-    made.original = made.slopes;
-    return made;
+    return {place, base, slopes * known_.directions.transpose()};
   }
 
   double length(Eigen::Index i) const {
@@ -131,9 +127,8 @@ class Derivatives {
   Pictures& pictures_;
   Detail detail_;
   Rules rules_;
-  std::deque<Known> known_at_;  // the last used first
-  std::deque<std::pair<Vector, Vector>> recent_;
-  int made_ = 0, last_ = std::numeric_limits<int>::max();
+  std::deque<Expansion> kept_;  // the last used first
+  int seed_ = 0;
 };
 
 }  // namespace tolerance_fit

@@ -90,9 +90,8 @@ class JointFit {
     for (const Site* site : sites) {
       Fitted fitted{site, site->mean(size, detail), {}, {}, layout.chain(site->commanded), {}, {}};
       const Vector picture = look(*site, x), variance = known.variance(picture, detail);
-      // An image that is a mean of captures has noise itself.
-      const int captures = derivatives.detail().captures;
-      const double share = 1.0 / site->count + (captures > 0 ? 1.0 / captures : 0.0);
+      const int renders = derivatives.around(layout.pose(x, site->commanded), layout.state(x)).renders;
+      const double share = 1.0 / site->count + detail.noise / renders;
       fitted.weight = (share * variance).cwiseSqrt().cwiseInverse();
       if (stray.size() > 0) fitted.nuisance = {picture, stray, bins, noise, fitted.weight};
       fitted_.push_back(std::move(fitted));
@@ -184,7 +183,7 @@ class JointFit {
     for (Fitted& fitted : fitted_) {
       const Vector pose = layout_.pose(x, fitted.site->commanded);
       const Eigen::Index d = fitted.chain.rows();
-      if (jacobian) set_axes(fitted, derivatives_.at(pose, layout_.state(x)));
+      if (jacobian) set_axes(fitted, derivatives_.around(pose, layout_.state(x)).slopes);
       const Vector residual = residual_of(fitted, x);
       out.segment(row, d) = fitted.axes.transpose() * residual;
       Matrix chain = fitted.chain;

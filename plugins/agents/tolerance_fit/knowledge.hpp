@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "pictures.hpp"
@@ -88,6 +89,19 @@ inline void learn_noise(Knowledge& known, Pictures& pictures) {
   known.floor = std::max({0.02 * known.gain * brightest, 1e-6 * brightest * brightest, 1e-12});
 }
 
+// Pictures that come with derivatives are noisy, as are averages of captures.
+inline void learn_picture_noise(Knowledge& known, std::uint32_t rays, Pictures& pictures) {
+  const Vector none = Vector::Zero(pictures.states());
+  known.fine.rays = rays;
+  known.middle.rays = known.coarse.rays = std::max(rays / 4, 1U);
+  for (Detail* detail : {&known.middle, &known.coarse}) detail->noise = 1.0 / detail->captures;
+  const auto found = pictures.slopes(known.nominal, none, known.fine, 0);
+  if (!found) return;
+  const Vector clean = pictures.look(known.nominal, none, known.fine);
+  known.fine.noise = (found->first - clean).cwiseAbs2().cwiseQuotient(known.variance(clean, known.fine)).mean();
+  for (Detail* detail : {&known.middle, &known.coarse}) detail->noise = known.fine.noise * rays / detail->rays;
+}
+
 // Derivatives of the design's fine image at the nominal pose by (pose, offsets in standard deviations), in standard
 // deviations of noise.
 class Sensitivity {
@@ -99,6 +113,19 @@ class Sensitivity {
 
   Vector unweighted(const Vector& derivative) const { return derivative.cwiseQuotient(weight_); }
 
+  // By pose and offsets.
+  std::pair<Matrix, Matrix> derivatives() const {
+    constexpr std::uint32_t kRays = 256;
+    const Eigen::Index n = known_.axes(), count = pictures_.states();
+    Detail detail = known_.fine;
+    detail.rays = kRays;
+    const auto found = pictures_.slopes(known_.nominal, Vector::Zero(count), detail, 0);
+    if (!found) return {by_pose(), by_offsets()};
+    const Matrix weighted = weight_.asDiagonal() * found->second;
+    return {weighted.leftCols(n), weighted.rightCols(count)};
+  }
+
+ private:
   Matrix by_pose() const {
     const Eigen::Index n = known_.axes();
     const Matrix first = differences(Matrix::Identity(n, n), Vector::Constant(n, 0.004));
@@ -123,8 +150,6 @@ class Sensitivity {
     }
     return columns;
   }
-
- private:
   Vector look(const Vector& step, const Vector& state) const {
     return pictures_.look(known_.nominal + step, state, known_.fine);
   }
@@ -172,6 +197,7 @@ struct KnowledgeSetup {
   Vector nominal;
   std::size_t most_offsets = 6;
   std::size_t far_pictures = 500;
+  std::uint32_t rays = 32;
 };
 
 // Sets `pictures` to the combinations found.
@@ -182,16 +208,17 @@ inline Knowledge learn(Level level, const KnowledgeSetup& setup, Pictures& pictu
   const std::size_t side = std::max(pictures.size().width, pictures.size().height);
   const auto bins = [&](std::size_t count) { return std::max<std::size_t>(1, (side + count / 2) / count); };
   const std::size_t smallest = std::max<std::size_t>(1, std::min(pictures.size().width, pictures.size().height));
-  known.fine = {std::min(bins(200), smallest), 0, 0};
+  known.fine.bin = std::min(bins(200), smallest);
   known.middle = {std::min(bins(50), smallest), 0.5, 2};
   known.coarse = {std::min(bins(25), smallest), 1, 2};
 
   pictures.set_offsets({}, Vector(), Matrix::Zero(0, 0));
   detail::learn_noise(known, pictures);
+  detail::learn_picture_noise(known, setup.rays, pictures);
   detail::screen_offsets(level, known, pictures, kMaxLookedAt);
   pictures.set_offsets(level.offsets, level.offset_mean, level.offset_std.asDiagonal());
   const detail::Sensitivity sensitivity(known, pictures);
-  const Matrix by_pose = sensitivity.by_pose(), by_offsets = sensitivity.by_offsets();
+  const auto [by_pose, by_offsets] = sensitivity.derivatives();
 
   // An offset is observable by the image change that no move compensates; combinations are ordered by that change.
   Matrix across(by_pose.cols(), by_offsets.cols());

@@ -10,7 +10,6 @@ namespace relign {
 namespace {
 
 using tolerance_fit::Matrix;
-using tolerance_fit::Shift;
 using tolerance_fit::Vector;
 
 TEST(Level, SummarisesDraws) {
@@ -52,7 +51,7 @@ std::shared_ptr<const tolerance_fit::Knowledge> learnt(Trial& trial, tolerance_f
   for (std::uint64_t k = 0; k < 400; ++k) draws.push_back(trial.prior().draw(k));
   const auto axes = static_cast<Eigen::Index>(trial.axes());
   return std::make_shared<const tolerance_fit::Knowledge>(tolerance_fit::learn(
-      tolerance_fit::summarise(draws, trial.axes()), {Vector::Constant(axes, 0.5), 6, 200}, pictures));
+      tolerance_fit::summarise(draws, trial.axes()), {Vector::Constant(axes, 0.5), 6, 200, 32}, pictures));
 }
 
 TEST(Aligner, EstimatesOffsetOfTheLens) {
@@ -68,7 +67,7 @@ TEST(Aligner, EstimatesOffsetOfTheLens) {
     ASSERT_EQ(known->combinations.cols(), 1);
     const ImageView reference = trial.reference();
     const std::vector<double> wanted(reference.row(0), reference.row(0) + pictures.size().pixels());
-    tolerance_fit::Aligner aligner(known, trial.model(), wanted, 40, false);
+    tolerance_fit::Aligner aligner(known, trial.model(), wanted, false);
     auto observation = std::optional<Observation>(trial.first());
     for (int step = 0; step < 5; ++step) {
       aligner.add(*observation);
@@ -106,30 +105,6 @@ TEST(JointFit, UsesLimitSwitches) {
   EXPECT_NEAR(pose_after(-0.7, 1, 0), -0.2, 0.03);
   EXPECT_NEAR(pose_after(0.3, 0, 1), 1, 0.01);
   EXPECT_NEAR(pose_after(0.7, 0, 0), 1, 0.01);
-}
-
-Vector blob(double x, double y) {
-  constexpr int width = 40, height = 30;
-  Vector picture(width * height);
-  for (int row = 0; row < height; ++row)
-    for (int column = 0; column < width; ++column)
-      picture[row * width + column] = std::exp(-0.5 * (std::pow(column - x, 2) + std::pow(row - y, 2)) / 6);
-  return picture;
-}
-
-TEST(Transport, ShiftsImageAndRecoversShift) {
-  const Vector from = blob(18, 14), to = blob(20.3, 12.6);
-  EXPECT_LT((tolerance_fit::moved(from, 40, {2.3, -1.4}) - to).cwiseAbs().maxCoeff(), 0.01);
-  const Shift shift = tolerance_fit::shift_between(from, to, Vector::Ones(from.size()), 40);
-  EXPECT_NEAR(shift.x, 2.3, 0.02);
-  EXPECT_NEAR(shift.y, -1.4, 0.02);
-}
-
-TEST(Transport, DarkImageHasZeroShift) {
-  const Vector dark = Vector::Zero(1200);
-  const Shift shift = tolerance_fit::shift_between(dark, dark, Vector::Ones(1200), 40);
-  EXPECT_EQ(shift.x, 0);
-  EXPECT_EQ(shift.y, 0);
 }
 
 TEST(Pictures, BinsAreMeansAndBlurHasUnitSum) {

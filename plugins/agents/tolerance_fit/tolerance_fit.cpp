@@ -17,7 +17,7 @@ class ToleranceFit final : public relign::Agent {
   explicit ToleranceFit(const relign::Parameters& given)
       : most_offsets_(static_cast<std::size_t>(given.integer("most_offsets"))),
         far_pictures_(static_cast<std::size_t>(given.integer("far_pictures"))),
-        pictures_(static_cast<int>(given.integer("pictures"))),
+        rays_(static_cast<std::uint32_t>(given.integer("rays"))),
         stray_light_(given.boolean("stray_light")),
         settled_(given.number("settled")) {}
 
@@ -33,7 +33,7 @@ class ToleranceFit final : public relign::Agent {
     std::vector<double> wanted;
     for (std::size_t y = 0; y < reference.height(); ++y)
       wanted.insert(wanted.end(), reference.row(y), reference.row(y) + reference.width());
-    Aligner aligner(known, std::move(model), wanted, pictures_, stray_light_);
+    Aligner aligner(known, std::move(model), wanted, stray_light_);
     const double reach = trial.largest_move();
     for (std::optional<relign::Observation> observation = trial.first(); observation;) {
       aligner.add(*observation);
@@ -65,9 +65,13 @@ class ToleranceFit final : public relign::Agent {
     setup.nominal = least_squares::nominal_pose(scene, trial.axes());
     setup.most_offsets = most_offsets_;
     setup.far_pictures = far_pictures_;
+    setup.rays = rays_;
 
     least_squares::Origin origin;
-    origin.add(scene).add(static_cast<double>(most_offsets_)).add(static_cast<double>(far_pictures_));
+    origin.add(scene)
+        .add(static_cast<double>(most_offsets_))
+        .add(static_cast<double>(far_pictures_))
+        .add(static_cast<double>(rays_));
     for (const std::string& draw : draws) origin.add(draw);
     pictures.set_offsets({}, Vector(), tolerance_fit::Matrix::Zero(0, 0));
     for (const int captures : {0, 1}) origin.add(pictures.pixels(setup.nominal, Vector::Zero(0), captures));
@@ -78,7 +82,7 @@ class ToleranceFit final : public relign::Agent {
   }
 
   std::size_t most_offsets_, far_pictures_;
-  int pictures_;
+  std::uint32_t rays_;
   bool stray_light_;
   double settled_;
 };

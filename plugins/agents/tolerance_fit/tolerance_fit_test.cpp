@@ -30,6 +30,19 @@ TEST(ToleranceFit, FindsBestPoseOfLensWithOffsets) {
   EXPECT_LT(worst, 0.003);
 }
 
+TEST(ToleranceFit, FindsItByDifferencesWhereTheModelHasNoDerivatives) {
+  double worst = 0;
+  for (std::uint64_t instance = 1; instance <= 4; ++instance) {
+    ToyTrial::Setup setup;
+    setup.instance = instance;
+    setup.slopes = false;
+    ToyTrial toy(setup);
+    run(toy);
+    worst = std::max(worst, last_miss(toy));
+  }
+  EXPECT_LT(worst, 0.003);
+}
+
 TEST(ToleranceFit, IgnoresGainOffsetAndStrayLight) {
   double worst = 0;
   for (std::uint64_t instance = 1; instance <= 4; ++instance) {
@@ -80,12 +93,13 @@ TEST(ToleranceFit, ImprovesWithCapturesUnderHeavyNoise) {
   EXPECT_LT(late, 0.6 * early);
 }
 
-TEST(ToleranceFit, AcceptsAnyNumberOfAxesAndModelsWithoutNoiseFreeImages) {
+TEST(ToleranceFit, AcceptsAnyNumberOfAxesAndModelsWithoutDerivativesOrNoiseFreeImages) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 5u}) {
     SCOPED_TRACE(axes);
     ToyTrial::Setup setup;
     setup.axes = axes;
     setup.noise_free = axes != 3;
+    setup.slopes = axes == 1 || axes == 5;
     ToyTrial toy(setup);
     run(toy);
     EXPECT_LT(last_miss(toy), axes == 3 ? 0.03 : 0.01);

@@ -29,7 +29,7 @@ class ToyTrial {
     double offset_std = 1;
     double largest_move = 0.2;
     std::uint64_t instance = 1;
-    bool noise_free = true;  // the model offers noise-free images
+    bool noise_free = true, slopes = true;  // what the model offers
     // Disturbances of captures. Stray light is in the reference image, too.
     float gain = 1, offset = 0, stray = 0;
   };
@@ -38,7 +38,9 @@ class ToyTrial {
     const nlohmann::json drawn = draw(given.instance + kUnseen);
     start_ = drawn["start"].get<Pose>();
     distortion_ = drawn["distortion"].get<std::vector<Pose>>();
-    scene_json_ = nlohmann::json{{"name", "toy"}, {"nominal_pose", Pose(given.axes, 0.5)}}.dump();
+    scene_json_ =
+        nlohmann::json{{"name", "toy"}, {"nominal_pose", Pose(given.axes, 0.5)}, {"elements", {"L1", "L2", "L3"}}}
+            .dump();
     wanted_ = paint(Pose(given.axes, 0.5), 0);
     add_stray(wanted_);
     make_tables();
@@ -140,6 +142,27 @@ class ToyTrial {
     return pixels;
   }
 
+  // The image and its derivatives, as the service has them. Only L2's tilt about x is not 0.
+  static void differentiate(const Pose& pose, double offset, const std::vector<std::uint32_t>& elements,
+                            float* pixels) {
+    constexpr double kStride = 1e-3;
+    const std::vector<float> middle = paint(pose, offset);
+    pixels = std::copy(middle.begin(), middle.end(), pixels);
+    const auto add = [&](const std::vector<float>& low, const std::vector<float>& high) {
+      for (std::size_t i = 0; i < low.size(); ++i) *pixels++ = (high[i] - low[i]) / static_cast<float>(2 * kStride);
+    };
+    for (std::size_t axis = 0; axis < pose.size(); ++axis) {
+      Pose low = pose, high = pose;
+      low[axis] -= kStride, high[axis] += kStride;
+      add(paint(low, offset), paint(high, offset));
+    }
+    for (const std::uint32_t element : elements)
+      for (int number = 0; number < 5; ++number) {
+        const double by = element == 1 && number == 3 ? kStride : 0;
+        add(paint(pose, offset - by), paint(pose, offset + by));
+      }
+  }
+
   void add_noise(std::vector<float>& pixels, std::uint64_t seed) const {
     Random random(seed, 3);
     for (float& pixel : pixels) pixel += static_cast<float>(setup_.noise * random.normal());
@@ -185,6 +208,13 @@ class ToyTrial {
     model_.noise_free = [](void*, relign_model_lens* lens, const double* pose, std::uint32_t axes, float* pixels) {
       if (!of(lens).setup_.noise_free) return relign_status{RELIGN_UNSUPPORTED};
       return of(lens).picture(lens, pose, axes, nullptr, pixels);
+    };
+    model_.slopes = [](void*, relign_model_lens* lens, const double* pose, std::uint32_t axes, std::uint64_t,
+                       std::uint32_t, const std::uint32_t* elements, std::uint32_t count, float* pixels) {
+      if (!of(lens).setup_.slopes) return relign_status{RELIGN_UNSUPPORTED};
+      differentiate(Pose(pose, pose + axes), reinterpret_cast<Lens*>(lens)->offset, {elements, elements + count},
+                    pixels);
+      return relign_status{RELIGN_OK};
     };
     model_.unmount = [](void* context, relign_model_lens* lens) {
       of(context).lenses_.remove_if([&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
