@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import pathlib
 import re
 import shutil
@@ -14,7 +15,6 @@ from .._errors import check_name
 from ..results import ENDED_WELL, read_manifest, read_trials
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterable, Iterator, Sequence
 
 #: What the exported number is, by the name of the error.
@@ -111,13 +111,7 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
         ValueError: A record is damaged, an argument is not valid, or a trial has no such error.
     """
     check_name(error, ERRORS, "error")
-    manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
-    wanted = parse_only(only)
-    for key, values in wanted.items():
-        for value in values:
-            check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
-    trials = [(closing, steps) for closing, steps in trials
-              if all(str(closing[key]) in values for key, values in wanted.items())]
+    manifest, trials = chosen_trials(folder, only)
     several = len({closing["protocol"] for closing, _ in trials}) > 1
     # All pairs of the suite are numbered, so that ids do not depend on what is left out.
     pairs = [(scene["name"], level if isinstance(level, str) else level["name"])
@@ -134,6 +128,23 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
     if not study.runs:
         raise ValueError(f"'{folder}' has no trial to export: {study.left_out} failed, and no other was chosen")
     return study
+
+
+def chosen_trials(folder: str | os.PathLike[str], only: Iterable[str] = ()) -> tuple[
+        dict[str, Any], list[tuple[dict[str, Any], list[dict[str, Any]]]]]:
+    """The manifest of a results folder, and the trials that `only` chooses, as read_trials returns them.
+
+    Raises:
+        FileNotFoundError: The folder has no results, or no trials.
+        ValueError: A record is damaged, or a value of `only` is that of no trial.
+    """
+    manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
+    wanted = parse_only(only)
+    for key, values in wanted.items():
+        for value in values:
+            check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
+    return manifest, [(closing, steps) for closing, steps in trials
+                      if all(str(closing[key]) in values for key, values in wanted.items())]
 
 
 def parse_only(only: Iterable[str]) -> dict[str, set[str]]:
@@ -173,11 +184,11 @@ def readme(study: Study, template: str, prefix: str = "", **more: Any) -> str:
                           for function in study.functions)
 
 
-def file_names(names: Sequence[str]) -> dict[str, str]:
-    """A file name for each name: letters, digits, '.', '+' and '-', different for different names."""
+def file_names(names: Sequence[str], kept: str = ".+-") -> dict[str, str]:
+    """A file name for each name: letters, digits and the characters `kept`, different for different names."""
     made: dict[str, str] = {}
     for name in names:
-        plain = re.sub(r"[^A-Za-z0-9.+-]+", "_", name).strip("._") or "_"
+        plain = re.sub(rf"[^A-Za-z0-9{re.escape(kept)}]+", "_", name).strip("._") or "_"
         count, unique = 1, plain
         while unique.lower() in {other.lower() for other in made.values()}:
             count += 1
@@ -188,18 +199,21 @@ def file_names(names: Sequence[str]) -> dict[str, str]:
 
 @contextlib.contextmanager
 def new_folder(folder: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
-    """A folder beside `folder` to write into, which gets its name once it is complete.
+    """A folder beside `folder` to write into, which gets its name once it is complete, and is removed after an error.
 
     Raises:
         FileExistsError: `folder` exists and is not empty.
     """
-    folder = pathlib.Path(folder)
+    folder = pathlib.Path(os.path.realpath(folder))  # '.' has no name, and a link cannot be replaced
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise FileExistsError(f"'{folder}' exists; remove it, or choose another folder")
-    new = folder.with_name(folder.name + ".new")
-    shutil.rmtree(new, ignore_errors=True)
+    new = folder.with_name(f"{folder.name}.new-{os.getpid()}")
     new.mkdir(parents=True)
-    yield new
-    if folder.exists():
-        folder.rmdir()
-    new.rename(folder)
+    try:
+        yield new
+        if folder.exists():
+            folder.rmdir()
+        new.rename(folder)
+    except BaseException:
+        shutil.rmtree(new, ignore_errors=True)
+        raise
