@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from typing import TYPE_CHECKING
 
@@ -40,6 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     if not (given.ioh or given.coco or given.figures or given.minari):
         parser.error("nothing to write; give --ioh DIR, --coco DIR, --figures DIR or --minari DIR")
+    targets = [os.path.realpath(folder) for folder in (given.ioh, given.coco, given.figures, given.minari) if folder]
+    if len(set(targets)) < len(targets):
+        parser.error("every format needs a folder of its own")
     try:
         if given.ioh or given.coco:
             _write_runs(given)
@@ -51,8 +55,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for name, episodes in datasets.items():
                 print(f"{name}: {episodes} episodes")
             if left_out:
-                print(f"left out: {left_out} trials that failed or have no action", file=sys.stderr)
+                print(f"left out: {left_out} trials that failed, have no action or no complete record", file=sys.stderr)
     except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
+        if isinstance(problem, OSError) and problem.filename and problem.strerror:
+            problem = OSError(f"cannot use '{problem.filename}': {problem.strerror.lower()}; choose another folder")
         print(f"error: {problem}", file=sys.stderr)
         return 2
     return 0
@@ -68,6 +74,9 @@ def _write_runs(given: argparse.Namespace) -> None:
           f"{given.error}: {ERRORS[given.error]}")
     if study.left_out:
         print(f"left out: {study.left_out} failed trials", file=sys.stderr)
+    if study.missing:
+        print(f"not complete: {study.missing} trials of the suite have no complete record; relign-bench run resumes an "
+              "interrupted run", file=sys.stderr)
 
 
 def make_parser() -> argparse.ArgumentParser:

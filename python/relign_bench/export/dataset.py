@@ -52,7 +52,8 @@ def write_minari(source: str | os.PathLike[str], folder: str | os.PathLike[str],
         only: KEY=VALUE with a key of ONLY_KEYS, for a results folder.
 
     Returns:
-        Number of episodes by id of the dataset, and number of trials that were left out: they failed, or have no action.
+        Number of episodes by id of the dataset, and number of trials that were left out: they failed, have no action, or
+        no complete record.
 
     Raises:
         FileExistsError: The folder exists and is not empty.
@@ -95,7 +96,7 @@ def _run(suite: dict[str, Any], place: pathlib.Path) -> pathlib.Path:
 def _recipes(results: str | os.PathLike[str], only: Iterable[str] = ()) -> tuple[
         dict[str, Any], list[tuple[dict[str, Any], Trials]], int]:
     """The manifest of a results folder; of each dataset its recipe, without hash, and its trials; number of those left out."""
-    manifest, trials = chosen_trials(results, only)
+    manifest, trials, missing = chosen_trials(results, only)
     found: dict[tuple[str, ...], Trials] = {}
     for closing, steps in trials:
         if closing["end"] in ENDED_WELL and len(steps) > 1:  # one step is the start, without an action
@@ -111,7 +112,7 @@ def _recipes(results: str | os.PathLike[str], only: Iterable[str] = ()) -> tuple
         numbers = sorted(closing["instance"] for closing, _ in group)
         recipes.append(({"format": FORMAT, "dataset": dataset, "suite": _suite(manifest, key, numbers[0], numbers[-1]),
                          "instances": _ranges(numbers), "version": manifest["program"]["version"]}, group))
-    return manifest, recipes, len(trials) - sum(map(len, found.values()))
+    return manifest, recipes, missing + len(trials) - sum(map(len, found.values()))
 
 
 def _suite(manifest: dict[str, Any], key: tuple[str, ...], first: int, last: int) -> dict[str, Any]:

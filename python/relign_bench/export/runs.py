@@ -76,12 +76,14 @@ class Study:
         runs: Runs by (algorithm, function), in the order of the suite. With several protocols, an algorithm's name has its
             protocol.
         left_out: Number of failed trials, which are not exported.
+        missing: Number of planned trials without a complete record.
     """
 
     suite: str
     error: str
     runs: dict[tuple[str, Function], list[Run]] = field(default_factory=dict)
     left_out: int = 0
+    missing: int = 0
 
     @property
     def algorithms(self) -> list[str]:
@@ -111,19 +113,22 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
         ValueError: A record is damaged, an argument is not valid, or a trial has no such error.
     """
     check_name(error, ERRORS, "error")
-    manifest, trials = chosen_trials(folder, only)
+    manifest, trials, missing = chosen_trials(folder, only)
     several = len({closing["protocol"] for closing, _ in trials}) > 1
     # All pairs of the suite are numbered, so that ids do not depend on what is left out.
     pairs = [(scene["name"], level if isinstance(level, str) else level["name"])
              for scene in manifest["scenes"] for level in manifest["noise_levels"]]
     functions = {pair: Function(number, *pair) for number, pair in enumerate(pairs, 1)}
-    study = Study(str(manifest["suite_name"]), error)
+    study = Study(str(manifest["suite_name"]), error, missing=missing)
     for closing, steps in trials:
         if closing["end"] not in ENDED_WELL:
             study.left_out += 1
             continue
         name = f"{closing['algorithm']} ({closing['protocol']})" if several else str(closing["algorithm"])
-        function = functions[closing["scene"], closing["noise_level"]]
+        function = functions.get((closing["scene"], closing["noise_level"]))
+        if function is None:
+            raise ValueError(f"trial '{closing['trial']}' is of scene '{closing['scene']}' at noise level "
+                             f"'{closing['noise_level']}', which '{pathlib.Path(folder) / 'manifest.json'}' does not have")
         study.runs.setdefault((name, function), []).append(_run(closing, steps, error))
     if not study.runs:
         raise ValueError(f"'{folder}' has no trial to export: {study.left_out} failed, and no other was chosen")
@@ -131,20 +136,25 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
 
 
 def chosen_trials(folder: str | os.PathLike[str], only: Iterable[str] = ()) -> tuple[
-        dict[str, Any], list[tuple[dict[str, Any], list[dict[str, Any]]]]]:
-    """The manifest of a results folder, and the trials that `only` chooses, as read_trials returns them.
+        dict[str, Any], list[tuple[dict[str, Any], list[dict[str, Any]]]], int]:
+    """The manifest of a results folder, the trials that `only` chooses, as read_trials returns them, and how many are missing.
+
+    A trial is missing if the folder has no complete record of it, whatever `only` is.
 
     Raises:
         FileNotFoundError: The folder has no results, or no trials.
-        ValueError: A record is damaged, or a value of `only` is that of no trial.
+        ValueError: A record is damaged, none is complete, or a value of `only` is that of no trial.
     """
     manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
+    missing = len(manifest["order"]) - len(trials)
+    if not trials:
+        raise ValueError(f"'{folder}' has no complete trial; relign-bench run resumes an interrupted run")
     wanted = parse_only(only)
     for key, values in wanted.items():
         for value in values:
             check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
     return manifest, [(closing, steps) for closing, steps in trials
-                      if all(str(closing[key]) in values for key, values in wanted.items())]
+                      if all(str(closing[key]) in values for key, values in wanted.items())], missing
 
 
 def parse_only(only: Iterable[str]) -> dict[str, set[str]]:
@@ -208,7 +218,11 @@ def new_folder(folder: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise FileExistsError(f"'{folder}' exists; remove it, or choose another folder")
     new = folder.with_name(f"{folder.name}.new-{os.getpid()}")
-    new.mkdir(parents=True)
+    try:
+        new.mkdir(parents=True)
+    except OSError as problem:
+        problem.filename = str(folder)
+        raise
     try:
         yield new
         if folder.exists():
