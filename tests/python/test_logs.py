@@ -2,6 +2,7 @@
 
 import dataclasses
 import importlib
+import json
 import os
 import pathlib
 import sys
@@ -99,6 +100,20 @@ class Logs(unittest.TestCase):
         with mock.patch.dict(os.environ, MLFLOW_TRACKING_URI=f"file://{self.folder}/elsewhere"), \
                 self.assertRaisesRegex(ValueError, "cannot resume a run at .*; set MLFLOW_TRACKING_URI as before, or remove"):
             self.train(["mlflow"])
+
+    def test_weights_and_biases_continues_its_run_without_a_network(self):
+        wandb = package("wandb")
+        self.addCleanup(wandb.teardown)  # at the end it would refuse unittest's exit status, which is no int
+        self.train(["wandb"], until=1)
+        run = self.train(["wandb"])
+        name = f"run-{json.loads((self.folder / 'wandb.json').read_text())['run']}.wandb"
+        sessions = [file.read_bytes() for file in sorted(self.folder.glob(f"wandb/offline-run-*/{name}"))]
+        self.assertEqual(len(sessions), 2)
+        found = [[json.dumps(row["rmse_12"]).encode() in session for row in run.rows] for session in sessions]
+        self.assertEqual(found, [[True, False], [False, True]])
+        with mock.patch("wandb.init", side_effect=RuntimeError("no API key")), \
+                self.assertRaisesRegex(ValueError, "cannot begin a run: no API key; run wandb login, or set WANDB_MODE"):
+            self.train(["wandb"])
 
     def test_a_function_gets_curve_and_learner_and_its_errors_do_not_end_the_training(self):
         logged, lines = [], []

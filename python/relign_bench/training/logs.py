@@ -105,10 +105,10 @@ def _mlflow(folder: RunFolder, recipe: Mapping[str, Any], last: int) -> Iterator
     kept = _kept(folder, "mlflow")
     try:
         run = mlflow.start_run(run_id=kept, run_name=None if kept else folder.path.name)
-    except mlflow.MlflowException as problem:
-        raise ValueError(f"MLflow cannot {'resume' if kept else 'begin'} a run at '{mlflow.get_tracking_uri()}': {problem}"
-                         + (f"; set MLFLOW_TRACKING_URI as before, or remove '{folder / 'mlflow.json'}'" if kept else "")
-                         ) from None
+    except Exception as problem:  # of many kinds, by the kind of the store
+        raise ValueError(f"MLflow cannot {'resume' if kept else 'begin'} a run at '{mlflow.get_tracking_uri()}': {problem}; "
+                         + (f"set MLFLOW_TRACKING_URI as before, or remove '{folder / 'mlflow.json'}'" if kept else
+                            "set MLFLOW_TRACKING_URI to a store that it can use")) from None
     with run:
         if not kept:
             mlflow.log_params(dict(recipe))
@@ -131,8 +131,13 @@ def _mlflow(folder: RunFolder, recipe: Mapping[str, Any], last: int) -> Iterator
 @contextlib.contextmanager
 def _wandb(folder: RunFolder, recipe: Mapping[str, Any], last: int) -> Iterator[Logger]:
     kept = _kept(folder, "wandb")
-    with _package("wandb").init(id=kept, resume="allow", name=folder.path.name, dir=str(folder.path),
-                                config=dict(recipe)) as run:
+    wandb = _package("wandb")
+    try:
+        begun = wandb.init(id=kept, resume="allow", name=folder.path.name, dir=str(folder.path), config=dict(recipe))
+    except Exception as problem:  # of many kinds: no login, no network
+        raise ValueError(f"Weights & Biases cannot begin a run: {problem}; run wandb login, or set "
+                         "WANDB_MODE=offline") from None
+    with begun as run:
         _keep(folder, "wandb", run.id)
         yield lambda step, values: run.log(dict(values), step=step)
 
