@@ -79,7 +79,8 @@ class Results:
         keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end", *TABLED)
         rows = [{**{key: closing[key] for key in keys if key in closing}, **row}
                 for closing, steps in read_trials(self.folder) for row in step_rows(steps, closing)]
-        return frames.DataFrame(rows) if library == "pandas" else frames.DataFrame(rows, infer_schema_length=None, strict=False)
+        data: Any = rows or {key: [] for key in keys}
+        return frames.DataFrame(data) if library == "pandas" else frames.DataFrame(data, infer_schema_length=None, strict=False)
 
     def _csv(self, what: str) -> pathlib.Path:
         table = self.folder / (what + ".csv")
@@ -127,6 +128,7 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
 
     Raises:
         FileNotFoundError: The folder has no results.
+        ValueError: The manifest is damaged.
     """
     folder = pathlib.Path(folder)
     if not (folder / "manifest.json").is_file():
@@ -134,7 +136,12 @@ def read_manifest(folder: str | os.PathLike[str]) -> dict[str, Any]:
         raise FileNotFoundError(
             f"'{folder}' is not a results folder: it has no manifest.json"
             + (f"; merge its shards: relign-bench merge {shlex.quote(str(folder))} -o MERGED" if shards else ""))
-    manifest: dict[str, Any] = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+    try:
+        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        if not isinstance(manifest, dict):
+            raise ValueError("it must be an object")
+    except ValueError as problem:
+        raise ValueError(f"'{folder / 'manifest.json'}' is damaged: {problem}; restore it from a copy") from None
     return manifest
 
 
@@ -147,23 +154,36 @@ def read_trials(folder: str | os.PathLike[str], checked: bool = False) -> list[t
 
     Raises:
         FileNotFoundError: The folder has no results, or was published without its trials.
-        ValueError: A line of the records has a key twice, or a trial does not have its checksum.
+        ValueError: A file is damaged, a line of the records has a key twice, a trial is there twice, or does not have its
+            checksum.
     """
     folder = pathlib.Path(folder)
-    order = read_manifest(folder)["order"]
+    order = read_manifest(folder).get("order")
+    if not isinstance(order, list):
+        raise ValueError(f"'{folder / 'manifest.json'}' is damaged: it has no list 'order'; restore it from a copy")
     if not (folder / "trials").is_dir():
         raise FileNotFoundError(f"'{folder}' has no folder trials: it was published without its raw trials")
     steps, closing = collections.defaultdict(list), {}
     for path in sorted((folder / "trials").glob("*.jsonl")):
         hashes: dict[str, Any] = collections.defaultdict(hashlib.sha256)
-        for number, line in enumerate(path.read_text(encoding="utf-8").split("\n"), 1):
+        try:
+            text = path.read_text(encoding="utf-8")
+        except UnicodeDecodeError as problem:
+            raise ValueError(f"'{path}' is damaged: {problem}; restore it from a copy, or let relign-bench run --drop-damaged "
+                             "repeat its trials") from None
+        for number, line in enumerate(text.split("\n"), 1):
             try:
                 record = json.loads(line, object_pairs_hook=unique_keys)
             except json.JSONDecodeError:
                 continue  # the incomplete last line of a run that was killed
             except ValueError as problem:
                 raise ValueError(f"{path}:{number}: {problem}") from None
-            trial = record["trial"]
+            trial = record.get("trial") if isinstance(record, dict) else None
+            if not isinstance(trial, str):
+                raise ValueError(f"{path}:{number}: expected a step or the end of a trial, found {line[:40]!r}; restore the "
+                                 "file from a copy")
+            if trial in closing:
+                raise ValueError(f"{path}:{number}: trial '{trial}' is recorded twice; remove one of its records")
             hashes[trial].update((re.sub(r',"sha256":"[0-9a-f]*"}$', "}", line) + "\n").encode())
             if "end" not in record:
                 steps[trial].append(record)

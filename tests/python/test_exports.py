@@ -18,7 +18,7 @@ from unittest import mock
 
 from relign_bench.export import cli
 from relign_bench.export.runs import file_names
-from relign_bench.results import read_trials
+from relign_bench.results import Results, read_trials
 
 SMALL = pathlib.Path(__file__).parents[1] / "golden" / "report" / "small"
 DIM = {"use": "gaussian_spot", "name": "dim spot", "parameters": {"photons": 1e5}}
@@ -185,7 +185,7 @@ class Problems(Exports):
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()) as errors:
             self.assertEqual(cli.main([str(SMALL), "--ioh", str(self.place / "ioh")]), 0)
         failed = sum(closing["end"] not in ("budget_spent", "finished") for closing, _ in read_trials(SMALL))
-        self.assertEqual(errors.getvalue(), f"left out: {failed} failed trials\n")
+        self.assertEqual(errors.getvalue().splitlines()[0], f"left out: {failed} failed trials")
         self.assertGreater(failed, 0)
 
     def test_errors_state_what_to_do(self):
@@ -225,6 +225,89 @@ class Problems(Exports):
         (station / "trials" / "0000.jsonl").write_text(text)
         self.assertIn("export --error measured", self.export("--ioh", self.place / "out", results=station, status=2))
         self.export("--ioh", self.place / "out", "--error", "measured", results=station)
+
+    def test_odd_names_and_one_instance_are_read_by_the_other_packages(self):
+        odd = ["it's {0} % \"q\", $x", "日本", "CON"]
+        suite = {**SUITE, "name": "sp \"ots\" {x} ' %", "scenes": [{"use": "gaussian_spot", "name": "a, b {c} 'd'"}],
+                 "algorithms": [{"use": "random", "name": name} for name in odd], "instances": 1, "steps": 2}
+        (self.place / "suite.json").write_text(json.dumps(suite))
+        subprocess.run([os.environ["RELIGN_PROGRAM"], "run", "suite.json", "-o", "my results"], check=True, cwd=self.place,
+                       capture_output=True)
+        link = self.place / "linked"
+        link.symlink_to("i o h")
+        (self.place / "i o h").mkdir()
+        self.export("--ioh", link, "--coco", self.place / "c o", results=self.place / "my results")
+        self.assertTrue(link.is_symlink())
+        iohinspector, cocopp = package("iohinspector"), package("cocopp")
+        manager = iohinspector.DataManager()
+        manager.add_folder(str(self.place / "i o h"))
+        rows = manager.load(monotonic=False, include_meta_data=True).to_dicts()
+        self.assertEqual({row["algorithm_name"] for row in rows}, {*odd, "home"})
+        self.assertEqual({(row["suite"], row["function_name"]) for row in rows}, {(suite["name"], "a, b {c} 'd'@rho0")})
+        infos = sorted(self.place.glob("c o/*/*.info"))
+        with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
+            warnings.simplefilter("ignore")
+            found = [one for info in infos for one in cocopp.pproc.DataSetList(str(info))]
+        self.assertEqual({one.algId for one in found}, {odd[0].replace("'", "’"), "日本", "CON", "home"})
+        package("matplotlib")
+        with mock.patch.dict(os.environ, PATH=str(pathlib.Path(os.environ["RELIGN_PROGRAM"]).parent)):
+            self.export("--figures", self.place / "f g", results=self.place / "my results")
+        self.assertIn("CON", (self.place / "f g" / "a_b_c_d_rho0_paper.svg").read_text())
+
+    def test_damaged_folders_are_named(self):
+        kept = self.place / "kept"
+        shutil.copytree(PLACE / "merged", kept)
+        records = next(iter(sorted((kept / "trials").glob("*.jsonl"))))
+        whole, manifest = records.read_bytes(), (kept / "manifest.json").read_bytes()
+        trial = json.loads(whole.partition(b"\n")[0])["trial"]
+        for added, why in ((b"\xff", "is damaged: 'utf-8' codec can't decode"),
+                           (b"[1]\n", "expected a step or the end of a trial, found '[1]'"),
+                           (b'{"x":1}\n', "expected a step or the end of a trial"),
+                           (whole, f"trial '{trial}' is recorded twice")):
+            records.write_bytes(whole + added)
+            problem = self.export("--ioh", self.place / "out", results=kept, status=2)
+            self.assertIn(why, problem)
+            self.assertIn(str(records), problem)
+        records.write_bytes(whole)
+        for text, why in (("", "is damaged: Expecting value"), ("[]", "it must be an object"), ("{}", "no list 'order'"),
+                          (json.dumps({**json.loads(manifest), "scenes": []}), "manifest.json' does not have")):
+            (kept / "manifest.json").write_text(text)
+            self.assertIn(why, self.export("--coco", self.place / "out", results=kept, status=2))
+        self.assertEqual([path.name for path in self.place.iterdir()], ["kept"])
+
+    def test_interrupted_runs_state_what_is_missing(self):
+        cut = self.place / "cut"
+        shutil.copytree(PLACE / "merged", cut)
+        records = sorted((cut / "trials").glob("*.jsonl"))
+        records[-1].write_bytes(records[-1].read_bytes()[:-30])
+        with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as errors:
+            self.assertEqual(cli.main([str(cut), "--ioh", str(self.place / "ioh")]), 0)
+        self.assertIn("89 runs of 3 methods", out.getvalue())
+        self.assertIn("not complete: 1 trials of the suite have no complete record", errors.getvalue())
+        for file in records:
+            file.unlink()
+        self.assertIn("has no complete trial; relign-bench run resumes",
+                      self.export("--ioh", self.place / "out", results=cut, status=2))
+        for library in ("pandas", "polars"):
+            package(library)
+            table = Results(cut).table("steps", library)
+            self.assertEqual((len(table), list(table.columns)[:2]), (0, ["scene", "noise_level"]))
+
+    def test_places_that_cannot_be_written_are_named_and_others_are_kept(self):
+        (self.place / "file").touch()
+        (self.place / "out.new").mkdir()
+        (self.place / "out.new" / "mine").touch()
+        for target in ("file/x", "x" * 300):
+            problem = self.export("--ioh", self.place / target, status=2)
+            self.assertRegex(problem, r"^error: cannot use '.*x': .*; choose another folder\n$")
+        with self.assertRaises(SystemExit), contextlib.redirect_stderr(io.StringIO()) as errors:
+            cli.main([str(PLACE / "merged"), "--ioh", str(self.place / "out"), "--coco", str(self.place / "." / "out")])
+        self.assertIn("every format needs a folder of its own", errors.getvalue())
+        with mock.patch("relign_bench.export.ioh._write_function", side_effect=OSError(28, "No space left on device", "full")):
+            self.assertIn("cannot use 'full': no space left", self.export("--ioh", self.place / "out", status=2))
+        self.export("--ioh", self.place / "out")
+        self.assertEqual(sorted(path.name for path in self.place.iterdir()), ["file", "out", "out.new"])
+        self.assertTrue((self.place / "out.new" / "mine").exists())
 
     def test_file_names_differ_and_stay_in_their_folder(self):
         names = file_names(["../up", "a b", "a_b", "A_B", "..", "métrique"])

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from typing import TYPE_CHECKING
 
 from .coco import write_coco
+from .dataset import write_minari
 from .figures import write_figures
 from .ioh import write_ioh
 from .runs import ERRORS, ONLY_KEYS, read_study
@@ -18,6 +20,8 @@ EXAMPLES = """examples:
   relign-export results/quick --ioh quick-ioh       # for IOHanalyzer and iohinspector
   relign-export results/quick --coco quick-coco     # then: python3 -m cocopp quick-coco/*/
   relign-export results/quick --figures figures     # PDF and SVG, medians with intervals
+  relign-export results/quick --minari datasets     # trials with images, for MINARI_DATASETS_PATH
+  relign-export recipe.json --minari datasets       # a dataset again, bit for bit
   relign-export results/quick --ioh quick-ioh --error commanded --only noise_level=rho0.25
 
   The shards of a plan are merged first: relign-bench merge results/quick -o results/quick-merged
@@ -35,15 +39,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = make_parser()
     given = parser.parse_args(arguments)
-    if not (given.ioh or given.coco or given.figures):
-        parser.error("nothing to write; give --ioh DIR, --coco DIR or --figures DIR")
+    if not (given.ioh or given.coco or given.figures or given.minari):
+        parser.error("nothing to write; give --ioh DIR, --coco DIR, --figures DIR or --minari DIR")
+    targets = [os.path.realpath(folder) for folder in (given.ioh, given.coco, given.figures, given.minari) if folder]
+    if len(set(targets)) < len(targets):
+        parser.error("every format needs a folder of its own")
     try:
         if given.ioh or given.coco:
             _write_runs(given)
         if given.figures:
             count = write_figures(given.results, given.figures, given.error, given.only)
             print(f"{count} figures as PDF and SVG; {given.error}: {ERRORS[given.error]}")
-    except (ValueError, OSError, ImportError) as problem:
+        if given.minari:
+            datasets, left_out = write_minari(given.results, given.minari, given.only)
+            for name, episodes in datasets.items():
+                print(f"{name}: {episodes} episodes")
+            if left_out:
+                print(f"left out: {left_out} trials that failed, have no action or no complete record", file=sys.stderr)
+    except (ValueError, OSError, ImportError, RuntimeError) as problem:  # RuntimeError: of the compiled module
+        if isinstance(problem, OSError) and problem.filename and problem.strerror:
+            problem = OSError(f"cannot use '{problem.filename}': {problem.strerror.lower()}; choose another folder")
         print(f"error: {problem}", file=sys.stderr)
         return 2
     return 0
@@ -59,6 +74,9 @@ def _write_runs(given: argparse.Namespace) -> None:
           f"{given.error}: {ERRORS[given.error]}")
     if study.left_out:
         print(f"left out: {study.left_out} failed trials", file=sys.stderr)
+    if study.missing:
+        print(f"not complete: {study.missing} trials of the suite have no complete record; relign-bench run resumes an "
+              "interrupted run", file=sys.stderr)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -66,11 +84,15 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="relign-export", description="Write a results folder in the formats of other programs.",
         formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES)
-    parser.add_argument("results", metavar="RESULTS", help="results folder of relign-bench run or merge")
+    parser.add_argument("results", metavar="RESULTS",
+                        help="results folder of relign-bench run or merge; for --minari also the recipe.json of a dataset")
     parser.add_argument("--ioh", metavar="DIR", help="write data of IOHprofiler, for IOHanalyzer and iohinspector")
     parser.add_argument("--coco", metavar="DIR", help="write a data archive of COCO, for cocopp")
     parser.add_argument("--figures", metavar="DIR",
                         help="write the error after every capture as PDF and SVG for papers; needs matplotlib and relign-bench")
+    parser.add_argument("--minari", metavar="DIR",
+                        help="write the trials with their images as Minari datasets, with Croissant metadata and a recipe; "
+                             "needs minari")
     parser.add_argument("--error", choices=tuple(ERRORS), default="recommended",
                         help="; ".join(f"{name}: {meaning}" for name, meaning in ERRORS.items()) + " [default: %(default)s]")
     parser.add_argument("--only", metavar="KEY=VALUE", action="append", default=[],

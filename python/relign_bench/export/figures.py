@@ -80,8 +80,9 @@ def _draw(axes: Any, group: dict[str, Any], curves: list[dict[str, Any]], error:
         track = curve["tracks"][error]
         captures = [curve["first_step"] + 1 + step for step in range(len(track["median"]))]
         look = {"color": COLOURS[place % len(COLOURS)]}
-        ends = ("lo95", "hi95") if any(value is not None for value in track["lo95"]) else ("q25", "q75")
-        band = [(capture, low, high) for capture, low, high in zip(captures, track[ends[0]], track[ends[1]])
+        # One instance has neither, few have no interval.
+        ends = ("lo95", "hi95") if any(value is not None for value in track.get("lo95", ())) else ("q25", "q75")
+        band = [(capture, low, high) for capture, low, high in zip(captures, track.get(ends[0], ()), track.get(ends[1], ()))
                 if low is not None and high is not None]
         if band:
             axes.fill_between(*zip(*band), alpha=0.2, linewidth=0, **look)

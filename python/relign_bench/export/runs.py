@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import pathlib
 import re
 import shutil
@@ -14,7 +15,6 @@ from .._errors import check_name
 from ..results import ENDED_WELL, read_manifest, read_trials
 
 if TYPE_CHECKING:
-    import os
     from collections.abc import Iterable, Iterator, Sequence
 
 #: What the exported number is, by the name of the error.
@@ -76,12 +76,14 @@ class Study:
         runs: Runs by (algorithm, function), in the order of the suite. With several protocols, an algorithm's name has its
             protocol.
         left_out: Number of failed trials, which are not exported.
+        missing: Number of planned trials without a complete record.
     """
 
     suite: str
     error: str
     runs: dict[tuple[str, Function], list[Run]] = field(default_factory=dict)
     left_out: int = 0
+    missing: int = 0
 
     @property
     def algorithms(self) -> list[str]:
@@ -111,29 +113,48 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
         ValueError: A record is damaged, an argument is not valid, or a trial has no such error.
     """
     check_name(error, ERRORS, "error")
-    manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
-    wanted = parse_only(only)
-    for key, values in wanted.items():
-        for value in values:
-            check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
-    trials = [(closing, steps) for closing, steps in trials
-              if all(str(closing[key]) in values for key, values in wanted.items())]
+    manifest, trials, missing = chosen_trials(folder, only)
     several = len({closing["protocol"] for closing, _ in trials}) > 1
     # All pairs of the suite are numbered, so that ids do not depend on what is left out.
     pairs = [(scene["name"], level if isinstance(level, str) else level["name"])
              for scene in manifest["scenes"] for level in manifest["noise_levels"]]
     functions = {pair: Function(number, *pair) for number, pair in enumerate(pairs, 1)}
-    study = Study(str(manifest["suite_name"]), error)
+    study = Study(str(manifest["suite_name"]), error, missing=missing)
     for closing, steps in trials:
         if closing["end"] not in ENDED_WELL:
             study.left_out += 1
             continue
         name = f"{closing['algorithm']} ({closing['protocol']})" if several else str(closing["algorithm"])
-        function = functions[closing["scene"], closing["noise_level"]]
+        function = functions.get((closing["scene"], closing["noise_level"]))
+        if function is None:
+            raise ValueError(f"trial '{closing['trial']}' is of scene '{closing['scene']}' at noise level "
+                             f"'{closing['noise_level']}', which '{pathlib.Path(folder) / 'manifest.json'}' does not have")
         study.runs.setdefault((name, function), []).append(_run(closing, steps, error))
     if not study.runs:
         raise ValueError(f"'{folder}' has no trial to export: {study.left_out} failed, and no other was chosen")
     return study
+
+
+def chosen_trials(folder: str | os.PathLike[str], only: Iterable[str] = ()) -> tuple[
+        dict[str, Any], list[tuple[dict[str, Any], list[dict[str, Any]]]], int]:
+    """The manifest of a results folder, the trials that `only` chooses, as read_trials returns them, and how many are missing.
+
+    A trial is missing if the folder has no complete record of it, whatever `only` is.
+
+    Raises:
+        FileNotFoundError: The folder has no results, or no trials.
+        ValueError: A record is damaged, none is complete, or a value of `only` is that of no trial.
+    """
+    manifest, trials = read_manifest(folder), read_trials(folder, checked=True)
+    missing = len(manifest["order"]) - len(trials)
+    if not trials:
+        raise ValueError(f"'{folder}' has no complete trial; relign-bench run resumes an interrupted run")
+    wanted = parse_only(only)
+    for key, values in wanted.items():
+        for value in values:
+            check_name(value, dict.fromkeys(str(closing[key]) for closing, _ in trials), key.replace("_", " "))
+    return manifest, [(closing, steps) for closing, steps in trials
+                      if all(str(closing[key]) in values for key, values in wanted.items())], missing
 
 
 def parse_only(only: Iterable[str]) -> dict[str, set[str]]:
@@ -173,11 +194,11 @@ def readme(study: Study, template: str, prefix: str = "", **more: Any) -> str:
                           for function in study.functions)
 
 
-def file_names(names: Sequence[str]) -> dict[str, str]:
-    """A file name for each name: letters, digits, '.', '+' and '-', different for different names."""
+def file_names(names: Sequence[str], kept: str = ".+-") -> dict[str, str]:
+    """A file name for each name: letters, digits and the characters `kept`, different for different names."""
     made: dict[str, str] = {}
     for name in names:
-        plain = re.sub(r"[^A-Za-z0-9.+-]+", "_", name).strip("._") or "_"
+        plain = re.sub(rf"[^A-Za-z0-9{re.escape(kept)}]+", "_", name).strip("._") or "_"
         count, unique = 1, plain
         while unique.lower() in {other.lower() for other in made.values()}:
             count += 1
@@ -188,18 +209,25 @@ def file_names(names: Sequence[str]) -> dict[str, str]:
 
 @contextlib.contextmanager
 def new_folder(folder: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
-    """A folder beside `folder` to write into, which gets its name once it is complete.
+    """A folder beside `folder` to write into, which gets its name once it is complete, and is removed after an error.
 
     Raises:
         FileExistsError: `folder` exists and is not empty.
     """
-    folder = pathlib.Path(folder)
+    folder = pathlib.Path(os.path.realpath(folder))  # '.' has no name, and a link cannot be replaced
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise FileExistsError(f"'{folder}' exists; remove it, or choose another folder")
-    new = folder.with_name(folder.name + ".new")
-    shutil.rmtree(new, ignore_errors=True)
-    new.mkdir(parents=True)
-    yield new
-    if folder.exists():
-        folder.rmdir()
-    new.rename(folder)
+    new = folder.with_name(f"{folder.name}.new-{os.getpid()}")
+    try:
+        new.mkdir(parents=True)
+    except OSError as problem:
+        problem.filename = str(folder)
+        raise
+    try:
+        yield new
+        if folder.exists():
+            folder.rmdir()
+        new.rename(folder)
+    except BaseException:
+        shutil.rmtree(new, ignore_errors=True)
+        raise

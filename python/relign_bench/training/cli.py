@@ -12,10 +12,12 @@ import os
 import pathlib
 import shlex
 import sys
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from .._errors import require_integer
 from .folder import kind_of, read_recipe
+from .logs import NEEDS
 from .settings import changed_settings, kept_recipe, with_goal, with_settings
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ EXAMPLES = """examples:
 IMITATE = """files in the folder:
   recipe.json                      every setting of the run
   curve.csv                        loss after every pass over the data
+  tensorboard                      TensorBoard log (--log), where tensorboard is installed
   tuning.csv                       error on tuning instances, which training never uses, step by step
   imitation.onnx, imitation.json   the network and its side file
 
@@ -53,7 +56,7 @@ PPO = """files in the folder:
   recipe.json              every setting of the run
   curve.csv                reward, success and error on tuning instances, after every training segment
   curve.png                the same as a figure, once a minute and at the end
-  tensorboard              TensorBoard log, where tensorboard is installed
+  tensorboard              TensorBoard log (--log), where tensorboard is installed
   ppo.onnx, ppo.json       the network with the best score on tuning instances, and its side file
 
 examples:
@@ -133,6 +136,11 @@ def make_parser() -> argparse.ArgumentParser:
         made.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                           help="set a value of the recipe, such as --set rate=3e-5; repeatable; python/README.md lists them")
 
+    def logs(made: argparse.ArgumentParser) -> None:
+        made.add_argument("--log", action="append", choices=tuple(NEEDS), metavar="NAME",
+                          help="also log the learning curve to tensorboard, mlflow or wandb; repeatable [default: tensorboard, "
+                               "where it is installed]")
+
     def devices(made: argparse.ArgumentParser) -> None:
         made.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
         made.add_argument("--render", default="cpu", metavar="WHERE",
@@ -147,6 +155,7 @@ def make_parser() -> argparse.ArgumentParser:
                          help="file of imaging errors that every capture gets, drawn anew (domain randomisation); "
                               "'default': the package's own")
     devices(imitate)
+    logs(imitate)
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
@@ -161,6 +170,7 @@ def make_parser() -> argparse.ArgumentParser:
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     devices(ppo)
+    logs(ppo)
     ppo.add_argument("--minutes", type=float, metavar="M",
                      help="begin no training segment that would end later than M minutes from now")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
@@ -217,6 +227,16 @@ def log(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
+def chosen_loggers(names: Sequence[str] | None) -> list[str]:
+    """Names of the logs that --log chooses, each once; by default TensorBoard's, where it is installed."""
+    if names is not None:
+        return list(dict.fromkeys(names))
+    if find_spec("tensorboard"):
+        return ["tensorboard"]
+    log("no TensorBoard log is written; for one: pip install tensorboard")
+    return []
+
+
 def require(module: str, package: str) -> None:
     """Checks that a module can be imported.
 
@@ -266,7 +286,8 @@ def _imitate(given: argparse.Namespace) -> int:
     if given.randomise is not None and not given.randomise.strip():
         raise ValueError("--randomise: expected a file of imaging errors or 'default', found ''")
     randomise = pathlib.Path(__file__).with_name("randomisation.json") if given.randomise == "default" else given.randomise
-    training = Training(recipe, given.out, given.threads, log, randomise, given.device, given.render)
+    training = Training(recipe, given.out, given.threads, log, randomise, given.device, given.render,
+                        chosen_loggers(given.log))
     training.run()
     rmse = training.tuning_rmse()
     medians = write_tuning(training.folder, recipe.levels, rmse)
@@ -282,7 +303,7 @@ def _ppo(given: argparse.Namespace) -> int:
     recipe = preset_recipe(given.preset, given.algorithm, given.scene, given.seed)
     recipe = with_goal(with_settings(recipe, given.set), given.set)
     training = Reinforcement(recipe, given.out, given.warm_start, given.threads, log, device=given.device,
-                             render=given.render)
+                             render=given.render, loggers=chosen_loggers(given.log))
     training.run(given.until, given.minutes)
     why = RECURRENT if training.recurrent else training.untrained()
     if why:

@@ -12,7 +12,7 @@ import hashlib
 import math
 import pathlib
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from .doubt import Doubt
 from .evaluation import belief_policy, rmse_after_steps
 from .folder import RunFolder, reading
 from .instances import InstanceSet, OptimumModel, joined
+from .logs import check_loggers, opened
 from .nets import StridedNet
 from .settings import kept_recipe
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from .._typing import Float32Array, Float64Array
+    from .logs import Loggers
 
     Data = tuple[Any, Float32Array]
     """Images as bytes, an array or a tensor of shape (n, height, width), and residuals to the optimum in shares of the travel,
@@ -154,6 +156,7 @@ class Training:
         randomise: File of imaging errors (docs/formats.md) that every capture gets, or None.
         device: Torch device that trains: "cpu", or "cuda" for a GPU.
         render: Where images are rendered, "cpu" or "cuda".
+        loggers: Get the learning curve (logs.py): names, or functions of a pass and its values.
 
     Attributes:
         net: The network.
@@ -168,8 +171,10 @@ class Training:
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
                  log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None,
-                 device: str = "cpu", render: str = "cpu") -> None:
+                 device: str = "cpu", render: str = "cpu", loggers: Loggers = ()) -> None:
         check_device(device, render)
+        check_loggers(loggers)
+        self.loggers = loggers
         self.device, self.render = device, render
         errors = pathlib.Path(randomise).read_bytes() if randomise else b""
         if randomise:
@@ -233,13 +238,13 @@ class Training:
         done = self.load(optimizer)
         if done <= self.recipe.passes:
             _ = self.optimum  # before the folder exists: the scene may have none
-            with self.folder.alone():
+            with self.folder.alone(), opened(self.loggers, self.folder, asdict(self.recipe), done, self.log) as log:
                 if self._errors:
                     self.folder.keep("randomisation.json", lambda out: out.write(self._errors))
-                self._train(done, optimizer)
+                self._train(done, optimizer, log)
         return self.net
 
-    def _train(self, done: int, optimizer: torch.optim.Optimizer) -> None:
+    def _train(self, done: int, optimizer: torch.optim.Optimizer, log: Callable[[int, dict[str, Any]], None]) -> None:
         instances = self.instances()
         for number in range(done, self.recipe.passes):
             begun = time.monotonic()
@@ -249,6 +254,7 @@ class Training:
             seconds = time.monotonic() - begun
             self.curve.append([number + 1, loss])
             self.seconds += seconds
+            log(number + 1, {"curve/loss": loss, "curve/hours": self.seconds / 3600})
             self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(images)} images in "
                      f"{rendered:.0f} + {seconds - rendered:.0f} s")
             self._save(number + 1, optimizer)

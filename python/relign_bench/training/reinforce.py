@@ -12,7 +12,7 @@ import math
 import pathlib
 import random
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from . import curves
 from .devices import check_device, trained_on
 from .evaluation import evaluate, tuning_instances
 from .folder import RunFolder, read_recipe, reading
+from .logs import check_loggers, opened
 from .recipe import SHAPED_REWARDS, TUNED_LEVELS, Recipe, check_recipe, check_warm_start
 from .settings import kept_recipe
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
     from .._typing import Float64Array
     from .instances import InstanceSet
+    from .logs import Loggers
 
 
 SECONDS_BETWEEN_PICTURES = 60  # drawing takes half a second, on a GPU a tenth of a training segment
@@ -52,6 +54,7 @@ class Reinforcement:
         opened: Opens a run without its warm start, to export its network.
         device: Torch device of the learner: "cpu", or "cuda" for a GPU.
         render: Where images are rendered: "cpu", or "cuda", whose images stay on the GPU of the learner.
+        loggers: Get the learning curve and what the learner records (logs.py): names, or functions of a step and its values.
 
     Attributes:
         model: The learner of Stable-Baselines3.
@@ -75,8 +78,10 @@ class Reinforcement:
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], warm_start: str | os.PathLike[str] | None = None,
                  threads: int | None = None, log: Callable[[str], object] = print, opened: bool = False,
-                 device: str = "cpu", render: str = "cpu") -> None:
+                 device: str = "cpu", render: str = "cpu", loggers: Loggers = ()) -> None:
         check_recipe(recipe)
+        check_loggers(loggers)
+        self.loggers = loggers
         check_device(device, render)
         if render != "cpu" and recipe.algorithm == "recurrent-ppo":
             raise ValueError("algorithm 'recurrent-ppo' keeps its images in host memory; use --render cpu")
@@ -196,15 +201,19 @@ class Reinforcement:
         learner = _learner(recipe.algorithm, recorded=recipe.preset != "tuned" and torch.device(self.device).type == "cuda")
         self.model = learner(policy, self.env, **arguments)
 
-    def _open_log(self) -> None:
-        from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+    def _log_learner(self, log: Callable[[int, dict[str, Any]], None]) -> None:
+        from stable_baselines3.common.logger import KVWriter, Logger
 
-        formats = []
-        try:
-            formats.append(TensorBoardOutputFormat(str(self.folder / "tensorboard")))
-        except (AssertionError, ImportError):
-            self.log("no TensorBoard log is written; for one: pip install tensorboard")
-        self.model.set_logger(Logger(str(self.folder.path), formats))
+        class Forward(KVWriter):
+            """Passes on what the learner records."""
+
+            def write(self, key_values: dict[str, Any], key_excluded: dict[str, Any], step: int = 0) -> None:
+                log(step, {key: value for key, value in key_values.items() if "tensorboard" not in key_excluded[key]})
+
+            def close(self) -> None:
+                """Nothing to close."""
+
+        self.model.set_logger(Logger(str(self.folder.path), [Forward()]))
 
     # ---- the policy as agents run it -----------------------------------------------------------
 
@@ -252,16 +261,18 @@ class Reinforcement:
         if self.done < self.segments:  # before a folder is made, since some scenes refuse it
             tuning = tuning_instances(self.recipe.scene, self.levels, self.recipe.size, self.threads, self.recipe.noise_level,
                                       self.recipe.input, self.render)
-        with self.folder.alone():
-            self._open_log()
+        with self.folder.alone(), opened(self.loggers, self.folder, asdict(self.recipe), self.model.num_timesteps,
+                                         self.log) as log:
+            self._log_learner(log)
             if self.rows:  # the process may have been killed after the last checkpoint
                 self._write_curves()
-            self._run(tuning, until, math.inf if minutes is None else time.monotonic() + 60 * minutes)
+            self._run(tuning, until, math.inf if minutes is None else time.monotonic() + 60 * minutes, log)
             if self.drawn < self.done:
                 self._write_curves()
         return self.model
 
-    def _run(self, tuning: InstanceSet | None, until: int | None, end: float) -> None:
+    def _run(self, tuning: InstanceSet | None, until: int | None, end: float,
+             log: Callable[[int, dict[str, Any]], None]) -> None:
         from stable_baselines3.common.callbacks import BaseCallback
 
         class Episodes(BaseCallback):
@@ -298,6 +309,7 @@ class Reinforcement:
             row["hours"] = self.seconds / 3600
             self.rows.append(row)
             self.done += 1
+            log(row["steps"], {f"curve/{name}": value for name, value in row.items()})
             self._save()
             self.log(f"{row['steps']} of {steps} steps, {self.recipe.stretch / trained:.0f} steps/s; "
                      f"reward {shown(row['reward'], '.4f')} per step, {shown(row['episode'], '.0f')} steps per episode; "
