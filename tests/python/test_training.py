@@ -91,7 +91,7 @@ class Imitation(unittest.TestCase):
     def test_mistake_in_imaging_errors_leaves_no_folder(self):
         errors = self.folder / "errors.json"
         run = self.folder / "refused"
-        for text, why in (("", "errors.json"), ('{"gain": [-0.8, 1.2]}', "/gain: expected a number from 0.01 to 100")):
+        for text, why in (("", "errors.json"), ('{"gain": [-0.8, 1.2]}', "/gain/0: expected a number from 0.01 to 100")):
             errors.write_text(text)
             done = subprocess.run([*command(run), "--randomise", str(errors)], check=False, capture_output=True, text=True)
             self.assertEqual(done.returncode, 2, done.stderr)
