@@ -39,7 +39,9 @@ def align(method, motors, detectors, key, md=None):
             raise ValueError(f"the method has the axes {', '.join(pose)}, the motors are {', '.join(motors)}")
         yield from bps.checkpoint()
         yield from bps.mv(*(item for name, target in pose.items() for item in (motors[name], target)))
-        return (yield from bps.trigger_and_read(everything, name=stream))
+        reading = yield from bps.trigger_and_read(everything, name=stream)
+        yield from bps.checkpoint()  # a pause from now on must not repeat the event
+        return reading
 
     @bpp.stage_decorator(everything)
     @bpp.run_decorator(md=metadata)

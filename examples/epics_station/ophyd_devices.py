@@ -75,7 +75,11 @@ class Motor(EpicsMotor):
     def move(self, position, wait=True, **kwargs):
         self._status = PositionerBase.move(self, position, **kwargs)
         self._completed = self._ended = False
-        self.user_setpoint.put(position, wait=False, callback=self._put_completed, timeout=self._status.timeout)
+        try:
+            self.user_setpoint.put(position, wait=False, callback=self._put_completed, timeout=self._status.timeout,
+                                   connection_timeout=1.0)
+        except TimeoutError:  # the connection was lost after the check
+            self._connection_changed(connected=False)
         if wait:
             wait_for(self._status)
         return self._status
