@@ -3,17 +3,20 @@
 The client is caproto's: pure Python, 4 MB, without a compiled libca, and the same package as the soft IOC's. Every error
 is one sentence that names the record.
 """
+import contextlib
+import math
 import os
 import threading
 import time
 
 import numpy as np
-from caproto import AccessRights, CaprotoError, ChannelType
+from caproto import AccessRights, AlarmSeverity, CaprotoError, ChannelType
 from caproto.threading.client import Context
 
 POLL_S = 0.01
 STOP_S = 2.0  # within which all motors must confirm a STOP
 FIELDS = ("VAL", "RBV", "DMOV", "STOP", "HLM", "LLM", "HLS", "LLS", "LVIO", "EGU", "SET", "SPMG", "BDST")
+UNSIGNED = {"UInt8": 0xFF, "UInt16": 0xFFFF, "UInt32": 0xFFFFFFFF}
 FAILURES = (CaprotoError, OSError, TimeoutError)
 
 
@@ -31,6 +34,7 @@ class Channels:
     def __init__(self, names, timeout_s):
         self.timeout_s = timeout_s
         self.lost = []
+        self.deadline, self.ended = float("inf"), False
         self.parent = os.getppid()
         self.context = Context()
         pvs = self.context.get_pvs(*names, timeout=timeout_s, connection_state_callback=self._changed)
@@ -57,12 +61,16 @@ class Channels:
             self.lost.append(pv.name)
 
     def check(self):
-        """Raises an error where a connection or the benchmark is gone."""
+        """Raises an error where a connection or the benchmark is gone, or the time of this call is up."""
         gone = self.lost or [name for name, pv in self.pvs.items() if not pv.connected]
         if gone:
             raise RuntimeError(f"the connection to {gone[0]} was lost; check its IOC and the network")
         if os.getppid() != self.parent:
             raise RuntimeError("relign-bench has ended; this process does so, too")
+        if self.ended:
+            raise RuntimeError("the process was ended by SIGTERM")
+        if time.monotonic() > self.deadline:
+            raise RuntimeError("the IOC answers too slowly for the time limits; check its load and the network")
 
     def response(self, name, **how):
         """The answer of a record, with data and metadata."""
@@ -76,9 +84,10 @@ class Channels:
         """The values of a record: an array or a list."""
         return self.response(name, **how).data
 
-    def number(self, name):
-        """The value of a record as a float."""
-        return float(self.read(name)[0])
+    def number(self, name, alarms=False):
+        """The value of a record as a float; with `alarms` the record must not have the severity INVALID."""
+        answer = self.response(name, data_type="time")
+        return finite(name, answer.data[0], answer.metadata.severity if alarms else 0)
 
     def text(self, name):
         """The value of a record as a text; the label of an enumeration."""
@@ -124,21 +133,48 @@ class Channels:
             raise RuntimeError(f"{name} did not finish what {value!r} started within {limit:g} s; check its IOC")
 
     def put_at_once(self, values):
-        """Puts values by name, as fast as possible and without raising. Returns the names that did not confirm in time."""
+        """Puts values by name, as fast as possible and without raising, over new connections where the old ones fail.
+
+        Returns:
+            The names that did not confirm in time.
+        """
+        late = self._put_all(self.pvs, values)
+        if not late:
+            return []
+        with contextlib.suppress(*FAILURES):
+            self.context = Context()
+            pvs = dict(zip(late, self.context.get_pvs(*late, timeout=STOP_S)))
+            deadline = time.monotonic() + STOP_S
+            while time.monotonic() < deadline and not all(pv.connected for pv in pvs.values()):
+                time.sleep(POLL_S)
+            return self._put_all(pvs, {name: values[name] for name in late})
+        return late
+
+    @staticmethod
+    def _put_all(pvs, values):
         done = {name: threading.Event() for name in values}
         for name, event in done.items():
             event.confirm = lambda response, event=event: event.set()
             try:
-                if self.pvs[name].connected:
-                    self.pvs[name].write(values[name], wait=False, callback=event.confirm, timeout=STOP_S)
+                if pvs[name].connected:
+                    pvs[name].write(values[name], wait=False, callback=event.confirm, timeout=STOP_S)
             except FAILURES:
                 pass
         deadline = time.monotonic() + STOP_S
         while True:
             late = [name for name, event in done.items() if not event.is_set()]
-            if time.monotonic() > deadline or not any(self.pvs[name].connected for name in late):
+            if time.monotonic() > deadline or not any(pvs[name].connected for name in late):
                 return late
             time.sleep(POLL_S)
+
+
+def finite(name, value, severity=AlarmSeverity.NO_ALARM):
+    """A record's value as a float. Refuses NaN, infinity and the severity INVALID, at which the value is an old one."""
+    if severity == AlarmSeverity.INVALID_ALARM:
+        raise RuntimeError(f"{name} has the alarm severity INVALID; check its controller and the record's STAT")
+    if not math.isfinite(value):
+        raise RuntimeError(f"{name} has no finite value; check its encoder, controller and driver")
+    return float(value)
 
 
 class Motors:
@@ -159,7 +195,7 @@ class Motors:
         return [f"{axis.pv}.{field}" for axis in axes for field in FIELDS]
 
     def field(self, axis, field):
-        return self.channels.number(f"{axis.pv}.{field}")
+        return self.channels.number(f"{axis.pv}.{field}", alarms=True)
 
     def positions(self):
         """Readbacks, one per axis."""
@@ -300,8 +336,12 @@ class AreaDetector:
                     f"check the camera's trigger, {self.image}NDArrayPort and {self.image}EnableCallbacks"
                 )
             time.sleep(POLL_S)
+        return self.image_counts()
+
+    def image_counts(self):
+        """Counts of the image that the plugin has, shape (height, width)."""
         width, height = self.facts["width"], self.facts["height"]
-        found = [int(number(f"{self.image}ArraySize{i}_RBV")) for i in range(3)]
+        found = [int(self.channels.number(f"{self.image}ArraySize{i}_RBV")) for i in range(3)]
         if found[:2] != [width, height] or found[2] > 1:
             raise RuntimeError(
                 f"{self.image} has images of {' x '.join(str(size) for size in found if size)}, the layout says "
@@ -311,8 +351,13 @@ class AreaDetector:
         if counts.size != width * height:
             raise RuntimeError(f"{self.image}ArrayData has {counts.size} values, expected {width * height}; raise its NELM")
         kind = self.channels.text(self.image + "DataType_RBV")
-        if kind in ("UInt8", "UInt16"):  # waveforms of a signed type have them wrapped
-            counts = counts.astype(np.int64) & (0xFF if kind == "UInt8" else 0xFFFF)
+        if kind in UNSIGNED:  # waveforms of a signed type have them wrapped
+            counts = counts.astype(np.int64) & UNSIGNED[kind]
+            if self.facts["counts_at_1"] > UNSIGNED[kind]:
+                raise RuntimeError(f"{self.image} has pixels of type {kind}, which end at {UNSIGNED[kind]}, and 'counts_at_1' "
+                                   f"is {self.facts['counts_at_1']:g}; set the camera's data type, or correct the layout")
+        if not np.isfinite(counts).all():
+            raise RuntimeError(f"{self.image}ArrayData has pixels without a finite value; check the camera's driver")
         return counts.reshape(height, width)
 
     def stamp(self):

@@ -9,17 +9,20 @@ import asyncio
 import os
 import signal
 import sys
+import threading
 import time
 
 import numpy as np
-from caproto import ChannelType
+from caproto import AlarmSeverity, AlarmStatus, ChannelAlarm, ChannelType
 from caproto.server import PVGroup, SubGroup, get_pv_pair_wrapper, pvproperty, run
+from genicam import FakeCamera
 
 import relign_bench
 
 COUNTS_AT_1 = 65535  # the camera's count at irradiance 1, where it saturates
 TICK_S = 0.02  # between two readbacks of a moving motor
-FAULTS = ("stuck", "readback", "disconnect", "silent", "no-image")
+FAULTS = ("stuck", "readback", "nan", "alarm", "disconnect", "silent", "slow", "no-image", "no-camera")
+SLOW_S = 0.2  # for which a slow IOC does nothing, again and again
 setting = get_pv_pair_wrapper(setpoint_suffix="", readback_suffix="_RBV")
 
 
@@ -37,25 +40,29 @@ class Machine:
 
     def __init__(self, bench):
         self.batch = bench.batch(1)
+        self.turn = threading.Lock()  # the simulated GenICam camera has a thread of its own
         self.travel = [axis["upper"] - axis["lower"] for axis in bench.description["axes"]]
         self.load(0)
 
     def load(self, number):
         """Puts another lens into the gripper, with the stage at its load position."""
-        self.batch.reset([0], [number], "benchmark")
-        loaded_at = self.batch.commanded_poses([0])[0]
+        with self.turn:
+            self.batch.reset([0], [number], "benchmark")
+            loaded_at = self.batch.commanded_poses([0])[0]
         self.ends = [(-at * travel, (1 - at) * travel) for at, travel in zip(loaded_at, self.travel)]
 
     def move(self, axis, amount):
         """Moves one axis by an amount that stays between its ends."""
         move = np.zeros((1, len(self.travel)))
         move[0, axis] = amount / self.travel[axis]
-        self.batch.move_by([0], move)
+        with self.turn:
+            self.batch.move_by([0], move)
 
     def capture(self):
         """Counts of a new frame, shape (height, width)."""
-        self.batch.move_by([0], np.zeros((1, len(self.travel))))
-        return np.clip(self.batch.frames[0] * COUNTS_AT_1 + 0.5, 0, COUNTS_AT_1).astype(np.uint16)
+        with self.turn:
+            self.batch.move_by([0], np.zeros((1, len(self.travel))))
+            return np.clip(self.batch.frames[0] * COUNTS_AT_1 + 0.5, 0, COUNTS_AT_1).astype(np.uint16)
 
 
 class Trouble:
@@ -64,7 +71,16 @@ class Trouble:
     def __init__(self, text):
         self.kind, _, after = text.partition(":")
         self.after = int(after or 0)
-        self.images = 0
+        self.images, self.brake, self.genicam = 0, None, None
+
+    def slow_down(self):
+        """From now on every answer of the IOC takes long."""
+        async def block():
+            while True:
+                time.sleep(SLOW_S)
+                await asyncio.sleep(0)
+
+        self.brake = self.brake or asyncio.create_task(block())
 
     def now(self, kind):
         return self.kind == kind and self.images >= self.after
@@ -115,6 +131,7 @@ class Motor(PVGroup):
         await fields.done_moving_to_value.write(0)
         await fields.motor_is_moving.write(1)
         began, extremes = fields.user_readback_value.value, [fields.user_readback_value.value]
+        await fields.direction_of_travel.write(int(value > began))
         approach = fields.bl_distance.value
         if approach and (value - began) * approach < 0:  # against the direction of the final approach: first beyond
             await self.travel_to(lambda: self.target - approach, fields, extremes)
@@ -131,6 +148,10 @@ class Motor(PVGroup):
             if self.trouble.now("disconnect"):
                 say("the IOC dies")
                 os._exit(1)
+            if self.trouble.now("no-camera") and self.trouble.genicam:
+                self.trouble.genicam.close()
+            if self.trouble.now("slow"):
+                self.trouble.slow_down()
             if self.trouble.now("silent"):
                 say("the IOC does not answer any more")
                 os.kill(os.getpid(), signal.SIGSTOP)
@@ -152,8 +173,12 @@ class Motor(PVGroup):
             self.target = position
         if self.trouble.now("readback") and self.axis == 0:
             position += 0.02 * self.travel
+        if self.trouble.now("nan") and self.axis == 0:
+            position = float("nan")
         await fields.user_readback_value.write(position)
         await fields.dial_readback_value.write(position)
+        if self.trouble.now("alarm") and self.axis == 0:
+            fields.user_readback_value.alarm = ChannelAlarm(status=AlarmStatus.COMM, severity=AlarmSeverity.INVALID_ALARM)
         await fields.user_low_limit_switch.write(switches[0])
         await fields.user_high_limit_switch.write(switches[1])
         await fields.motor_is_moving.write(0)
@@ -182,6 +207,12 @@ def choice(name, *words, value=None):
     return setting(name=name, value=value or words[0], dtype=ChannelType.ENUM, enum_strings=list(words))
 
 
+def chosen(pair):
+    """The word that an enumeration has; clients write words or numbers."""
+    value = pair.setpoint.value
+    return value if isinstance(value, str) else pair.setpoint.enum_strings[int(value)]
+
+
 async def acquire(pair, instance, value):
     """A put to Acquire is complete when the image is in image1:ArrayData."""
     if not value:
@@ -202,6 +233,7 @@ class Camera(PVGroup):
     image_mode = choice("cam1:ImageMode", "Single", "Multiple", "Continuous", value="Continuous")
     trigger_mode = choice("cam1:TriggerMode", "Internal", "External")
     cam_callbacks = choice("cam1:ArrayCallbacks", "Disable", "Enable")
+    pixel_type = choice("cam1:DataType", "UInt8", "UInt16", value="UInt16")
     num_images = setting(name="cam1:NumImages", value=1, dtype=int)
     num_exposures = setting(name="cam1:NumExposures", value=1, dtype=int)
     cam_counter = setting(name="cam1:ArrayCounter", value=0, dtype=int)
@@ -233,10 +265,13 @@ class Camera(PVGroup):
         await asyncio.sleep(self.acquire_time.setpoint.value)
         counts = self.machine.capture()
         await self.cam_counter.readback.write(self.cam_counter.readback.value + 1)
-        if "Disable" in (self.cam_callbacks.setpoint.value, self.enable.setpoint.value) or self.trouble.now("no-image"):
+        if "Disable" in (chosen(self.cam_callbacks), chosen(self.enable)) or self.trouble.now("no-image"):
             return
         self.trouble.images += 1
         height, width = counts.shape
+        if chosen(self.pixel_type) == "UInt8":
+            counts >>= 8
+        await self.data_type.write(chosen(self.pixel_type))
         await self.size_0.write(width)
         await self.size_1.write(height)
         await self.parent.pixels.write(counts.astype(np.int32).ravel())
@@ -247,6 +282,12 @@ def make_ioc(bench, options):
     """The IOC's records, by name."""
     machine, trouble = Machine(bench), Trouble(options.fault)
     height, width = bench.reference.shape
+    if options.genicam:
+        def frame():
+            trouble.images += 1
+            return (machine.capture() >> 8).astype(np.uint8)
+
+        trouble.genicam = FakeCamera(options.genicam, frame)
 
     class Loader(PVGroup):
         """The records that do not depend on the number of axes."""
@@ -285,6 +326,7 @@ def main():
     parser.add_argument("--speed", type=float, default=4.0, help="travels per second of a motor [default: %(default)s]")
     parser.add_argument("--backlash", type=float, default=0.0,
                         help="BDST of the motors as a share of the travel [default: %(default)s]")
+    parser.add_argument("--genicam", metavar="ADDRESS", help="serve the images by a simulated GigE Vision camera, too (Aravis)")
     parser.add_argument("--golden", metavar="FILE", help="write the image of the perfect lens to this .npy file")
     parser.add_argument("--fault", default="", metavar="KIND:N",
                         help=f"after N images, let a fault begin with the next move or image: {', '.join(FAULTS)}")

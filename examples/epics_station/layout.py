@@ -5,6 +5,7 @@ import math
 AXIS_KEYS = {"name": str, "pv": str, "unit": str, "low": float, "high": float}
 AXIS_DEFAULTS = {"tolerance": None, "start": None}
 CAMERA_KEYS = {"cam": str, "image": str, "width": int, "height": int, "exposure_s": float, "counts_at_1": float}
+GENICAM_KEYS = {"genicam": str, "width": int, "height": int, "exposure_s": float, "counts_at_1": float}
 CAMERA_DEFAULTS = {"white": 1.0}
 
 
@@ -65,7 +66,8 @@ class Layout:
         self.axes = [Axis(axis, f"{path}: axis {number}") for number, axis in enumerate(given["axes"], 1)]
         if not self.axes:
             raise ValueError(f"{path}: 'axes' is empty and must have at least one axis")
-        self.camera = checked(given["camera"], CAMERA_KEYS, CAMERA_DEFAULTS, f"{path}: camera")
+        keys = GENICAM_KEYS if "genicam" in given["camera"] else CAMERA_KEYS
+        self.camera = checked(given["camera"], keys, CAMERA_DEFAULTS, f"{path}: camera")
         self.load, self.start_spread = given["load"], given["start_spread"]
         if not 0 <= self.start_spread <= 1:
             raise ValueError(f"{path}: 'start_spread' is {self.start_spread:g} and must be from 0 to 1")

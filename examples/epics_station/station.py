@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 from channel_access import STOP_S, AreaDetector, Channels, Motors
+from genicam import GenICam
 from layout import Layout
 
 from relign_bench.plugin import Moved, Station, parameter, serve
@@ -30,13 +31,14 @@ class EpicsStation(Station):
     move_timeout_s = parameter(20.0, minimum=0.1, maximum=3600.0, unit="s", description="time limit for one move")
 
     connected = []  # those that the end of the process must stop
+    busy = False  # in a call that talks to the machine
 
     def __init__(self):
         self.facts = Layout(self.layout, self.prefix)
         self.channels = self.motors = self.camera = None  # made in the first trial: `validate` needs no machine
         self.at_rest = True
-        longest = 2 * (self.move_timeout_s + self.timeout_s) + STOP_S
-        limit = float(os.environ.get("RELIGN_CALL_SECONDS", "60"))
+        self.longest_s = 2 * (self.move_timeout_s + self.timeout_s)
+        limit, longest = float(os.environ.get("RELIGN_CALL_SECONDS", "60")), self.longest_s + 3 * STOP_S
         if longest >= limit:
             raise ValueError(
                 f"a start may take {longest:g} s, with two 'move_timeout_s' and two 'timeout_s', but relign-bench kills this "
@@ -81,10 +83,12 @@ class EpicsStation(Station):
     def connect(self):
         if self.channels:
             return
-        names = [*Motors.names(self.facts.axes), *AreaDetector.names(self.facts.camera)]
+        kind = GenICam if "genicam" in self.facts.camera else AreaDetector
+        names = [*Motors.names(self.facts.axes), *kind.names(self.facts.camera)]
         self.channels = Channels(names + ([self.facts.load] if self.facts.load else []), self.timeout_s)
+        self.channels.deadline = self.deadline
         self.motors = Motors(self.facts.axes, self.channels, self.move_timeout_s)
-        self.camera = AreaDetector(self.facts.camera, self.channels, self.timeout_s)
+        self.camera = kind(self.facts.camera, self.channels, self.timeout_s)
         signal.signal(signal.SIGTERM, end)
         EpicsStation.connected.append(self)
 
@@ -117,10 +121,16 @@ class EpicsStation(Station):
     def stopping_at_errors(self):
         """Stops everything at an error, whose message then ends with what became of it."""
         self.at_rest = False
+        EpicsStation.busy = True
+        self.deadline = time.monotonic() + self.longest_s
+        if self.channels:
+            self.channels.deadline = self.deadline
         try:
             yield
         except (Exception, SystemExit) as error:
             raise RuntimeError(f"{error}; {self.stop()}") from None
+        finally:
+            EpicsStation.busy = False
 
     def stop(self):
         """Stops motors and camera. Returns a phrase for messages."""
@@ -138,7 +148,10 @@ class EpicsStation(Station):
 
 def end(signal_number, frame):
     signal.signal(signal.SIGTERM, signal.SIG_IGN)
-    raise SystemExit("the process was ended by SIGTERM")
+    for station in EpicsStation.connected:
+        station.channels.ended = True
+    if not EpicsStation.busy:  # else the call ends itself: an exception here could cut a message to the IOC in two
+        raise SystemExit("the process was ended by SIGTERM")
 
 
 if __name__ == "__main__":

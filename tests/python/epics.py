@@ -1,6 +1,7 @@
 """The soft IOC of examples/epics_station on free ports of the loopback, for the tests of the examples around it."""
 
 import contextlib
+import importlib
 import json
 import os
 import pathlib
@@ -13,9 +14,13 @@ import sys
 import tempfile
 import time
 import unittest
+from unittest import mock
 
 from support import np
 
+from relign_bench.plugin.parameters import create
+
+ALL_STOPPED = "STOP was put to all motors"
 EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "examples" / "epics_station"
 SIZE = 40
 PATIENCE_S = 120  # for everything that must happen, on a slow and busy machine
@@ -139,6 +144,44 @@ class IocCase(unittest.TestCase):
         return started
 
 
+class StationCase(IocCase):
+    """A test with the station's class in this process."""
+
+    def setUp(self):
+        super().setUp()
+        path = mock.patch.object(sys, "path", [str(self.folder), *sys.path])
+        modules = ("station", "channel_access", "genicam", "layout")
+        path.start()
+        self.addCleanup(path.stop)
+        for name in modules:
+            sys.modules.pop(name, None)
+            self.addCleanup(sys.modules.pop, name, None)
+        before = signal.getsignal(signal.SIGTERM)
+        self.addCleanup(signal.signal, signal.SIGTERM, before)
+        self.module = importlib.import_module("station")
+
+    def make_station(self, **parameters):
+        made = create(self.module.EpicsStation, {
+            "layout": str(self.folder / "station.json"), "golden_image": str(self.folder / "golden.npy"), "timeout_s": 60.0,
+            "move_timeout_s": 60.0, **parameters})
+        self.addCleanup(lambda: made.channels and made.channels.context.disconnect())
+        return made
+
+    def moves(self):
+        """How often a motor has begun to move."""
+        return self.log().count(" moves to ")
+
+    def assert_fails(self, act, *phrases):
+        """The message of an action that must fail, in one sentence."""
+        with self.assertRaises(RuntimeError) as caught:
+            act()
+        message = str(caught.exception)
+        for phrase in phrases:
+            self.assertIn(phrase, message)
+        self.assertNotIn("\n", message)
+        return message
+
+
 def plugin_process(host):
     """Process id of the station below a process, or None."""
     for folder in pathlib.Path("/proc").glob("[0-9]*"):
@@ -149,4 +192,4 @@ def plugin_process(host):
     return None
 
 
-__all__ = ["IocCase", "PATIENCE_S", "SIZE", "eventually", "np", "plugin_process", "program", "signal"]
+__all__ = ["ALL_STOPPED", "IocCase", "PATIENCE_S", "SIZE", "StationCase", "eventually", "np", "plugin_process", "program", "signal"]

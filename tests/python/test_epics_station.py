@@ -1,11 +1,9 @@
 """examples/epics_station: a whole trial over Channel Access, the box, and every fault, with caproto's IOC and client."""
 
-import importlib
 import itertools
 import json
 import re
 import signal
-import sys
 import unittest
 from unittest import mock
 
@@ -14,49 +12,9 @@ try:
 except ImportError:
     raise unittest.SkipTest("caproto is not installed; ./quickstart test installs it into .python/") from None
 import epics
-from epics import SIZE, IocCase, eventually, plugin_process
+from epics import ALL_STOPPED, SIZE, IocCase, StationCase, eventually, plugin_process
 
 import relign_bench
-from relign_bench.plugin.parameters import create
-
-ALL_STOPPED = "STOP was put to all motors"
-
-
-class StationCase(IocCase):
-    """A test with the station's class in this process."""
-
-    def setUp(self):
-        super().setUp()
-        path, modules = mock.patch.object(sys, "path", [str(self.folder), *sys.path]), ("station", "channel_access", "layout")
-        path.start()
-        self.addCleanup(path.stop)
-        for name in modules:
-            sys.modules.pop(name, None)
-            self.addCleanup(sys.modules.pop, name, None)
-        before = signal.getsignal(signal.SIGTERM)
-        self.addCleanup(signal.signal, signal.SIGTERM, before)
-        self.module = importlib.import_module("station")
-
-    def make_station(self, **parameters):
-        made = create(self.module.EpicsStation, {
-            "layout": str(self.folder / "station.json"), "golden_image": str(self.folder / "golden.npy"), "timeout_s": 60.0,
-            "move_timeout_s": 60.0, **parameters})
-        self.addCleanup(lambda: made.channels and made.channels.context.disconnect())
-        return made
-
-    def moves(self):
-        """How often a motor has begun to move."""
-        return self.log().count(" moves to ")
-
-    def assert_fails(self, act, *phrases):
-        """The message of an action that must fail, in one sentence."""
-        with self.assertRaises(RuntimeError) as caught:
-            act()
-        message = str(caught.exception)
-        for phrase in phrases:
-            self.assertIn(phrase, message)
-        self.assertNotIn("\n", message)
-        return message
 
 
 class Trials(IocCase):
@@ -285,6 +243,15 @@ class Faults(StationCase):
                           "by more than 0.002; check its encoder and drive", ALL_STOPPED)
         self.assertEqual(self.stops(), ["m1", "m2", "m3", "m4", "m5"])
 
+    def test_readback_that_is_no_number_or_an_old_one(self):
+        for fault, phrase in (("nan", "RELIGN:m1.RBV has no finite value; check its encoder"),
+                              ("alarm", "RELIGN:m1.RBV has the alarm severity INVALID; check its controller")):
+            with self.subTest(fault=fault):
+                station = self.begin("--fault", f"{fault}:1")
+                message = self.assert_fails(lambda made=station: made.move_by([0.05, 0, 0, 0, 0]), phrase, ALL_STOPPED)
+                self.assertNotRegex(message, r"\bnan\b")
+                self.end_ioc()
+
     def test_another_client_stops_a_motor(self):
         station = self.begin()
         self.channel("RELIGN:m1.VELO", 0.001)
@@ -304,6 +271,43 @@ class Faults(StationCase):
         self.assert_fails(lambda: station.move_by([0.05, 0, 0, 0, 0]), "did not answer within 4 s; check its IOC and the "
                           "network", "STOP did not reach RELIGN:m1 (x), ")
 
+    def test_ioc_that_answers_too_slowly(self):
+        station = self.begin("--fault", "slow:1")
+        station.longest_s = 4.0
+        self.assert_fails(lambda: station.move_by([0.05, 0.05, 0.05, 0.05, 0.05]), "the IOC answers too slowly for the time "
+                          "limits; check its load and the network; ")
+        eventually(lambda: self.stops() == ["m1", "m2", "m3", "m4", "m5"], "STOP of five motors")
+
+    def test_stops_motors_over_a_new_connection_where_the_old_one_is_lost(self):
+        station = self.begin()
+        for axis in "12345":
+            self.channel(f"RELIGN:m{axis}.VELO", 0.001)
+        start = station.channels.start
+
+        def start_and_lose(name, value, limit_s):
+            done = start(name, value, limit_s)
+            if name == "RELIGN:m5.VAL":
+                eventually(lambda: self.moves() == 10, "the moves of five motors")
+                station.channels.pvs[name].circuit_manager.disconnect()
+            return done
+
+        station.channels.start = start_and_lose
+        self.assert_fails(lambda: station.move_by([0.2] * 5), "was lost", ALL_STOPPED)
+        self.assertEqual(self.stops(), ["m1", "m2", "m3", "m4", "m5"])
+
+    def test_sigterm_in_a_call_ends_it_between_messages(self):
+        station = self.begin()
+        self.channel("RELIGN:m1.VELO", 0.001)
+        start = station.channels.start
+
+        def start_and_end(name, value, limit_s):
+            done = start(name, value, limit_s)
+            epics.os.kill(epics.os.getpid(), signal.SIGTERM)
+            return done
+
+        station.channels.start = start_and_end
+        self.assert_fails(lambda: station.move_by([0.2, 0, 0, 0, 0]), "the process was ended by SIGTERM", ALL_STOPPED)
+
     def test_lost_connection(self):
         station = self.begin("--fault", "disconnect:1")
         self.assert_fails(lambda: station.move_by([0.05, 0, 0, 0, 0]), "the connection to RELIGN:", "was lost; check its IOC",
@@ -321,6 +325,11 @@ class Faults(StationCase):
         station = self.begin("--fault", "no-image:1", timeout_s=4.0)
         self.assert_fails(station.capture, "no image arrived within 4.01 s after RELIGN:cam1:Acquire: "
                           "RELIGN:image1:ArrayCounter_RBV stays at 1; check the camera's trigger", ALL_STOPPED)
+
+    def test_camera_with_another_pixel_type(self):
+        station = self.begin()
+        self.channel("RELIGN:cam1:DataType", 0)
+        self.assert_fails(station.capture, "RELIGN:image1: has pixels of type UInt8, which end at 255, and 'counts_at_1' is 65535")
 
     def test_every_capture_is_a_new_image(self):
         station = self.begin()
