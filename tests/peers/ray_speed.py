@@ -290,9 +290,9 @@ def main():
     result = compare(options.rounds, options.seconds, lambda line: print(line, file=sys.stderr))
     print(table(result))
     low, high = sorted(result["load_average"])
-    print("relign-bench follows the rays from the sensor, past stops and rims; the others the same rays forwards, without these")
+    print("relign-bench traces the rays from the sensor, with stops and rims; the others the same rays forwards, without them")
     print("not measured: relign-bench, double: relign-bench-perf has no block of rays in double")
-    print(f"rays: back at their point of the sensor within {result['missed_sensor_point_mm']:.1e} mm by relign-bench lens trace")
+    print(f"rays: return to their point of the sensor within {result['missed_sensor_point_mm']:.1e} mm (lens trace)")
     print(f"processor time, one thread; {result['cores']} cores, load average {low:.1f} to {high:.1f}")
     for line in result["missing"]:
         print(f"not measured: {line} (./quickstart peers installs it)")
