@@ -33,17 +33,43 @@ def build(lens, elements, with_stop):
     return optic
 
 
-def trace(lens, ray):
-    """Intersections with all faces and the image plane, in mm."""
+def bundle(lens, starts, directions):
+    from optiland import backend
     from optiland.rays import RealRays
 
-    optic = build(lens, ray["elements"], with_stop=False)
-    bundle = RealRays(*(np.array([v]) for v in (*ray["start_mm"], *ray["direction"], 1, lens["wavelength_nm"] / 1000)))
-    hits = []
-    for surface in list(optic.surfaces)[1:]:
-        surface.trace(bundle)
-        hits.append(np.array([bundle.x[0], bundle.y[0], bundle.z[0]]))
-    return np.array(hits)
+    ones = np.ones(len(starts))
+    values = (*starts.T, *directions.T, ones, ones * lens["wavelength_nm"] / 1000)
+    arrays = [backend.array(np.ascontiguousarray(v)) for v in values]
+    return lambda: RealRays(*(backend.copy(a) for a in arrays))
+
+
+def hits(lens, elements, starts, directions):
+    """Intersections with all faces and the image plane, in mm: rays x surfaces x 3."""
+    from optiland import backend
+
+    rays, found = bundle(lens, starts, directions)(), []
+    for surface in list(build(lens, elements, with_stop=False).surfaces)[1:]:
+        surface.trace(rays)
+        found.append(np.stack([backend.to_numpy(v).astype(float) for v in (rays.x, rays.y, rays.z)], axis=1))
+    return np.stack(found, axis=1)
+
+
+def pass_through_faces(lens, elements, starts, directions):
+    """A function that traces all rays through all faces once."""
+    faces = list(build(lens, elements, with_stop=False).surfaces)[1:-1]
+    fresh = bundle(lens, starts, directions)
+
+    def once():
+        rays = fresh()
+        for face in faces:
+            face.trace(rays)
+
+    return once
+
+
+def trace(lens, ray):
+    """Intersections of one ray with all faces and the image plane, in mm."""
+    return hits(lens, ray["elements"], np.array([ray["start_mm"]]), np.array([ray["direction"]]))[0]
 
 
 def first_order(lens):

@@ -34,25 +34,54 @@ def build(lens, with_stop):
     return model
 
 
-def trace(lens, ray):
-    """Intersections with all faces and the image plane, in mm, in lens coordinates."""
-    from rayoptics.optical import model_constants as mc
-    from rayoptics.raytr.raytrace import trace_raw
+class Path:
+    """Its list of surfaces for a lens as built; traces single rays, as all of ray-optics does."""
 
-    wavelength = float(lens["wavelength_nm"])
-    steps = [list(step) for step in build(lens, with_stop=False)["seq_model"].path(wavelength)]
-    faces = placed_faces(lens, ray["elements"])
-    vertices = [np.zeros(3)] + [face.vertex_mm for face in faces] + [np.array([0, 0, lens["image_z_mm"]])]
-    turns = [np.eye(3)] + [face.rotation for face in faces] + [np.eye(3)]
-    for here in range(len(steps) - 1):
-        there = here + 1
-        shift = turns[here].T @ (vertices[there] - vertices[here])
-        steps[here][mc.Tfrm] = (turns[there].T @ turns[here], shift)
-    traced, _, _ = trace_raw(
-        iter(steps), np.array(ray["start_mm"]), np.array(ray["direction"]), wavelength, intersect_obj=False
-    )
-    local = [segment[mc.p] for segment in traced[1:]]
-    return np.array([vertex + turn @ point for vertex, turn, point in zip(vertices[1:], turns[1:], local)])
+    def __init__(self, lens, elements):
+        from rayoptics.optical import model_constants as mc
+
+        self.wavelength_nm = float(lens["wavelength_nm"])
+        self.steps = [list(step) for step in build(lens, with_stop=False)["seq_model"].path(self.wavelength_nm)]
+        faces = placed_faces(lens, elements)
+        self.vertices = [np.zeros(3)] + [face.vertex_mm for face in faces] + [np.array([0, 0, lens["image_z_mm"]])]
+        self.turns = [np.eye(3)] + [face.rotation for face in faces] + [np.eye(3)]
+        for here in range(len(self.steps) - 1):
+            there = here + 1
+            shift = self.turns[here].T @ (self.vertices[there] - self.vertices[here])
+            self.steps[here][mc.Tfrm] = (self.turns[there].T @ self.turns[here], shift)
+
+    def segments(self, start, direction):
+        from rayoptics.raytr.raytrace import trace_raw
+
+        return trace_raw(iter(self.steps), start, direction, self.wavelength_nm, intersect_obj=False)[0]
+
+    def hits(self, start, direction):
+        from rayoptics.optical import model_constants as mc
+
+        local = [segment[mc.p] for segment in self.segments(start, direction)[1:]]
+        return np.array([v + turn @ point for v, turn, point in zip(self.vertices[1:], self.turns[1:], local)])
+
+
+def hits(lens, elements, starts, directions):
+    """Intersections with all faces and the image plane, in mm: rays x surfaces x 3."""
+    path = Path(lens, elements)
+    return np.array([path.hits(start, direction) for start, direction in zip(starts, directions)])
+
+
+def pass_through_faces(lens, elements, starts, directions):
+    """A function that traces all rays through all faces, and to the image plane, once."""
+    path = Path(lens, elements)
+
+    def once():
+        for start, direction in zip(starts, directions):
+            path.segments(start, direction)
+
+    return once
+
+
+def trace(lens, ray):
+    """Intersections of one ray with all faces and the image plane, in mm, in lens coordinates."""
+    return Path(lens, ray["elements"]).hits(np.array(ray["start_mm"]), np.array(ray["direction"]))
 
 
 def first_order(lens):
