@@ -87,7 +87,8 @@ class GenICam:
     def pixels(self, buffer):
         status = self.call("arv_buffer_get_status", INT, buffer)
         if status:
-            raise RuntimeError(f"the camera {self.address} sent a damaged image ({STATUS.get(status, status)}); check the network "
+            raise RuntimeError(f"the camera {self.address} sent a damaged image ({STATUS.get(status, status)}); "
+                               "check the network "
                                "and its packet size")
         found = [self.call(f"arv_buffer_get_image_{side}", INT, buffer) for side in ("width", "height")]
         width, height = self.facts["width"], self.facts["height"]
@@ -115,7 +116,8 @@ class FakeCamera:
         self.call = aravis()
         self.camera = self.call("arv_gv_fake_camera_new", POINTER, (TEXT, address.encode()), (TEXT, b"RELIGN1"))
         if not self.call("arv_gv_fake_camera_is_running", INT, (POINTER, self.camera)):
-            raise RuntimeError(f"no camera can be simulated at {address}: is it an address of this machine, is UDP port 3956 free?")
+            raise RuntimeError(f"no camera can be simulated at {address}: is it an address of this machine, "
+                               "is UDP port 3956 free?")
 
         @ctypes.CFUNCTYPE(None, POINTER, POINTER, ctypes.c_uint32, ctypes.c_uint32, ctypes.c_uint32)
         def fill(buffer, *_):

@@ -192,4 +192,5 @@ def plugin_process(host):
     return None
 
 
-__all__ = ["ALL_STOPPED", "IocCase", "PATIENCE_S", "SIZE", "StationCase", "eventually", "np", "plugin_process", "program", "signal"]
+__all__ = ["ALL_STOPPED", "IocCase", "PATIENCE_S", "SIZE", "StationCase", "eventually", "np", "plugin_process",
+           "program", "signal"]

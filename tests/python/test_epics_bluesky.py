@@ -8,13 +8,14 @@ import subprocess
 import sys
 import unittest
 
-for package in ("caproto", "ophyd", "bluesky"):
-    if not importlib.util.find_spec(package):
-        raise unittest.SkipTest(f"{package} is not installed; ./quickstart test --others installs it into .python/")
 import epics
 from epics import SIZE, IocCase, eventually
 
 import relign_bench
+
+for package in ("caproto", "ophyd", "bluesky"):
+    if not importlib.util.find_spec(package):
+        raise unittest.SkipTest(f"{package} is not installed; ./quickstart test --others installs it into .python/")
 
 PAUSED = """
 import threading
@@ -143,7 +144,8 @@ class Plan(PlanCase):
             with self.subTest(signal=number):
                 self.start_ioc("--speed", "0.0005")
                 self.write_layout()
-                plan = self.start_script("bluesky_align.py", "random", "--move-timeout", "600", "--documents", "documents.jsonl")
+                plan = self.start_script("bluesky_align.py", "random", "--move-timeout", "600",
+                                         "--documents", "documents.jsonl")
                 eventually(lambda: len(re.findall(r"m\d moves to -?\d+\.\d*[1-9]", self.log())) >= 5, "the first move")
                 plan.send_signal(number)
                 output, _ = plan.communicate(timeout=epics.PATIENCE_S)
@@ -178,7 +180,7 @@ class Blop(PlanCase):
         instance = bench.instance(0)
         start = epics.np.sqrt(epics.np.mean((instance.capture(instance.start) - bench.reference) ** 2))
         self.assertLess(error, 0.95 * start)
-        for record, value in (("RELIGN:m1", x), ("RELIGN:m2", y)):
+        for record in ("RELIGN:m1", "RELIGN:m2"):
             low, high = self.extremes()[record]
             self.assertTrue(-1 <= low <= high <= 1)
         self.assertAlmostEqual(self.channel("RELIGN:m2.RBV"), y, places=3)

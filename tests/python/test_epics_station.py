@@ -329,7 +329,8 @@ class Faults(StationCase):
     def test_camera_with_another_pixel_type(self):
         station = self.begin()
         self.channel("RELIGN:cam1:DataType", 0)
-        self.assert_fails(station.capture, "RELIGN:image1: has pixels of type UInt8, which end at 255, and 'counts_at_1' is 65535")
+        self.assert_fails(station.capture,
+                          "RELIGN:image1: has pixels of type UInt8, which end at 255, and 'counts_at_1' is 65535")
 
     def test_every_capture_is_a_new_image(self):
         station = self.begin()
