@@ -19,6 +19,7 @@ import sys
 import numpy as np
 
 HERE = pathlib.Path(__file__).parent
+METHODS = ("policy-gradient", "imitation", "ppo-linear")
 SEEDS = (1, 2, 3)
 MINUTES = 2.0
 # Images for the time that labels and start leave: 27,000 at 3 ms. The schedule of the rate must end within the time.
@@ -44,11 +45,9 @@ def timed(words: list[str], minutes: float) -> tuple[float, bool]:
     """
     seconds = int(60 * minutes)
 
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-
-    child = subprocess.Popen(words, preexec_fn=limit, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    child = subprocess.Popen(words, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    resource.prlimit(child.pid, resource.RLIMIT_CORE, (0, 0))
+    resource.prlimit(child.pid, resource.RLIMIT_CPU, (seconds, seconds + 5))
     _, status, used = os.wait4(child.pid, 0)
     if os.WIFEXITED(status) and os.WEXITSTATUS(status):
         sys.exit(f"error: '{' '.join(words)}' failed with exit code {os.WEXITSTATUS(status)}; see its message above")
@@ -118,13 +117,16 @@ def main() -> None:
     """Runs the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("verb", choices=("train", "tables"))
-    if parser.parse_args().verb == "tables":
+    parser.add_argument("--only", choices=METHODS, help="train this method only, to run several side by side")
+    given = parser.parse_args()
+    if given.verb == "tables":
         return tables()
     if not (HERE / "processor.csv").is_file():
         (HERE / "processor.csv").write_text("method,seed,minutes,ended_by\n")
     for seed in SEEDS:  # seed by seed, so that an interrupted comparison has pairs
-        for method in ("policy-gradient", "imitation", "ppo-linear"):
-            train(method, seed)
+        for method in METHODS:
+            if given.only in (None, method):
+                train(method, seed)
     return None
 
 

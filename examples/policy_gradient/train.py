@@ -1,7 +1,7 @@
 """Trains a policy by analytic policy gradient: the error of the images flows back through the simulator to the moves.
 
-There are no labels, rewards or critic. A policy makes a few moves; the loss is the error of the image after each of them, and its
-gradient passes the images of all earlier moves (as in Wiedemann et al., arXiv 2209.13052). The same command resumes a run.
+There are no labels, rewards or critic. A policy makes a few moves; the loss is the error of the image after each of them, and
+its gradient passes the images of all earlier moves (as in Wiedemann et al., arXiv 2209.13052). The same command resumes a run.
 
     python3 train.py --minutes 2 --seed 1 -o training/policy-gradient/1
 """
@@ -16,14 +16,15 @@ import sys
 import time
 
 import numpy as np
-import relign_bench
 import torch
+from torch import nn
+
+import relign_bench
 from relign_bench.conventions import BYTE_WHITES, LARGEST_MOVE
 from relign_bench.differentiable import render
 from relign_bench.training import export
 from relign_bench.training.evaluation import evaluate, tuning_instances
 from relign_bench.training.nets import StridedNet
-from torch import nn
 
 SCENE, LEVEL = "relign_od", 0.25
 SIZE = 100  # columns of the images, as presets of relign-train have
@@ -94,8 +95,8 @@ class Training:
         if checkpoint.is_file():
             state = torch.load(checkpoint, weights_only=True)
             if state["seed"] != seed or state["minutes"] != minutes:
-                sys.exit(f"error: '{folder}' has a run with seed {state['seed']} and {state['minutes']} minutes; choose another "
-                         "folder, or repeat these")
+                sys.exit(f"error: '{folder}' has a run with seed {state['seed']} and {state['minutes']} minutes; choose "
+                         "another folder, or repeat these")
             self.policy.load_state_dict(state["policy"])
             self.optimizer.load_state_dict(state["optimizer"])
             self.updates, self.spent, self.rows = state["updates"], state["spent"], state["rows"]
