@@ -1,6 +1,7 @@
 """Trains what README.md compares, each within the same processor time, and prints the tables of the results.
 
-    python3 compare.py train     # into training/ of this folder; writes processor.csv; complete trainings are skipped
+    python3 compare.py train     # into training/ of this folder; writes processor.csv and curves/; skips complete trainings
+    python3 compare.py suite     # prints suite.json with the trainings that exist
     python3 compare.py tables    # from processor.csv and instances.csv
 """
 
@@ -8,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import json
 import os
 import pathlib
 import resource
@@ -73,8 +75,20 @@ def train(method: str, seed: int) -> None:
         if method == "ppo-linear":
             subprocess.run([*export, f"{best}.onnx"], check=True)
         subprocess.run([*export, f"{last}.onnx", *(["--last"] if method == "ppo-linear" else [])], check=True)
+    (HERE / "curves").mkdir(exist_ok=True)
+    shutil.copy(folder / "curve.csv", HERE / "curves" / f"{method}-{seed}.csv")
     with open(HERE / "processor.csv", "a", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerow([method, seed, f"{minutes:.2f}", "limit" if ended else "end"])
+
+
+def suite_so_far() -> None:
+    """Prints suite.json without the trainings that are not there yet."""
+    suite = json.loads((HERE / "suite.json").read_text())
+    for entry in suite["algorithms"]:
+        if "trainings" in entry:
+            entry["trainings"] = [path for path in entry["trainings"] if (HERE / path).is_file()]
+    suite["algorithms"] = [entry for entry in suite["algorithms"] if entry.get("trainings", True)]
+    print(json.dumps(suite, indent=1))
 
 
 def interval(values: np.ndarray) -> tuple[float, float]:
@@ -116,11 +130,11 @@ def tables() -> None:
 def main() -> None:
     """Runs the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("verb", choices=("train", "tables"))
+    parser.add_argument("verb", choices=("train", "suite", "tables"))
     parser.add_argument("--only", choices=METHODS, help="train this method only, to run several side by side")
     given = parser.parse_args()
-    if given.verb == "tables":
-        return tables()
+    if given.verb != "train":
+        return tables() if given.verb == "tables" else suite_so_far()
     if not (HERE / "processor.csv").is_file():
         (HERE / "processor.csv").write_text("method,seed,minutes,ended_by\n")
     for seed in SEEDS:  # seed by seed, so that an interrupted comparison has pairs
