@@ -153,7 +153,8 @@ class Batch:
         both = np.empty((len(slots), self.axes + 1, *self.reference.shape), np.float32)
         self._core.render_slopes_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)),
                                     require_integer(samples, "samples", 1, 1_000_000), both)
-        return both[:, 0], both[:, 1:]
+        # JAX takes no strided arrays by DLPack.
+        return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1:])
 
     def true_poses(self, slots: Slots) -> Float64Array:
         """True poses, shape (n, axes)."""

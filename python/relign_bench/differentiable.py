@@ -19,7 +19,7 @@ class _Render(torch.autograd.Function):
         images, slopes = batch.derivatives_at(slots, poses.detach().cpu().double().numpy(), seeds, samples)
         ctx.type = poses.dtype
         ctx.save_for_backward(torch.from_numpy(slopes).to(poses.device))
-        return torch.from_numpy(images.copy()).to(poses.device)
+        return torch.from_numpy(images).to(poses.device)
 
     @staticmethod
     def backward(ctx: Any, *gradients: torch.Tensor) -> Any:

@@ -8,6 +8,10 @@ try:
     import torch
 except ImportError:
     torch = None
+try:
+    import jax
+except ImportError:
+    jax = None
 
 SEEDS = [11, 12]
 
@@ -55,6 +59,21 @@ class Derivatives(unittest.TestCase):
         spot.reset([0], [0])
         with self.assertRaisesRegex(ValueError, "scene 'gaussian_spot' has no derivatives"):
             spot.derivatives_at([0], [[0.5] * 5], [1])
+
+    @unittest.skipIf(jax is None, "jax is not installed")
+    def test_jax_takes_images_and_derivatives_by_dlpack(self):
+        images, slopes = self.batch.derivatives_at([0, 1], self.poses, SEEDS)
+        for array in (images, slopes, self.batch.reference):
+            taken = jax.dlpack.from_dlpack(array)
+            self.assertIsInstance(taken, jax.Array)
+            self.assertTrue(np.array_equal(np.asarray(taken), array))
+        # The gradient of a squared error by the poses, as docs/derivatives.md has it.
+        reference = jax.numpy.asarray(self.batch.reference)
+        gradient = jax.grad(lambda seen: ((seen - reference) ** 2).mean())(jax.dlpack.from_dlpack(images))
+        by_pose = jax.numpy.einsum("nhw,nahw->na", gradient, jax.dlpack.from_dlpack(slopes))
+        expected = np.einsum("nhw,nahw->na", 2 * (images - self.batch.reference) / images.size, slopes)
+        np.testing.assert_allclose(by_pose, expected, rtol=1e-3, atol=1e-5 * np.abs(expected).max())
+        self.assertEqual(jax.numpy.asarray(self.batch.frames).shape, (2, 40, 40))  # read-only, so a copy
 
 
 @unittest.skipIf(torch is None, "torch is not installed")
