@@ -1,5 +1,6 @@
 // relign-bench scene landscape and tolerances: the error over the poses of a scene, and over its lenses.
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 
@@ -162,16 +163,24 @@ void add_tolerances(CLI::App& scene, Context& context) {
       ->capture_default_str();
   verb.add_option("--spec", given.spec, "also print the share of lenses whose RMSE at their best pose is at most this")
       ->type_name("RMSE")
-      ->check(CLI::PositiveNumber);
-  verb.add_option("--draws", given.draws, "lenses to draw; none of them is an instance of a benchmark")
+      ->check(CLI::Validator(
+          [](const std::string& text) {
+            char* end = nullptr;
+            const double value = std::strtod(text.c_str(), &end);
+            const bool usable = end != text.c_str() && *end == '\0' && value > 0 && value < 1e6;
+            return usable ? std::string() : "expected an RMSE above 0, found '" + text + "'";
+          },
+          ""));
+  verb.add_option("--draws", given.draws, "lenses to draw, 20 to 1,000,000; none of them is an instance of a benchmark")
       ->type_name("COUNT")
-      ->check(CLI::Range(1U, 1'000'000U))
+      ->check(CLI::Range(20U, 1'000'000U))
       ->capture_default_str();
-  verb.add_option("--check", given.check, "search the best poses of so many of them, to compare with the prediction")
+  verb.add_option("--check", given.check,
+                  "search the best poses of so many of them, at most 1,000, to compare with the prediction")
       ->type_name("COUNT")
       ->check(CLI::Range(0U, 1000U))
       ->capture_default_str();
-  verb.add_option("--samples", given.samples, "rays per pixel of the derivatives")
+  verb.add_option("--samples", given.samples, "rays per pixel of the derivatives, at most 65,536")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 65'536U))
       ->capture_default_str();

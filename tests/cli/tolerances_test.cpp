@@ -57,11 +57,28 @@ TEST(CliTolerances, FollowTheTolerances) {
   EXPECT_GT(fine.at("specification").at("yield"), coarse.at("specification").at("yield"));
 }
 
+// Tilts of degrees: effects of second order are strong, and some best poses are outside the travel.
+TEST(CliTolerances, WarnWhereSearchesContradictThem) {
+  const Workplace place;
+  const Outcome outcome =
+      relign_bench(place, {"scene", "tolerances", "--noise-level", R"({"use": "rho", "parameters": {"level": 2}})",
+                           "--draws", "200", "--check", "3", "--spec", "0.0142"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, HasSubstr("Warning: 2 of 3 miss the specification that they are predicted to meet."));
+  EXPECT_THAT(outcome.out, HasSubstr("14 of them have their best pose outside the travel."));
+}
+
 TEST(CliTolerances, RefuseWhatTheyCannotPredict) {
   const Workplace place;
   const Outcome spot = relign_bench(place, {"scene", "tolerances", "--scene", "gaussian_spot"});
   EXPECT_EQ(spot.exit_code, 2);
-  EXPECT_THAT(spot.err, HasSubstr("'gaussian_spot' offers no derivatives"));
+  EXPECT_THAT(spot.err, HasSubstr("the images of 'gaussian_spot' have no derivatives"));
+  const Outcome noise = relign_bench(place, {"scene", "tolerances", "--scene", "relign_l3", "--noise-level",
+                                             "tolerances-precision", "--draws", "50", "--check", "0"});
+  EXPECT_EQ(noise.exit_code, 2) << "64 rays a pixel are too few for f/0.4";
+  EXPECT_THAT(noise.err, HasSubstr("the noise of the derivatives hides what alignment leaves; try 1024"));
+  const Outcome spec = relign_bench(place, {"scene", "tolerances", "--spec", "nan"});
+  EXPECT_EQ(spec.exit_code, 2);
   const Outcome level = relign_bench(place, {"scene", "tolerances", "--noise-level", "rho0"});
   EXPECT_EQ(level.out, "This noise level moves no element.\n");
 }

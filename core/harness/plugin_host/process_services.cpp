@@ -134,7 +134,8 @@ Integer ProcessServices::integer(const char* member) const {
   const auto found = request_->find(member);
   if (found == request_->end() || !found->is_number_unsigned() ||
       found->get<std::uint64_t>() > std::numeric_limits<Integer>::max())
-    throw Unusable{refused("expected a non-negative integer '" + std::string(member) + "'")};
+    throw Unusable{refused("expected an integer '" + std::string(member) + "' from 0 to " +
+                           std::to_string(std::numeric_limits<Integer>::max()))};
   return found->get<Integer>();
 }
 

@@ -1,6 +1,7 @@
 #include "trials/model_service.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <string>
 
@@ -108,9 +109,16 @@ relign_status ModelService::slopes(void* context, relign_model_lens* lens, const
     if (once.size() < which.size() || (!once.empty() && *once.rbegin() >= most))
       return shared.refuse("expected different elements, as numbers below " + std::to_string(most));
     const std::vector<double> pose(true_pose, true_pose + axes);
-    if (assembly->render_slopes(pose, frame_of(seed), samples, which, pixels)) return RELIGN_OK;
-    shared.why = "the scene offers no derivatives of images";
-    return RELIGN_UNSUPPORTED;
+    if (!assembly->render_slopes(pose, frame_of(seed), samples, which, pixels)) {
+      shared.why = "the scene offers no derivatives of images";
+      return RELIGN_UNSUPPORTED;
+    }
+    const SceneFacts& facts = shared.host.setup().scene;
+    const std::size_t numbers =
+        std::size_t{facts.image_width} * facts.image_height * (1 + axes + 5 * std::size_t{count});
+    if (std::all_of(pixels, pixels + numbers, [](float value) { return std::isfinite(value); })) return RELIGN_OK;
+    shared.why = "the derivatives at this pose are not finite; expected a pose near 0 to 1";
+    return RELIGN_FAILED;
   });
 }
 

@@ -20,10 +20,12 @@ Eigen::VectorXd offsets_of(const std::string& elements_json, const SceneFacts& s
 struct ToleranceModel {
   Eigen::MatrixXd at_nominal;  // at the nominal pose
   Eigen::MatrixXd aligned;     // at the pose at which it is lowest
+  Eigen::MatrixXd error;       // of `aligned`: half the difference of two independent estimates
+  Eigen::MatrixXd moves;       // axes x offsets: from the nominal pose to that pose
 };
 
-// From two independent renders of `samples` rays per pixel, whose products have no bias. Nothing where the scene offers
-// no derivatives.
+// From four independent renders of `samples` rays per pixel; products of different ones have no bias. Nothing where the
+// scene offers no derivatives.
 std::optional<ToleranceModel> tolerance_model(plugin_host::MountedAssembly& design, const SceneFacts& scene,
                                               std::uint32_t samples);
 

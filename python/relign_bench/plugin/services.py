@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import os
 
 from .images import SharedImage
@@ -94,7 +95,7 @@ class Lens:
         Returns:
             float32, shape (height, width), as Observation.image.
         """
-        return self._image("capture", pose, seed=seed)
+        return self._image("capture", pose, seed=operator.index(seed))
 
     def noise_free(self, pose: Iterable[float]) -> Any:
         """A noise-free image, as from `capture`; None where the scene does not offer it."""
@@ -113,9 +114,9 @@ class Lens:
             float32, shape (1 + axes + 5 * elements, height, width): the image; its derivative by each axis, per whole
             travel; for each element those by its offsets shift_mm x, y, z (per mm) and tilt_deg x, y (per degree).
         """
-        pose, elements = list(pose), list(elements)
-        count = 1 + len(pose) + 5 * len(elements)
-        return self._image("slopes", pose, count, seed=seed, samples=samples, elements=elements)
+        pose, chosen = list(pose), [operator.index(element) for element in elements]
+        return self._image("slopes", pose, 1 + len(pose) + 5 * len(chosen), seed=operator.index(seed),
+                           samples=operator.index(samples), elements=chosen)
 
     def unmount(self) -> None:
         """Frees the lens; a second call has no effect."""
