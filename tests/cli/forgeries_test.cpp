@@ -151,6 +151,8 @@ void change_suite(Results& results, const std::function<void(Json&)>& change) {
 const std::vector<Forgery>& forgeries() {
   static const std::vector<Forgery> all = {
       // the manifest against itself and its suite
+      {"a list", of_rival("of_list", {{"method", "m"}, {"training", "t"}}),
+       "names no training of a method of the suite"},
       {"oracle", of_rival("oracle", true), "is marked as an oracle, but this protocol gives the true start"},
       {"spec", manifest_member("spec", {{"rmse", 0.5}}), "'spec' is {\"rmse\":0.01} in the suite"},
       {"spec removed", [](Results& of) { of.manifest.erase("spec"); },

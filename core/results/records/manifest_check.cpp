@@ -151,6 +151,11 @@ void check_methods(std::vector<std::string>& found, const std::vector<Json>& sui
     }
   for (const Json& method : methods) {
     const std::string name = entry_name(method), protocol = text_of(method, "protocol");
+    if (const Json& list = object_of(method, "of_list");
+        all_known && method.is_object() && method.contains("of_list") && method.contains("protocol") &&
+        (!planned.count({normalised_name(list_name(method)), protocol}) ||
+         name != list_name(method) + " (" + text_of(list, "training") + ")"))
+      found.push_back("'of_list' of " + method_text(name, protocol) + " names no training of a method of the suite");
     const bool baseline = std::find(kBaselines.begin(), kBaselines.end(), name) != kBaselines.end();
     if (flag_of(method, "added")) {
       if (!baseline)

@@ -335,7 +335,7 @@ TEST_F(VerifyTest, RefusesOtherDescriptionsOfTheSameTrials) {
   EXPECT_THAT(refusal([](Json& manifest) {
                 manifest["algorithms"][0]["of_list"] = {{"method", "best"}, {"training", "one"}};
               }),
-              HasSubstr("'of_list' of the algorithm 'toy-walker'"));
+              HasSubstr("'of_list' of 'toy-walker'"));
   EXPECT_THAT(refusal([](Json& manifest) { std::swap(manifest["algorithms"][0], manifest["algorithms"][1]); }),
               HasSubstr("the manifest has the methods in another order than the suite"));
   EXPECT_THAT(refusal([](Json& manifest) {
