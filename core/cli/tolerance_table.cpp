@@ -59,12 +59,10 @@ double yield(const std::vector<double>& sorted, double spec) {
   return static_cast<double>(end - sorted.begin()) / static_cast<double>(sorted.size());
 }
 
-std::vector<ToleranceTable::Offset> offsets_of(const trials::ToleranceModel& model, const Eigen::MatrixXd& drawn,
-                                               const trials::SceneFacts& facts) {
-  const auto lenses = static_cast<double>(drawn.cols());
-  const Eigen::VectorXd deviations = (drawn.rowwise().squaredNorm() / lenses).cwiseSqrt();
-  const Eigen::VectorXd shares = drawn.cwiseProduct(model.aligned * drawn).rowwise().sum() / lenses;
-  const double all = std::max(shares.sum(), 1e-300);
+// shares: of each offset in what alignment leaves, 1 in all.
+std::vector<ToleranceTable::Offset> rows_of(const trials::ToleranceModel& model, const Eigen::MatrixXd& drawn,
+                                            const Eigen::VectorXd& shares, const trials::SceneFacts& facts) {
+  const Eigen::VectorXd deviations = (drawn.rowwise().squaredNorm() / static_cast<double>(drawn.cols())).cwiseSqrt();
   std::vector<ToleranceTable::Offset> offsets;
   for (Eigen::Index i = 0; i < deviations.size(); ++i) {
     if (deviations[i] == 0) continue;
@@ -72,7 +70,7 @@ std::vector<ToleranceTable::Offset> offsets_of(const trials::ToleranceModel& mod
     offsets.push_back({facts.elements[static_cast<std::size_t>(i / trials::kOffsetsAnElement)],
                        trials::kOffsetNames[number], number < 3 ? "mm" : "deg", deviations[i],
                        deviations[i] * root(model.at_nominal(i, i)), deviations[i] * root(model.aligned(i, i)),
-                       shares[i] / all});
+                       shares[i]});
   }
   std::stable_sort(offsets.begin(), offsets.end(), [](const auto& a, const auto& b) { return a.share > b.share; });
   return offsets;
@@ -87,9 +85,8 @@ ToleranceTable tolerance_table(const LoadedScene& scene, const plugin_host::Choi
   plugin_host::MountedAssembly design = scene.scene->mount("{}");
   const auto model = trials::tolerance_model(design, scene.facts, samples);
   if (!model)
-    throw Error(ErrorKind::bad_input, "--scene: the images of '" + scene.choice.id +
-                                          "' have no derivatives; those of lens_system have, with transport 'refract' "
-                                          "or 'fresnel' and without diffraction");
+    throw Error(ErrorKind::bad_input,
+                "--scene: the images of '" + scene.choice.id + "' have no derivatives; " + kScenesWithDerivatives);
   // Training seeds: none of these lenses is an instance of a benchmark.
   plugin_host::NoiseLevel drawing(level, services);
   Eigen::MatrixXd drawn(model->aligned.rows(), draws);
@@ -100,9 +97,9 @@ ToleranceTable tolerance_table(const LoadedScene& scene, const plugin_host::Choi
     if (k < checked) lenses.push_back(std::move(lens));
   }
   ToleranceTable table;
-  table.offsets = offsets_of(*model, drawn, scene.facts);
-  if (table.offsets.empty()) return table;
-  const Eigen::VectorXd left = drawn.cwiseProduct(model->aligned * drawn).colwise().sum();
+  if (drawn.isZero(0)) return table;
+  const Eigen::MatrixXd parts = drawn.cwiseProduct(model->aligned * drawn);
+  const Eigen::VectorXd left = parts.colwise().sum();
   const Eigen::VectorXd errors = drawn.cwiseProduct(model->error * drawn).colwise().sum();
   const double mean = left.mean();
   table.error = mean > 0 ? std::sqrt(errors.squaredNorm() / draws) / mean : 1;
@@ -111,6 +108,7 @@ ToleranceTable tolerance_table(const LoadedScene& scene, const plugin_host::Choi
                 "--samples: " + std::to_string(samples) +
                     " rays per pixel are too few, the noise of the derivatives hides what alignment leaves; try " +
                     std::to_string(std::min<std::uint64_t>(16ULL * samples, 65'536)));
+  table.offsets = rows_of(*model, drawn, parts.rowwise().sum() / left.sum(), scene.facts);
   const Eigen::Map<const Eigen::VectorXd> nominal(scene.facts.nominal_pose.data(), model->moves.rows());
   for (unsigned k = 0; k < draws; ++k) {
     const Eigen::VectorXd best = nominal + model->moves * drawn.col(k);
@@ -154,8 +152,7 @@ std::string tolerances_text(const ToleranceTable& table, double spec) {
               shown(offset.aligned), percent(offset.share)});
   return text +
          "\nBy offset, for its root mean square: RMSE at the nominal pose, what alignment leaves of it, and its share "
-         "of "
-         "the mean\nsquare that alignment leaves (below 0: noise, or it makes up for another offset).\n" +
+         "of the mean\nsquare that alignment leaves (below 0: noise, or it makes up for another offset).\n" +
          rows.text();
 }
 

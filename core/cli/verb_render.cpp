@@ -175,10 +175,8 @@ int render_derivatives(Context& context, const RenderArguments& arguments, const
   std::vector<float> pixels((scene.facts.axes.size() + 1) * image.values.size());
   const std::uint64_t samples = arguments.samples > 0 ? arguments.samples : kUsualSamples;
   if (!assembly.render_slopes(pose, arguments.seed, static_cast<std::uint32_t>(samples), {}, pixels.data()))
-    throw Error(ErrorKind::bad_input,
-                "--derivatives: the images of scene '" + arguments.scene +
-                    "' have none, with these parameters; those of lens_system have, with transport "
-                    "'refract' or 'fresnel' and without diffraction");
+    throw Error(ErrorKind::bad_input, "--derivatives: the images of scene '" + arguments.scene +
+                                          "' have none, with these parameters; " + kScenesWithDerivatives);
   std::copy_n(pixels.begin(), image.values.size(), image.values.begin());
   images::write_image(arguments.out, image, static_cast<float>(scene.facts.image_white));
   const Json derivatives = write_derivatives(arguments, scene.facts, pixels);

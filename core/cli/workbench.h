@@ -19,6 +19,10 @@ namespace relign::cli {
 plugin_host::Choice named_choice(plugin_host::Catalog& catalog, plugin_host::Kind kind, const std::string& text,
                                  const std::string& option, const Json& parameters = {});
 
+// For refusals.
+inline constexpr const char* kScenesWithDerivatives =
+    "those of lens_system have, with transport 'refract' or 'fresnel' and without diffraction";
+
 struct LoadedScene {
   plugin_host::Choice choice;
   std::unique_ptr<plugin_host::Scene> scene;

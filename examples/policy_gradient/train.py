@@ -1,6 +1,6 @@
 """Trains a policy by analytic policy gradient: the error of the images flows back through the simulator to the moves.
 
-There are no labels, rewards or critic. A policy makes a few moves; the loss is the error of the image after each of them, and
+It needs no labels, rewards or critic. A policy makes a few moves; the loss is the error of the image after each of them, and
 its gradient passes the images of all earlier moves (as in Wiedemann et al., arXiv 2209.13052). The same command resumes a run.
 
     python3 train.py --minutes 2 --seed 1 -o training/policy-gradient/1

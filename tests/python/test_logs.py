@@ -103,7 +103,7 @@ class Logs(unittest.TestCase):
 
     def test_weights_and_biases_continues_its_run_without_a_network(self):
         wandb = package("wandb")
-        self.addCleanup(wandb.teardown)  # at the end it would refuse unittest's exit status, which is no int
+        self.addCleanup(wandb.teardown)  # at the end it would refuse unittest's exit status, which is not an int
         self.train(["wandb"], until=1)
         run = self.train(["wandb"])
         name = f"run-{json.loads((self.folder / 'wandb.json').read_text())['run']}.wandb"
