@@ -42,6 +42,11 @@ class Reports {
       print_warning("failed check: " + finding);
       failed_ = true;
     }
+    for (const report::QualityGate& gate : made.model().gates) {
+      if (gate.ok || (gate.name != "ran" && gate.name != "replay")) continue;
+      print_warning(gate.text);
+      failed_ = failed_ || gate.name == "replay";
+    }
     return made;
   }
   int exit_code() const { return failed_ ? kGateTripped : kDone; }

@@ -3,103 +3,17 @@
 #include <gmock/gmock.h>
 
 #include <functional>
-#include <nlohmann/json.hpp>
 
+#include "cli/forged_results.h"
 #include "cli/program.h"
-#include "records/checksum.h"
 
 namespace relign::cli_test::forged {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;  // keeps the order of members, as the writer of records has it
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-
-struct Trial {
-  std::vector<Json> steps;
-  Json closing;
-  std::string replace, by;  // a change of the text of the lines
-  std::string text() const {
-    std::string lines;
-    for (const Json& step : steps) lines += step.dump() + "\n";
-    Json last = closing;
-    last["steps"] = steps.size();
-    lines += last.dump();
-    if (!replace.empty()) lines.replace(lines.find(replace), replace.size(), by);
-    return records::with_checksum(lines) + "\n";
-  }
-};
-
-// A results folder in memory.
-struct Results {
-  Json manifest;
-  std::vector<Trial> trials;
-  std::vector<Json> times;
-  std::string replace, by;            // a change of the manifest's text
-  std::string replace_time, by_time;  // of the first line of times
-
-  std::vector<Trial*> of(const std::string& method) {
-    std::vector<Trial*> found;
-    for (Trial& trial : trials)
-      if (trial.closing["algorithm"] == method) found.push_back(&trial);
-    return found;
-  }
-  Json& method(const std::string& name) {
-    for (Json& entry : manifest["algorithms"])
-      if (entry["name"] == name) return entry;
-    throw std::runtime_error("no method " + name);
-  }
-  Json suite() const { return Json::parse(manifest["suite"].get<std::string>()); }
-};
-
-Json without_checksum(const std::string& line) {
-  Json read = Json::parse(line);
-  read.erase("sha256");
-  return read;
-}
-
-Results read_results(const Workplace& place, const std::string& folder) {
-  Results results;
-  results.manifest = Json::parse(place.read(folder + "/manifest.json"));
-  std::istringstream lines(place.read(folder + "/trials/0000.jsonl")), times(place.read(folder + "/times/0000.jsonl"));
-  Trial trial;
-  for (std::string line; std::getline(lines, line);) {
-    Json read = without_checksum(line);
-    if (read.contains("end")) {
-      trial.closing = std::move(read);
-      results.trials.push_back(std::exchange(trial, {}));
-    } else {
-      trial.steps.push_back(std::move(read));
-    }
-  }
-  for (std::string line; std::getline(times, line);) results.times.push_back(without_checksum(line));
-  return results;
-}
-
-void write_results(const Workplace& place, const std::string& folder, const Results& results) {
-  std::string manifest = results.manifest.dump(1), trials, times;
-  if (!results.replace.empty()) manifest.replace(manifest.find(results.replace), results.replace.size(), results.by);
-  for (const Trial& trial : results.trials) trials += trial.text();
-  for (const Json& line : results.times) {
-    std::string text = line.dump();
-    if (times.empty() && !results.replace_time.empty())
-      text.replace(text.find(results.replace_time), results.replace_time.size(), results.by_time);
-    times += records::with_checksum(text) + "\n";
-  }
-  place.write(folder + "/manifest.json", manifest);
-  place.write(folder + "/trials/0000.jsonl", trials);
-  place.write(folder + "/times/0000.jsonl", times);
-}
-
-struct Forgery {
-  const char* name;
-  std::function<void(Results&)> change;
-  std::string finding;  // that each command states
-};
-
-const std::string kRival = "nlopt-bobyqa", kOwn = "nlopt-sbplx";
 
 void rename(Json& value, const std::string& from, const std::string& to) {
   if (value == from) value = to;
@@ -111,15 +25,6 @@ std::function<void(Results&)> manifest_member(const char* key, Json value) {
 
 std::function<void(Results&)> of_rival(const char* key, Json value) {
   return [key, value = std::move(value)](Results& results) { results.method(kRival)[key] = value; };
-}
-
-// Of the last step of the rival's first trial.
-std::function<void(Results&)> last_step(const char* key, Json value) {
-  return [key, value = std::move(value)](Results& results) { results.of(kRival)[0]->steps.back()[key] = value; };
-}
-
-std::function<void(Results&)> closing(const char* key, Json value) {
-  return [key, value = std::move(value)](Results& results) { results.of(kRival)[0]->closing[key] = value; };
 }
 
 // In the text of the lines of the rival's first trial.
@@ -227,6 +132,9 @@ const std::vector<Forgery>& forgeries() {
       {"observations", of_rival("observes", {"images"}), "observes [\"images\"] by the manifest"},
       {"parameters", [](Results& of) { of.method(kRival)["parameters"]["first_step"] = 0.5; },
        "'parameters' of the algorithm 'nlopt-bobyqa' is"},
+      {"kind", of_rival("kind", "scene"), "'kind' of the algorithm 'nlopt-bobyqa' is"},
+      {"replayable", [](Results& of) { of.manifest["scenes"][0]["replayable"] = false; },
+       "'replayable' of the scene 'gaussian_spot' is false in the manifest"},
       {"plugin", of_rival("plugin", "random"), "'plugin' of the algorithm 'nlopt-bobyqa' is \"random\""},
       {"instance set", manifest_member("instance_set", std::string(16, '0')), "'instance_set' is '0000000000000000'"},
       // records against the manifest
@@ -292,6 +200,7 @@ const std::vector<Forgery>& forgeries() {
       {"step twice", [](Results& of) { of.of(kRival)[0]->steps[3]["step"] = 2; }, "has step 2 where 3 is due"},
       {"times of other steps", [](Results& of) { of.times[0]["algorithm_seconds"].erase(0); },
        "are of 4 steps, but it has 5"},
+      {"no times", [](Results& of) { of.times.clear(); }, "8 trials lack their lines in times/"},
       // scores
       {"no score", last_step("recommended_mse", nullptr), "lacks 'recommended_mse' at step 4"},
       {"no score at the pose", last_step("commanded_mse", nullptr), "lacks 'commanded_mse' at step 4"},
@@ -304,79 +213,54 @@ const std::vector<Forgery>& forgeries() {
        "has 'machine_seconds' -5 at step 0"},
       {"recommendation before its step", last_step("recommended_seconds", 0.001), "before the step itself"},
       {"rule of the recommendation", last_step("recommendation", "best"), "has the recommendation 'best' at step 4"},
+      {"far below zero", last_step("recommended_mse", -9e-5), "below 0 by more than 10 standard errors"},
+      {"no standard error", last_step("commanded_mse_error", nullptr), "with the standard error null"},
+      {"negative standard error", last_step("recommended_mse_error", -1e-7), "with the standard error -1e-07"},
+      {"huge standard error", last_step("recommended_mse_error", 1e300), "with the standard error 1e+300"},
+      {"merit below the error", last_step("merit", 1e-9), "below the measured error, which it includes"},
+      {"clock stands still",
+       [](Results& of) {
+         for (Json& step : of.of(kOwn)[0]->steps) step["machine_seconds"] = step["recommended_seconds"] = 0;
+       },
+       "has 'machine_seconds' 0 at step 1 after 0, but a step takes at least"},
+      // poses
+      {"pose of other axes", last_step("true_pose", {0.5}), "has 'true_pose' of 1 instead of"},
+      {"pose outside the travel", [](Results& of) { of.of(kRival)[0]->steps.back()["true_pose"][0] = 1.5; },
+       "has 'true_pose' outside the travel at step 4"},
+      {"limit of no axis", last_step("limits_low", 4096), "at a limit of an axis that its scene does not have"},
+      {"recommendation of another pose",
+       [](Results& of) { of.of(kOwn)[0]->steps.back()["recommended_pose"][0] = 0.123; }, "but recommends another pose"},
+      // trials of one instance
+      {"own start pose", [](Results& of) { of.of(kOwn)[0]->steps[0]["true_pose"][0] = 0.51; },
+       "starts with another 'true_pose' than"},
+      {"own start", [](Results& of) { of.of(kOwn)[0]->steps[0]["measured"] = 0.009; },
+       "starts with another 'measured' than"},
+      {"score that its scene does not have",
+       [](Results& of) {
+         of.of(kRival)[0]->closing["best_mse"] = of.of(kRival)[0]->closing["best_mse_error"] = {0, 0, 0, 0, 0};
+       },
+       "has 'best_mse', which 7 other trials on this scene and noise level lack"},
+      // members that no record has
+      {"member of a step", last_step("score", 1), "the line has 'score', which this version does not write"},
+      {"member of a trial", closing("rank", 1), "the line has 'rank', which this version does not write"},
       {"negative host time", [](Results& of) { of.times[0]["algorithm_seconds"][0] = -1; }, "are negative"},
   };
   return all;
 }
 
-class CliForgeries : public testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    place_ = new Workplace;
-    evaluate("good", "gaussian_spot");
-  }
-  // A folder in which a method was submitted.
-  static void evaluate(const std::string& folder, const std::string& scene) {
-    const Json suite = {{"scenes", {scene}}, {"noise_levels", {"rho0"}}, {"instances", 2},
-                        {"steps", 4},        {"spec", {{"rmse", 0.01}}}, {"algorithms", {kOwn, kRival}}};
-    place_->write("tiny.json", suite.dump());
-    const Outcome run = relign_bench(*place_, {"run", "tiny.json", "-o", folder + "/results"});
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-    const Json manifest = Json::parse(place_->read(folder + "/results/manifest.json"));
-    Json methods = Json::array(), own;
-    for (const Json& entry : manifest["algorithms"]) {
-      methods.push_back({{"name", entry["name"]},
-                         {"observes", entry["observes"]},
-                         {"protocol", entry["protocol"]},
-                         {"training", nullptr},
-                         {"submitted", entry["name"] == kOwn}});
-      if (entry["name"] == kOwn) own = methods.back();
-    }
-    place_->write(
-        folder + "/evaluation.json",
-        Json({{"format", "relign-bench/evaluation/1"},
-              {"name", kOwn},
-              {"version", "1.0"},
-              {"archive_sha256", std::string(64, '0')},
-              {"suite",
-               {{"name", "tiny"}, {"sha256", std::string(64, '1')}, {"instance_set", manifest["instance_set"]}}},
-              {"sealed", false},
-              {"sandbox", false},
-              {"date", "2026-11-24"},
-              {"program_version", manifest["program"]["version"]},
-              {"class", own["observes"]},
-              {"budget", {{"steps", 4}}},
-              {"methods", methods}})
-            .dump());
-    place_->write(folder + "/submission.json", Json({{"name", kOwn}, {"version", "1.0"}}).dump());
-  }
-  static void TearDownTestSuite() {
-    delete place_;
-    place_ = nullptr;
-  }
-  void TearDown() override { fs::remove_all(place_->path("forged")); }
-
-  static void forge(const std::function<void(Results&)>& change, const std::string& from = "good") {
-    fs::remove_all(place_->path("forged"));
-    fs::copy(place_->path(from), place_->path("forged"), fs::copy_options::recursive);
-    Results results = read_results(*place_, "forged/results");
-    change(results);
-    write_results(*place_, "forged/results", results);
-  }
-  static Outcome call(const std::vector<std::string>& arguments) { return relign_bench(*place_, arguments); }
-  static inline Workplace* place_ = nullptr;
-};
+using CliForgeries = ForgedFolders;
 
 TEST_F(CliForgeries, AcceptTheUnchangedFolder) {
   forge([](Results&) {});
   EXPECT_EQ(place_->read("forged/results/trials/0000.jsonl"), place_->read("good/results/trials/0000.jsonl"));
   const Outcome verified = call({"verify", "forged/results"});
   EXPECT_EQ(verified.exit_code, 0) << verified.err;
-  EXPECT_THAT(verified.out, HasSubstr("checks     manifest, plan, trials, steps, scores checked\n"));
+  EXPECT_THAT(verified.out, HasSubstr("checks     manifest, plan, trials, steps, scores, instances checked\n"));
   EXPECT_EQ(call({"report", "forged/results"}).exit_code, 0);
-  EXPECT_THAT(place_->read("forged/results/report.html"), HasSubstr("manifest, plan, trials, steps, scores checked"));
+  EXPECT_THAT(place_->read("forged/results/report.html"),
+              HasSubstr("manifest, plan, trials, steps, scores, instances checked"));
   EXPECT_THAT(call({"leaderboard", "build", "forged", "-o", "site"}).out, HasSubstr("evaluations  1 of 1"));
-  EXPECT_THAT(place_->read("site/index.html"), HasSubstr("manifest, plan, trials, steps, scores checked"));
+  EXPECT_THAT(place_->read("site/index.html"), HasSubstr("manifest, plan, trials, steps, scores, instances checked"));
   EXPECT_EQ(call({"merge", "forged/results", "-o", "merged"}).exit_code, 0);
   EXPECT_EQ(call({"verify", "merged", "--sample", "1"}).exit_code, 0);
 }
@@ -458,51 +342,6 @@ TEST_F(CliForgeries, StartNoScriptOfTheFolder) {
   call({"merge", "forged/results", "-o", "merged"});
   EXPECT_FALSE(fs::exists(place_->path("forged/started")));
   EXPECT_FALSE(fs::exists(place_->path("started")));
-}
-
-TEST_F(CliForgeries, ReplaysCountForTheirRecordsOnly) {
-  evaluate("lens", "relign_od");  // whose instances have an optimum, so that methods are ranked
-  forge([](Results&) {}, "lens");
-  const auto replayed = [](const std::string& method) {
-    const Json feed = Json::parse(place_->read("site/feed.json"));
-    for (const Json& of_class : feed["rounds"][0]["classes"])
-      for (const Json& standing : of_class["methods"])
-        if (standing["method"] == method) return standing["replayed"];
-    return Json();
-  };
-  const auto build = [] { return call({"leaderboard", "build", "forged", "-o", "site"}); };
-  ASSERT_EQ(build().exit_code, 0);
-  EXPECT_EQ(replayed(kOwn), Json({{"by", nullptr}, {"of", 0}, {"trials", 0}}));
-  EXPECT_THAT(place_->read("site/index.html"), HasSubstr("not replayed"));
-
-  ASSERT_EQ(call({"verify", "forged/results", "--by", "A. Referee"}).exit_code, 0);
-  ASSERT_EQ(build().exit_code, 0);
-  EXPECT_EQ(replayed(kOwn)["trials"], 2);
-  EXPECT_EQ(replayed(kRival)["of"], 2);
-  EXPECT_THAT(replayed(kOwn)["by"].get<std::string>(), HasSubstr("by A. Referee with "));
-  EXPECT_THAT(place_->read("site/index.html"), AllOf(HasSubstr("2 of 2"), HasSubstr("by A. Referee with ")));
-
-  // Other records, with the same file beside them.
-  const std::string stated = place_->read("forged/results/verify.json");
-  const auto better = [](Results& of) { of.of(kOwn)[0]->steps.back()["recommended_mse"] = 1e-5; };
-  forge(better, "lens");
-  place_->write("forged/results/verify.json", stated);
-  ASSERT_EQ(build().exit_code, 0);
-  EXPECT_EQ(replayed(kOwn)["trials"], 0);
-
-  // The file states that records differ.
-  forge(better, "lens");
-  EXPECT_EQ(call({"verify", "forged/results"}).exit_code, 4);
-  EXPECT_THAT(build().err, HasSubstr("replay: 1 of 8 replayed trials gave different numbers"));
-}
-
-// Where a scene computes the optimum of its instances, a method without it would vanish from the ranking.
-TEST_F(CliForgeries, MethodsDoNotVanish) {
-  evaluate("lens", "relign_od");
-  forge(closing("own_optimum_mse", nullptr), "lens");
-  const Outcome built = call({"leaderboard", "build", "lens", "forged", "-o", "site"});
-  EXPECT_EQ(built.exit_code, 4);
-  EXPECT_THAT(built.err, HasSubstr("lacks 'own_optimum_mse', which 7 other trials on this scene have"));
 }
 
 }  // namespace

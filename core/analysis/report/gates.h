@@ -14,10 +14,6 @@ namespace relign::report {
 //   checks    those of the folder (records/folder_checks.h), with those that were not made; failed ones by their names
 //   replay    'verify' reproduced the replayed trials of these records
 //   sandbox   algorithms ran in one; present only then
-// and, present only if failed:
-//   optimum   an error is below the instance's own optimum by more than 1e-6 in MSE and 10 %
-//   start     step 0 differs between methods on one instance under one protocol; not on a station
-//   merit     a merit is negative, or below the measured RMSE
 std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResults& results);
 
 }  // namespace relign::report

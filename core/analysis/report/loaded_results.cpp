@@ -41,7 +41,7 @@ LoadedResults load_results(const fs::path& folder, const records::PlanCheck& pla
   results.folder = folder;
   results.manifest = records::read_manifest(folder);
   records::require_consistent(results.manifest, folder);
-  records::FolderChecks checks(results.manifest);
+  records::FolderChecks checks(results.manifest, folder);
   records::Check of_plan = records::made_by(plan, results.manifest);
   const std::vector<std::string> planned = take_order(results.manifest);
   results.planned = planned.size();

@@ -40,8 +40,6 @@ Harness harness_of(const records::TrialTimes& times) {
   return result;
 }
 
-constexpr double kSlack = 1e-9;  // rounding of a sum
-
 class TableBuilder {
  public:
   explicit TableBuilder(TrialTable& table) : table_(table) {
@@ -90,8 +88,6 @@ class TableBuilder {
                         displayed_rmse(scores.by_step[Rule::best].mse.empty() ? steps[best_step(steps)].commanded_mse
                                                                               : scores.uncured_mse[Rule::best]),
                         displayed_rmse(last.commanded_mse)}};
-      for (const records::StepNumbers& step : steps)
-        row.impossible_merit = row.impossible_merit || step.merit < 0 || step.merit < step.measured * (1 - kSlack);
       for (const Track track : kTracks)
         row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
       if (steps.front().step == 0) {

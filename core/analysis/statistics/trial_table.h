@@ -35,8 +35,6 @@ struct TrialRow {
   ByRule<double> uncured = {{kMissing, kMissing, kMissing}};
   std::uint32_t mtf = 0;       // of TrialTable::mtf
   std::uint32_t criteria = 0;  // of TrialTable::criteria
-  // Some merit is negative, or below the measured RMSE, which rmse and combined include.
-  bool impossible_merit = false;
   // RMSE at step 0; NaN if missing.
   double start_measured = kMissing;
   double start_commanded = kMissing;

@@ -215,7 +215,7 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   const Json manifest = records::read_manifest(options.results);
   records::require_consistent(manifest, options.results);
   VerifySummary summary;
-  records::FolderChecks checks(manifest);
+  records::FolderChecks checks(manifest, options.results);
   std::vector<ChosenTrial> rest = choose_trials(options, manifest, summary, checks);
   std::map<std::string, records::PluginHashes> plugins;
   for (const ChosenTrial& trial : rest) plugins[trial.id];

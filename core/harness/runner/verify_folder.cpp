@@ -81,6 +81,8 @@ void require_entries_of_trials(std::set<std::string>& found, const Json& manifes
             numbers_of(choice, member(own, "parameters")));
     for (const char* key : {"plugin", "data", "spec", "owns_stage", "truth"})
       compare(key, member(entry, key), member(own, key));
+    for (const char* key : {"kind", "replayable"})
+      if (entry.contains(key)) compare(key, entry[key], member(own, key));
     for (const auto& [key, stated] : object_of(entry, "machine_time").items())  // a later version may have more keys
       compare(("machine_time/" + key).c_str(), stated, member(member(own, "machine_time"), key.c_str()));
     if (!merged)

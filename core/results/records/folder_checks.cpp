@@ -1,23 +1,21 @@
 #include "records/folder_checks.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "records/difference.h"
+#include "records/line_files.h"
 #include "records/manifest_check.h"
+#include "records/processor.h"
 #include "records/results_folder.h"
+#include "records/score_checks.h"
 #include "records/stored_trials.h"
 
 namespace relign::records {
 namespace {
-
-constexpr double kSlack = 1e-9;  // rounding of a sum, relative
-// Noise-free errors are signed estimates, with a standard error of about 1e-7. Pixels are from 0 to 1.
-constexpr double kLowestMse = -1e-4, kHighestMse = 1;
 
 std::string trial_text(const TrialRecord& closing) { return "trial " + closing.trial + " (" + label_of(closing) + ")"; }
 
@@ -32,7 +30,18 @@ bool is_end(const std::string& end) {
          end == "protocol_error" || (end.rfind("crashed(", 0) == 0 && end.back() == ')');
 }
 
-bool is_mse(double value) { return value >= kLowestMse && value <= kHighestMse; }
+// 0 where there is none.
+double number_of(const Json& object, const char* key) {
+  const Json& value = member(object, key);
+  return value.is_number() ? value.get<double>() : 0;
+}
+
+bool on_one_processor(const Json& manifest) {
+  const Json& sources = list_of(manifest, "sources");
+  return std::all_of(sources.begin(), sources.end(), [&](const Json& source) {
+    return same_processor(member(source, "machine"), member(sources.front(), "machine"));
+  });
+}
 
 }  // namespace
 
@@ -74,26 +83,37 @@ Check made_by(const PlanCheck& plan, const Json& manifest) {
   return check;
 }
 
-FolderChecks::FolderChecks(const Json& manifest) {
+FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& folder)
+    : of_instances_(!on_one_processor(manifest),
+                    !list_of(manifest, "suites").empty() || builds_of(manifest).size() > 1) {
+  manifest_.name = "manifest";
   trials_.name = "trials";
   steps_.name = "steps";
   scores_.name = "scores";
-  for (const Json& entry : list_of(manifest, "scenes"))
+  instances_.name = "instances";
+  if (!has_suites(manifest)) manifest_.not_made = "it lacks the text of its suite";
+  for (const char* lines : {"trials", "times"})
+    for (std::string& finding : odd_line_files(folder / lines)) trials_.add(std::move(finding));
+  for (const Json& entry : list_of(manifest, "scenes")) {
+    const Json& times = object_of(entry, "machine_time");
     scenes_.emplace(entry_name(entry),
                     Scene{scenes_.size(), !member(entry, "truth").is_boolean() || flag_of(entry, "truth"),
-                          flag_of(entry, "owns_stage")});
+                          flag_of(entry, "owns_stage"),
+                          (number_of(times, "settle_ms") + number_of(times, "exposure_ms")) / 1000, 0});
+  }
   for (const Json& entry : list_of(manifest, "noise_levels")) levels_.emplace(entry_name(entry), levels_.size());
   for (const Json& entry : list_of(manifest, "algorithms")) {
     const Json& list = object_of(entry, "of_list");
+    const std::string merit = text_of(entry, "merit");
     methods_.emplace(std::pair(entry_name(entry), text_of(entry, "protocol")),
                      Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
-                            number_in(entry, "steps")});
+                            number_in(entry, "steps"), merit != "mtf" && merit != "edge_energy"});
   }
   several_suites_ = !list_of(manifest, "suites").empty();
   sealed_ = !text_of(manifest, "commitment").empty();
   seed_ = number_in(manifest, "seed");
   first_instance_ = number_in(manifest, "first_instance");
-  instances_ = number_in(manifest, "instances");
+  instance_count_ = number_in(manifest, "instances");
   for (const Json& id : list_of(manifest, "order"))
     if (id.is_string()) order_.emplace(id.get<std::string>(), order_.size());
   known_.resize(order_.size());
@@ -142,9 +162,9 @@ void FolderChecks::check_trial(const TrialRecord& closing, Known& known) {
                ", the manifest has " + in_quotes(of.training) + " of " + in_quotes(of.list));
   }
   const std::uint64_t first = first_instance_.value_or(0);
-  if (instances_ && (closing.instance < first || closing.instance - first >= *instances_))
+  if (instance_count_ && (closing.instance < first || closing.instance - first >= *instance_count_))
     complain("is on instance " + std::to_string(closing.instance) + ", but the manifest has " + std::to_string(first) +
-             " to " + std::to_string(first + std::max<std::uint64_t>(*instances_, 1) - 1));
+             " to " + std::to_string(first + std::max<std::uint64_t>(*instance_count_, 1) - 1));
   // Of a sealed suite the records state none.
   if (sealed_ && closing.instance_seed != 0) complain("states the seed of its instance, although the suite is sealed");
   if (!sealed_ && seed_ && closing.instance_seed != 0 && scene != scenes_.end() && !scene->second.is_station)
@@ -175,58 +195,28 @@ void FolderChecks::check_steps(const TrialRecord& closing, const std::vector<Ste
 }
 
 void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps) {
-  const auto complain = [&](const std::string& what) { scores_.add(trial_text(closing) + " " + what); };
   const auto found = scenes_.find(closing.scene);
-  const Scene scene = found == scenes_.end() ? Scene{0, false, false} : found->second;
-  const bool due = scene.has_truth && !scene.is_station, stated = found != scenes_.end();
-  double clock = 0;
-  for (const StepNumbers& step : steps) {
-    const auto at = [&step] { return "step " + std::to_string(step.step); };
-    for (const auto& [value, what] :
-         {std::pair(step.commanded_mse, "commanded_mse"), {step.recommended_mse, "recommended_mse"}}) {
-      if (due && std::isnan(value)) return complain("lacks " + in_quotes(what) + " at " + at());
-      if (stated && !due && !std::isnan(value))
-        return complain("has " + in_quotes(what) + " at " + at() + ", but its scene has no ground truth");
-      if (!std::isnan(value) && !is_mse(value))
-        return complain("has " + in_quotes(what) + " " + shortest(value) + " at " + at() +
-                        "; a mean squared error is from 0 to " + shortest(kHighestMse));
-    }
-    if (stated && std::isnan(step.measured) == step.regions.empty())
-      return complain(!step.regions.empty() ? "has 'measured' of an image of regions at " + at()
-                                            : "lacks 'measured' at " + at());
-    if (step.measured < 0 || step.measured * step.measured > kHighestMse)
-      return complain("has 'measured' " + shortest(step.measured) + " at " + at());
-    if (!(step.machine_seconds >= clock * (1 - kSlack)))
-      return complain("has 'machine_seconds' " + shortest(step.machine_seconds) + " at " + at() + " after " +
-                      shortest(clock));
-    clock = step.machine_seconds;
-    if (step.recommended_seconds < clock * (1 - kSlack))
-      return complain("has 'recommended_seconds' " + shortest(step.recommended_seconds) + " at " + at() +
-                      ", before the step itself at " + shortest(clock));
-    if (step.recommendation != "own" && step.recommendation != "best_measured" && step.recommendation != "current")
-      return complain("has the recommendation " + in_quotes(step.recommendation) + " at " + at());
-  }
-  const Scores& scores = closing.scores;
-  for (const auto& [rule, what] : {std::pair(Rule::current, "glued_mse"), {Rule::best, "best_mse"}})
-    if (const std::vector<double>& values = scores.by_step[rule].mse;
-        !std::all_of(values.begin(), values.end(), is_mse))
-      return complain("has a value of " + in_quotes(what) + " that is not a mean squared error");
-  if (!std::isnan(scores.uncured_mse[Rule::own]) && scores.by_step[Rule::current].mse.empty() && !steps.empty())
-    return complain("has 'uncured_mse', but lacks 'glued_mse'");
-  const double optimum = closing.own_optimum.mse;
-  const bool has_optimum = !std::isnan(optimum);
-  if (stated && !due && has_optimum) return complain("has 'own_optimum_mse', but its scene has no ground truth");
-  if (has_optimum && !is_mse(optimum)) return complain("has 'own_optimum_mse' " + shortest(optimum));
-  if (!ended_well(closing.end)) return;
-  Optima& optima = optima_[closing.scene];
-  ++(has_optimum ? optima.with : optima.without);
-  if (!has_optimum && optima.one_without.empty()) optima.one_without = trial_text(closing);
+  const auto method = methods_.find({closing.algorithm, closing.protocol});
+  Scene of_closing, &scene = found == scenes_.end() ? of_closing : found->second;
+  if (scene.axes == 0 && !steps.empty()) scene.axes = steps.front().commanded_pose.size();
+  const ScoreTerms terms = {found != scenes_.end(),
+                            scene.has_truth && !scene.is_station,
+                            scene.is_station,
+                            method == methods_.end() || method->second.merit_has_rmse,
+                            scene.axes,
+                            scene.step_seconds};
+  if (const std::string flaw = flaw_of_scores(closing, steps, terms); !flaw.empty())
+    return scores_.add(trial_text(closing) + " " + flaw);
+  if (scene.is_station) return;
+  if (const std::string flaw = of_instances_.add(closing, steps); !flaw.empty())
+    instances_.add(trial_text(closing) + " " + flaw);
 }
 
 void FolderChecks::add(const TrialTimes& times) {
   const auto planned = order_.find(times.trial);
   if (planned == order_.end()) return;
-  const Known& known = known_[planned->second];
+  Known& known = known_[planned->second];
+  known.timed = true;
   for (const std::vector<double>* values :
        {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds}) {
     if (known.ended_well && values->size() != known.steps)
@@ -249,20 +239,20 @@ Checks FolderChecks::result(Check plan) {
     }
     before = &known.place;
   }
-  for (const auto& [scene, optima] : optima_)
-    if (optima.with > 0 && optima.without > 0)
-      scores_.add(optima.one_without + " lacks 'own_optimum_mse', which " + counted(optima.with, "other trial") +
-                  " on this scene " + (optima.with == 1 ? "has" : "have"));
-  Check manifest;
-  manifest.name = "manifest";
-  return {std::move(manifest), std::move(plan), std::move(trials_), std::move(steps_), std::move(scores_)};
+  for (std::string& finding : of_instances_.findings()) instances_.add(std::move(finding));
+  const auto without = static_cast<std::size_t>(
+      std::count_if(known_.begin(), known_.end(), [](const Known& one) { return one.recorded && !one.timed; }));
+  if (has_order_ && without > 0)
+    trials_.add(counted(without, "trial") + (without == 1 ? " lacks its line" : " lack their lines") + " in times/");
+  return {std::move(manifest_), std::move(plan),    std::move(trials_),
+          std::move(steps_),    std::move(scores_), std::move(instances_)};
 }
 
 Checks check_folder(const std::filesystem::path& folder, const PlanCheck& plan, std::vector<Damage>* damaged) {
   require_results(folder);
   const Json manifest = read_manifest(folder);
   require_consistent(manifest, folder);
-  FolderChecks checks(manifest);
+  FolderChecks checks(manifest, folder);
   for_each_with_steps(
       folder,
       [&checks](const TrialRecord& closing, const StoredTrial&, const std::vector<StepNumbers>& steps) {

@@ -2,9 +2,10 @@
 // evaluate` make the same list of them:
 // * manifest: it agrees with itself and with the text of its suite (manifest_check.h, which throws)
 // * plan: it is what the suite gives with the installed plugins (runner/plan_check.h); needs their manifests
-// * trials: each is one that the manifest plans, once, with the budget, names and place that it states
+// * trials: each is one that the manifest plans, once, with the budget, names and place that it states, and its times
 // * steps: a trial has the steps that its end implies, in order, and no more than its budget
 // * scores: they are there where they are due, and every number is one that a run can write
+// * instances: methods have the start and the own optimum of an instance in common, and the scores of its scene
 #pragma once
 
 #include <cstdint>
@@ -20,6 +21,7 @@
 
 #include "base/json_source.h"
 #include "records/damage.h"
+#include "records/instance_checks.h"
 #include "records/record.h"
 #include "records/step_numbers.h"
 
@@ -51,8 +53,8 @@ std::string summary_of(const Checks& checks);
 // Takes the trials of a folder one by one, so that a reader that needs them anyway reads the files once.
 class FolderChecks {
  public:
-  // The manifest with its list of planned trials; require_consistent accepts it.
-  explicit FolderChecks(const Json& manifest);
+  // The manifest of `folder` with its list of planned trials; require_consistent accepts it.
+  FolderChecks(const Json& manifest, const std::filesystem::path& folder);
 
   // Complete trials in the order of the files. Ignores those that the plan does not have.
   void add(const TrialRecord& closing, const std::vector<StepNumbers>& steps);
@@ -66,19 +68,17 @@ class FolderChecks {
     std::size_t place = 0;
     std::string id, list, training;
     std::optional<std::uint64_t> steps;
+    bool merit_has_rmse = true;
   };
   struct Scene {
     std::size_t place = 0;
     bool has_truth = true, is_station = false;
-  };
-  // Trials of a scene with and without the error at the instance's own optimum: their number, and one of them.
-  struct Optima {
-    std::size_t with = 0, without = 0;
-    std::string one_without;
+    double step_seconds = 0;  // at least: of settling and exposure
+    std::size_t axes = 0;     // of its first trial; 0: none yet
   };
   using Place = std::tuple<std::size_t, std::size_t, std::size_t, std::uint64_t>;  // scene, level, method, instance
   struct Known {
-    bool recorded = false, in_place = false, ended_well = false;
+    bool recorded = false, timed = false, in_place = false, ended_well = false;
     std::uint32_t steps = 0;
     Place place;
   };
@@ -87,16 +87,16 @@ class FolderChecks {
   void check_steps(const TrialRecord& closing, const std::vector<StepNumbers>& steps);
   void check_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps);
 
-  Check trials_, steps_, scores_;
+  Check manifest_, trials_, steps_, scores_, instances_;
   std::map<std::string, Scene> scenes_;
   std::map<std::string, std::size_t> levels_;
   std::map<std::pair<std::string, std::string>, Method> methods_;  // by name and protocol
   bool several_suites_ = false, sealed_ = false, has_order_ = false;
-  std::optional<std::uint64_t> seed_, first_instance_, instances_;
+  std::optional<std::uint64_t> seed_, first_instance_, instance_count_;
   std::unordered_map<std::string, std::size_t>
-      order_;                             // from a trial to its place in the plan, or in the files without has_order_
-  std::vector<Known> known_;              // by this place
-  std::map<std::string, Optima> optima_;  // by scene
+      order_;                 // from a trial to its place in the plan, or in the files without has_order_
+  std::vector<Known> known_;  // by this place
+  InstanceChecks of_instances_;
 };
 
 // Reads a folder for its checks alone. Throws Error as for_each_with_steps and require_consistent; `damaged`, unless

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/error.h"
+#include "base/text.h"
 #include "records/checksum.h"
 #include "records/record.h"
 
@@ -78,6 +79,23 @@ std::vector<fs::path> line_files(const fs::path& folder) {
   std::vector<fs::path> files;
   for (auto& [number, path] : found) files.push_back(std::move(path));
   return files;
+}
+
+std::vector<std::string> odd_line_files(const fs::path& folder) {
+  std::vector<std::string> found;
+  std::error_code code;
+  if (fs::is_symlink(folder, code)) found.push_back(in_quotes(folder.filename().string()) + " is a link, not a folder");
+  for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+    const fs::path& file = entry->path();
+    std::size_t number = 0;
+    const std::string name = in_quotes((folder.filename() / file.filename()).string());
+    if (file.extension() == ".jsonl" && !file_number(file, number))
+      found.push_back(name + " is not a file of records, and is not read");
+    else if (file.extension() == ".jsonl" && entry->is_symlink(code))
+      found.push_back(name + " is a link, not a file");
+  }
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 void BlockFinder::begin_block(std::size_t offset, std::size_t number) {

@@ -28,6 +28,10 @@ std::string line_file_name(std::size_t number);  // 0 -> "0000.jsonl"
 // The folder's .jsonl files by number; empty when the folder does not exist.
 std::vector<std::filesystem::path> line_files(const std::filesystem::path& folder);
 
+// What there is of another kind: links, which are read although they lead elsewhere, and .jsonl files of other names,
+// which are not read. As sentences without full stop.
+std::vector<std::string> odd_line_files(const std::filesystem::path& folder);
+
 // The lines of one trial, closing line last (in times/: its one line).
 struct Block {
   std::string trial;

@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <type_traits>
 
 #include "base/fault.h"
@@ -148,6 +149,23 @@ struct ColumnReader {
   }
 };
 
+// The keys that a line may have.
+const std::set<std::string>& known_keys(bool closing) {
+  static const auto keys_of = [](bool of_closing) {
+    std::set<std::string> keys = {"trial"};
+    const auto add = [&keys](const Column& column) { keys.emplace(column.key); };
+    if (of_closing) {
+      keys.insert({"format", "end", "steps", "sha256"});
+      trial_columns(add);
+    } else {
+      step_columns(add);
+    }
+    return keys;
+  };
+  static const std::set<std::string> of_step = keys_of(false), of_closing = keys_of(true);
+  return closing ? of_closing : of_step;
+}
+
 template <class Body>
 auto reading(const std::string& place, Body&& body) -> decltype(body()) {
   std::string why;
@@ -255,6 +273,10 @@ ReadLine read_trial_line(std::string_view line, const std::string& place) {
     } else {
       step_columns(ColumnReader{json}, read.step);
     }
+    for (const auto& [key, value] : json.items())
+      if (!known_keys(read.closing).count(key))
+        throw NewerFormat("the line has " + in_quotes(key) +
+                          ", which this version does not write; if a newer relign-bench wrote it, read it with that");
     return read;
   });
 }

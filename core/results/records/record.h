@@ -108,9 +108,8 @@ enum ColumnFlag : unsigned {
   kPerStep = 4,   // of a closing line: one value per step
   kAsText = 8,    // an integer as text, because many JSON readers lose precision of 64-bit integers
   kShare = 16,    // from 0 to 1
-  kBulk = 32,     // not needed for curves, so that the fast reader skips it
-  kTabled = 64,   // a number: a column of instances.csv, of a step its value at the last one
-  kLater = 128    // with kOptional: newer than some published results, which therefore need not have it in a replay
+  kTabled = 32,   // a number: a column of instances.csv, of a step its value at the last one
+  kLater = 64     // with kOptional: newer than some published results, which therefore need not have it in a replay
 };
 
 // Whether a line has the value although its column is optional.
@@ -128,10 +127,10 @@ bool is_known(const Value& value) {
 template <class Visit, class... Step>
 constexpr void step_columns(Visit&& visit, Step&... s) {
   visit(Column{"step", "", "0 is the capture at the start"}, s.step...);
-  visit(Column{"commanded_pose", "travel", "as requested, for each axis", kKnown | kBulk}, s.commanded_pose...);
-  visit(Column{"true_pose", "travel", "for each axis; null where unknown", kBulk}, s.true_pose...);
-  visit(Column{"limits_low", "", "bit i: axis i is at its lower limit", kBulk}, s.limits_low...);
-  visit(Column{"limits_high", "", "bit i: axis i is at its upper limit", kBulk}, s.limits_high...);
+  visit(Column{"commanded_pose", "travel", "as requested, for each axis", kKnown}, s.commanded_pose...);
+  visit(Column{"true_pose", "travel", "for each axis; null where unknown"}, s.true_pose...);
+  visit(Column{"limits_low", "", "bit i: axis i is at its lower limit"}, s.limits_low...);
+  visit(Column{"limits_high", "", "bit i: axis i is at its upper limit"}, s.limits_high...);
   visit(Column{"merit", "", "as shown to the algorithm, if it observes the merit"}, s.merit...);
   visit(Column{"measured", "RMSE", "of the capture against the reference; null for a capture of regions"},
         s.measured...);
@@ -139,8 +138,7 @@ constexpr void step_columns(Visit&& visit, Step&... s) {
                kOptional},
         s.regions...);
   visit(Column{"machine_seconds", "s", "simulated, until the step was done", kTabled}, s.machine_seconds...);
-  visit(Column{"recommended_pose", "travel", "commanded, for each axis; null where unknown", kBulk},
-        s.recommended_pose...);
+  visit(Column{"recommended_pose", "travel", "commanded, for each axis; null where unknown"}, s.recommended_pose...);
   visit(Column{"recommendation", "", "whose it is: the algorithm's, or a default of the harness", 0,
                "own best_measured current"},
         s.recommendation...);
@@ -149,9 +147,9 @@ constexpr void step_columns(Visit&& visit, Step&... s) {
   visit(Column{"recommended_true_pose", "travel", "of the lens glued at the recommendation, for each axis"},
         s.recommended_true_pose...);
   visit(Column{"commanded_mse", "MSE", "noise-free, unbiased, signed"}, s.commanded_mse...);
-  visit(Column{"commanded_mse_error", "MSE", "standard error", kBulk}, s.commanded_mse_error...);
+  visit(Column{"commanded_mse_error", "MSE", "standard error"}, s.commanded_mse_error...);
   visit(Column{"recommended_mse", "MSE", "noise-free, unbiased, signed, after curing"}, s.recommended_mse...);
-  visit(Column{"recommended_mse_error", "MSE", "standard error", kBulk}, s.recommended_mse_error...);
+  visit(Column{"recommended_mse_error", "MSE", "standard error"}, s.recommended_mse_error...);
 }
 
 // Columns with kTabled, all of them numbers: how many, the place of one among them, and their values.

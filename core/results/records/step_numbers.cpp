@@ -85,13 +85,19 @@ class Taker {
   void operator()(const Column& column, Value& value) {
     if (!intact_) return;
     if (!more_ || field_.key() != column.key) return void(intact_ = column.is(kOptional));
-    intact_ = column.is(kBulk) || take(field_.value(), value);
-    ++at_;
-    look();
+    intact_ = take(field_.value(), value);
+    next();
+  }
+  void skip(std::string_view key) {
+    if (intact_ && more_ && (intact_ = field_.key() == key)) next();
   }
   bool took_all() const { return intact_ && !more_; }
 
  private:
+  void next() {
+    ++at_;
+    look();
+  }
   void look() {
     more_ = intact_ && at_ != end_;
     if (more_) intact_ = !(*at_).get(field_);
@@ -103,8 +109,7 @@ class Taker {
 
 bool take_all(fast::object object, StepNumbers& step) {
   Taker taker(object);
-  std::string trial;
-  taker(Column{"trial", "", "", kBulk}, trial);
+  taker.skip("trial");
   step_columns(taker, static_cast<StepRecord&>(step));
   return taker.took_all();
 }

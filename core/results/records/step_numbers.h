@@ -11,7 +11,6 @@
 
 namespace relign::records {
 
-// Without the columns that are kBulk.
 struct StepNumbers : StepRecord {
   // After curing at the commanded pose: by_step[current] of the closing line, or commanded_mse where curing shifts
   // nothing. NaN where the record lacks it. set_scores sets it, and best_mse.
@@ -30,8 +29,7 @@ class StepNumbersReader {
   StepNumbersReader(StepNumbersReader&&) noexcept;
   StepNumbersReader& operator=(StepNumbersReader&&) noexcept;
 
-  // `line` without its newline. Throws Error(bad_input) that starts with `place`. Checks of the members
-  // that it does not need that each is there once.
+  // `line` without its newline. Throws as read_trial_line.
   StepNumbers read(std::string_view line, std::string_view place);
 
  private:

@@ -184,7 +184,7 @@ TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
     VerifySummary summary;
     std::vector<std::string> ids;
     const Json manifest = records::read_manifest(folder_ / "a");
-    records::FolderChecks checks(manifest);
+    records::FolderChecks checks(manifest, folder_ / "a");
     for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks)) ids.push_back(trial.id);
     return ids;
   };

@@ -36,7 +36,7 @@ class FolderCheck : public testing::Test {
   }
   // "" without a finding.
   std::string finding(const std::vector<TrialRecord>& trials) {
-    FolderChecks checks(manifest_);
+    FolderChecks checks(manifest_, {});
     for (const TrialRecord& trial : trials) checks.add(trial, numbers_of(trial));
     const std::vector<std::string> found = findings_of(checks.result(made_by({}, manifest_)));
     return found.empty() ? "" : found.front();

@@ -1,0 +1,147 @@
+#include "records/score_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "base/text.h"
+
+namespace relign::records {
+namespace {
+
+constexpr double kSlack = 1e-9;  // rounding of a sum, relative
+// Pixels are from 0 to 1. Noise-free errors are signed estimates, with a standard error of about 1e-7.
+constexpr double kLowestMse = -1e-4, kHighestMse = 1;
+constexpr double kStandardErrors = 10;  // that an estimate may be below what it estimates
+// An error may be below the instance's own optimum by this and a share of it, since that is the result of a search.
+constexpr double kMinBelow = 1e-6, kShareBelow = 0.1;
+
+struct Mse {
+  double mse, error;
+};
+
+// As the end of "has 'commanded_mse' 3 at step 2 with the standard error 1e-7"; empty: a value that can be.
+std::string flaw_of(const Mse& value) {
+  if (!(value.mse >= kLowestMse && value.mse <= kHighestMse))
+    return "; a mean squared error is from 0 to " + shortest(kHighestMse);
+  if (!(value.error >= 0 && value.error <= kHighestMse))
+    return std::string(" with the standard error ") + (std::isnan(value.error) ? "null" : shortest(value.error));
+  if (value.mse < -kStandardErrors * value.error)
+    return ", which is below 0 by more than " + shortest(kStandardErrors) + " standard errors";
+  return "";
+}
+
+std::string below(const Mse& value, double optimum) {
+  const double margin = std::max({kMinBelow, kShareBelow * optimum, kStandardErrors * value.error});
+  return optimum - std::max(value.mse, 0.0) > margin ? ", clearly below 'own_optimum_mse' " + shortest(optimum) : "";
+}
+
+std::string flaw_of_pose(const std::vector<double>& pose, std::size_t axes, bool of_lens) {
+  if (pose.size() != axes) return "of " + std::to_string(pose.size()) + " instead of " + std::to_string(axes) + " axes";
+  const auto outside = [](double at) { return at < -kSlack || at > 1 + kSlack; };  // false for NaN
+  if (of_lens && std::any_of(pose.begin(), pose.end(), outside)) return "outside the travel";
+  return "";
+}
+
+std::string at(const StepNumbers& step) { return " at step " + std::to_string(step.step); }
+
+std::string flaw_of_poses(const StepNumbers& step, const ScoreTerms& terms) {
+  for (const auto& [pose, what, of_lens] : {std::tuple(&step.commanded_pose, "commanded_pose", false),
+                                            {&step.true_pose, "true_pose", true},
+                                            {&step.recommended_pose, "recommended_pose", false},
+                                            {&step.recommended_true_pose, "recommended_true_pose", true}})
+    if (const std::string flaw = flaw_of_pose(*pose, terms.axes, of_lens); !flaw.empty())
+      return "has " + in_quotes(what) + " " + flaw + at(step);
+  if (terms.axes < 64 && ((step.limits_low | step.limits_high) >> terms.axes) != 0)
+    return "is at a limit of an axis that its scene does not have" + at(step);
+  return "";
+}
+
+std::string flaw_of_recommendation(const StepNumbers& step, const std::vector<double>& best) {
+  if (step.recommendation == "own") return "";
+  if (step.recommendation != "best_measured" && step.recommendation != "current")
+    return "has the recommendation " + in_quotes(step.recommendation) + at(step);
+  const bool current = step.recommendation == "current";
+  if (step.recommended_pose == (current ? step.commanded_pose : best)) return "";
+  return "has the recommendation " + in_quotes(step.recommendation) + at(step) + ", but recommends another pose";
+}
+
+std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, const ScoreTerms& terms) {
+  for (const auto& [value, what] : {std::pair(Mse{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"),
+                                    {Mse{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}}) {
+    if (terms.has_truth && std::isnan(value.mse)) return "lacks " + in_quotes(what) + at(step);
+    if (terms.known && !terms.has_truth && !std::isnan(value.mse))
+      return "has " + in_quotes(what) + at(step) + ", but its scene has no ground truth";
+    if (std::isnan(value.mse)) continue;
+    if (const std::string flaw = flaw_of(value); !flaw.empty())
+      return "has " + in_quotes(what) + " " + shortest(value.mse) + at(step) + flaw;
+  }
+  if (terms.known && std::isnan(step.measured) == step.regions.empty())
+    return (step.regions.empty() ? "lacks 'measured'" : "has 'measured' of an image of regions") + at(step);
+  if (step.measured < 0 || step.measured * step.measured > kHighestMse)
+    return "has 'measured' " + shortest(step.measured) + at(step);
+  if (terms.merit_has_rmse && (step.merit < 0 || step.merit < step.measured * (1 - kSlack)))
+    return "has 'merit' " + shortest(step.merit) + at(step) +
+           (step.merit < 0 ? ", below 0" : ", below the measured error, which it includes");
+  const double clock = before ? before->machine_seconds : 0;
+  if (!(step.machine_seconds >= clock * (1 - kSlack)))
+    return "has 'machine_seconds' " + shortest(step.machine_seconds) + at(step) + " after " + shortest(clock);
+  if (before && !terms.station && step.machine_seconds - clock < terms.step_seconds * (1 - kSlack) - kSlack * clock)
+    return "has 'machine_seconds' " + shortest(step.machine_seconds) + at(step) + " after " + shortest(clock) +
+           ", but a step takes at least " + shortest(terms.step_seconds);
+  if (step.recommended_seconds < step.machine_seconds * (1 - kSlack))
+    return "has 'recommended_seconds' " + shortest(step.recommended_seconds) + at(step) +
+           ", before the step itself at " + shortest(step.machine_seconds);
+  return flaw_of_poses(step, terms);
+}
+
+// One value per step, of a rule.
+std::string flaw_of_errors(const StepErrors& errors, const char* what, double optimum) {
+  for (std::size_t i = 0; i < errors.mse.size(); ++i) {
+    const Mse value = {errors.mse[i], i < errors.error.size() ? errors.error[i] : kUnknown};
+    const std::string flaw = flaw_of(value) + below(value, optimum);
+    if (!flaw.empty())
+      return "has " + in_quotes(what) + " " + shortest(value.mse) + " at step " + std::to_string(i) + flaw;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps, const ScoreTerms& terms) {
+  const double optimum = closing.own_optimum.mse;
+  const StepNumbers* before = nullptr;
+  const std::vector<double>* best = nullptr;
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const StepNumbers& step : steps) {
+    if (step.regions.empty() && step.merit < lowest) {
+      lowest = step.merit;
+      best = &step.commanded_pose;
+    }
+    std::string flaw = flaw_of_step(step, before, terms);
+    if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best);
+    if (!flaw.empty()) return flaw;
+    for (const auto& [value, what] : {std::pair(Mse{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"),
+                                      {Mse{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}})
+      if (const std::string too_low = below(value, optimum); !too_low.empty())
+        return "has " + in_quotes(what) + " " + shortest(value.mse) + at(step) + too_low;
+    before = &step;
+  }
+  const Scores& scores = closing.scores;
+  for (const auto& [rule, what] : {std::pair(Rule::current, "glued_mse"), {Rule::best, "best_mse"}})
+    if (const std::string flaw = flaw_of_errors(scores.by_step[rule], what, optimum); !flaw.empty()) return flaw;
+  if (!std::isnan(scores.uncured_mse[Rule::own]) && scores.by_step[Rule::current].mse.empty() && !steps.empty())
+    return "has 'uncured_mse', but lacks 'glued_mse'";
+  if (terms.known && !terms.has_truth && !std::isnan(optimum))
+    return "has 'own_optimum_mse', but its scene has no ground truth";
+  if (!std::isnan(optimum) && !(optimum >= kLowestMse && optimum <= kHighestMse))
+    return "has 'own_optimum_mse' " + shortest(optimum);
+  if (const std::vector<double>& pose = closing.own_optimum.pose; !pose.empty() && !steps.empty())
+    if (const std::string flaw = flaw_of_pose(pose, terms.axes, true); !flaw.empty())
+      return "has 'own_optimum_pose' " + flaw;
+  return "";
+}
+
+}  // namespace relign::records
