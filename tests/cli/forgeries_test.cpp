@@ -229,7 +229,8 @@ const std::vector<Forgery>& forgeries() {
        "has 'true_pose' outside the travel at step 4"},
       {"limit of no axis", last_step("limits_low", 4096), "at a limit of an axis that its scene does not have"},
       {"recommendation of another pose",
-       [](Results& of) { of.of(kOwn)[0]->steps.back()["recommended_pose"][0] = 0.123; }, "but recommends another pose"},
+       [](Results& of) { of.of("random")[0]->steps.back()["recommended_pose"][0] = 0.123; },
+       "but recommends another pose"},
       // trials of one instance
       {"own start pose", [](Results& of) { of.of(kOwn)[0]->steps[0]["true_pose"][0] = 0.51; },
        "starts with another 'true_pose' than"},
@@ -241,8 +242,8 @@ const std::vector<Forgery>& forgeries() {
        },
        "has 'best_mse', which 7 other trials on this scene and noise level lack"},
       // members that no record has
-      {"member of a step", last_step("score", 1), "the line has 'score', which this version does not write"},
-      {"member of a trial", closing("rank", 1), "the line has 'rank', which this version does not write"},
+      {"member of a step", last_step("score", 1), "it has 'score', which this version does not write"},
+      {"member of a trial", closing("rank", 1), "it has 'rank', which this version does not write"},
       {"negative host time", [](Results& of) { of.times[0]["algorithm_seconds"][0] = -1; }, "are negative"},
   };
   return all;

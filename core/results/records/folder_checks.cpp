@@ -227,7 +227,7 @@ void FolderChecks::add(const TrialTimes& times) {
   }
 }
 
-Checks FolderChecks::result(Check plan) {
+Checks FolderChecks::result(Check plan, bool all_times) {
   const Place* before = nullptr;
   for (const Known& known : known_) {
     if (!known.in_place) continue;
@@ -242,7 +242,7 @@ Checks FolderChecks::result(Check plan) {
   for (std::string& finding : of_instances_.findings()) instances_.add(std::move(finding));
   const auto without = static_cast<std::size_t>(
       std::count_if(known_.begin(), known_.end(), [](const Known& one) { return one.recorded && !one.timed; }));
-  if (has_order_ && without > 0)
+  if (all_times && has_order_ && without > 0)
     trials_.add(counted(without, "trial") + (without == 1 ? " lacks its line" : " lack their lines") + " in times/");
   return {std::move(manifest_), std::move(plan),    std::move(trials_),
           std::move(steps_),    std::move(scores_), std::move(instances_)};
@@ -261,7 +261,7 @@ Checks check_folder(const std::filesystem::path& folder, const PlanCheck& plan, 
       {}, damaged);
   for_each_times(
       folder, [&checks](const TrialTimes& times) { checks.add(times); }, damaged);
-  return checks.result(made_by(plan, manifest));
+  return checks.result(made_by(plan, manifest), !damaged || damaged->empty());
 }
 
 void require_checked(const std::filesystem::path& folder, const PlanCheck& plan, const std::string& what,

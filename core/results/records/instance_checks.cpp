@@ -18,7 +18,7 @@ bool differ(double a, double b) {
 
 bool differ(const std::vector<double>& a, const std::vector<double>& b) {
   return !std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
-    return std::isnan(x) || std::isnan(y) ? std::isnan(x) != std::isnan(y) : std::abs(x - y) > kOtherCpu;
+    return std::isnan(x) || std::isnan(y) ? std::isnan(x) == std::isnan(y) : std::abs(x - y) <= kOtherCpu;
   });
 }
 
@@ -40,15 +40,14 @@ std::string InstanceChecks::add(const TrialRecord& closing, const std::vector<St
 std::string InstanceChecks::check_start(const TrialRecord& closing, const StepNumbers& first) {
   const auto [known, is_new] =
       starts_.try_emplace({closing.scene, closing.noise_level, closing.protocol, closing.instance},
-                          Start{label_of(closing), first.commanded_pose, first.true_pose,
-                                first.regions.empty() ? first.measured : kUnknown, first.commanded_mse});
+                          Start{label_of(closing), first.true_pose, first.regions.empty() ? first.measured : kUnknown,
+                                first.commanded_mse});
   if (is_new) return "";
   const Start& other = known->second;
-  const char* what = differ(other.commanded_pose, first.commanded_pose) ? "commanded_pose"
-                     : differ(other.true_pose, first.true_pose)         ? "true_pose"
-                     : differ(other.measured, first.measured)           ? "measured"
-                     : differ(other.mse, first.commanded_mse)           ? "commanded_mse"
-                                                                        : nullptr;
+  const char* what = differ(other.true_pose, first.true_pose) ? "true_pose"
+                     : differ(other.measured, first.measured) ? "measured"
+                     : differ(other.mse, first.commanded_mse) ? "commanded_mse"
+                                                              : nullptr;
   return what ? "starts with another " + in_quotes(what) + " than " + other.trial + ", although it is the same start"
               : "";
 }

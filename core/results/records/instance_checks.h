@@ -31,7 +31,7 @@ class InstanceChecks {
  private:
   struct Start {
     std::string trial;
-    std::vector<double> commanded_pose, true_pose;
+    std::vector<double> true_pose;  // commanded poses are in the coordinates of a trial
     double measured = kUnknown, mse = kUnknown;
   };
   struct Optimum {

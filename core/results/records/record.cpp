@@ -275,8 +275,9 @@ ReadLine read_trial_line(std::string_view line, const std::string& place) {
     }
     for (const auto& [key, value] : json.items())
       if (!known_keys(read.closing).count(key))
-        throw NewerFormat("the line has " + in_quotes(key) +
-                          ", which this version does not write; if a newer relign-bench wrote it, read it with that");
+        throw Error(ErrorKind::bad_input, "it has " + in_quotes(key) +
+                                              ", which this version does not write; if a newer relign-bench wrote it, "
+                                              "read it with that");
     return read;
   });
 }

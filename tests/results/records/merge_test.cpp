@@ -90,7 +90,7 @@ TEST_F(MergeTest, DropsEqualDuplicatesAndReportsDifferentOnes) {
 
 TEST_F(MergeTest, ToleratesThisCpuPluginsBetweenProcessorsOnly) {
   TrialRecord other = trial("w0");
-  other.steps[2].measured += 1e-9;
+  other.steps[2].measured -= 1e-9;
   Json here = manifest({"walker"}, {"w0"}), there = here;
   here["algorithms"][0]["reproducible"] = there["algorithms"][0]["reproducible"] = "this_cpu";
   const fs::path a = make("a", {trial("w0")}, here);
@@ -108,7 +108,7 @@ TEST_F(MergeTest, ToleratesThisCpuPluginsBetweenProcessorsOnly) {
   there["machine"]["instruction_sets"] = "amd: sse3 avx2";
   EXPECT_EQ(join({make("a2", {trial("w0")}, here), make("b2", {other}, there)}).within_tolerance, 1U);
   there["machine"].erase("instruction_sets");
-  other.steps[2].measured += 1e-3;
+  other.steps[2].measured -= 1e-3;
   const fs::path c = make("c", {other}, there);
   EXPECT_EQ(join({a, c}).disagreeing, 1U);
 }

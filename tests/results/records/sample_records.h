@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "records/record.h"
+#include "records/step_numbers.h"
 
 namespace relign::records {
 
@@ -35,6 +37,14 @@ inline TrialRecord sample_trial(const std::string& id, unsigned steps = 2) {
     record.steps.push_back(step);
   }
   return record;
+}
+
+inline std::vector<StepNumbers> numbers_of(const TrialRecord& record) {
+  StepNumbersReader reader;
+  std::vector<StepNumbers> steps;
+  for (const StepRecord& step : record.steps) steps.push_back(reader.read(step_line(record.trial, step), ""));
+  set_scores(record, steps);
+  return steps;
 }
 
 inline TrialTimes sample_times(const std::string& id, unsigned steps = 2) {
