@@ -1,5 +1,6 @@
 // Forged results folders on a scene that knows the optimum of its instances, and forged files beside the records.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include "cli/forged_results.h"
 #include "cli/program.h"
@@ -35,7 +36,10 @@ TEST_F(ForgedFolders, ReplaysCountForTheirRecordsOnly) {
 
   // Other records, with the same file beside them.
   const std::string stated = place_->read("forged/results/verify.json");
-  const auto better = [](Results& of) { of.of(kOwn)[0]->steps.back()["recommended_mse"] = 1e-5; };
+  const auto better = [](Results& of) {
+    Json& error = of.of(kOwn)[0]->steps.back()["recommended_mse"];
+    error = 0.97 * error.get<double>();
+  };
   forge(better, "lens");
   place_->write("forged/results/verify.json", stated);
   ASSERT_EQ(build().exit_code, 0);
@@ -60,6 +64,19 @@ TEST_F(ForgedFolders, MethodsDoNotVanish) {
 TEST_F(ForgedFolders, OptimaAreOfTheInstance) {
   evaluate("lens", "relign_od");
   const std::vector<Forgery> forged = {
+      {"huge uncertainty",
+       [](Results& of) {
+         Json& last = of.of(kOwn)[0]->steps.back();
+         last["recommended_mse"] = -9e-5;
+         last["recommended_mse_error"] = 1.0;
+       },
+       "has the standard error 1 of an MSE"},
+      {"error of a pose that was captured",
+       [](Results& of) {
+         Json& last = of.of("random")[0]->steps.back();
+         last["recommended_mse"] = last["recommended_mse"].get<double>() / 100;
+       },
+       "at the same true pose"},
       {"optimum", closing("own_optimum_mse", 1e-3), "has another 'own_optimum_mse' than"},
       {"its pose", [](Results& of) { of.of(kRival)[0]->closing["own_optimum_pose"][0] = 0.25; },
        "has another 'own_optimum_pose' than"},
@@ -79,10 +96,29 @@ TEST_F(ForgedFolders, OptimaAreOfTheInstance) {
   }
 }
 
+// Its numbers are possible alone, but would take the ranking from every other folder of the round.
+TEST_F(ForgedFolders, OptimaDoNotVanishFromARound) {
+  evaluate("lens", "relign_od");
+  forge(
+      [](Results& of) {
+        for (Trial& trial : of.trials) trial.closing["own_optimum_mse"] = nullptr;
+      },
+      "lens");
+  for (const auto& [first, second] : {std::pair("lens", "forged"), {"forged", "lens"}}) {
+    const Outcome built = call({"leaderboard", "build", first, second, "-o", "site"});
+    EXPECT_EQ(built.exit_code, 4);
+    EXPECT_THAT(built.err, HasSubstr("left out: 'forged': its records lack the own optima of the instances"));
+    EXPECT_THAT(built.out, HasSubstr("evaluations  1 of 2"));
+  }
+}
+
 TEST_F(ForgedFolders, LinksAndOtherFilesAreNoRecords) {
   forge([](Results&) {});
   place_->write("forged/results/trials/copy.jsonl", "");
   EXPECT_THAT(call({"report", "forged/results"}).err, HasSubstr("'trials/copy.jsonl' is not a file of records"));
+  forge([](Results&) {});
+  ASSERT_EQ(::mkfifo(place_->path("forged/results/trials/0001.jsonl").c_str(), 0600), 0);
+  EXPECT_THAT(call({"report", "forged/results"}).err, HasSubstr("'trials/0001.jsonl' is not a file of records"));
   forge([](Results&) {});
   fs::rename(place_->path("forged/results/trials/0000.jsonl"), place_->path("elsewhere"));
   fs::create_symlink(place_->path("elsewhere"), place_->path("forged/results/trials/0000.jsonl"));

@@ -232,7 +232,11 @@ const std::vector<Forgery>& forgeries() {
        [](Results& of) { of.of("random")[0]->steps.back()["recommended_pose"][0] = 0.123; },
        "but recommends another pose"},
       // trials of one instance
-      {"own start pose", [](Results& of) { of.of(kOwn)[0]->steps[0]["true_pose"][0] = 0.51; },
+      {"own start pose",
+       [](Results& of) {
+         Json& start = of.of("home")[0]->steps[0];
+         start["true_pose"][0] = start["recommended_true_pose"][0] = 0.51;
+       },
        "starts with another 'true_pose' than"},
       {"own start", [](Results& of) { of.of(kOwn)[0]->steps[0]["measured"] = 0.009; },
        "starts with another 'measured' than"},

@@ -1,7 +1,9 @@
 #include "leaderboard/board.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+#include <set>
 
 #include "base/error.h"
 #include "base/hash.h"
@@ -31,6 +33,7 @@ constexpr const char* kSharedMembers[] = {"limits", "machine_time", "cycle", "co
 struct Candidate {
   Entry entry;
   Json algorithms, shared;  // of the results' manifest
+  bool has_optima = false;  // of its instances
 };
 
 Candidate read_candidate(const fs::path& folder, const records::PlanCheck& plan) {
@@ -45,6 +48,8 @@ Candidate read_candidate(const fs::path& folder, const records::PlanCheck& plan)
   if (const auto found = contradictions(evaluation, made.entry.submission, results); !found.empty())
     throw Error(ErrorKind::bad_input, join(found, "\n"));
   made.algorithms = list_of(results.manifest, "algorithms");
+  made.has_optima = std::any_of(results.trials.rows.begin(), results.trials.rows.end(),
+                                [](const auto& row) { return !std::isnan(row.own_optimum_mse); });
   for (const char* key : kSharedMembers) made.shared[key] = member(results.manifest, key);
   made.entry.checked = records::summary_of(results.checks);
   made.entry.replays = records::read_replays(evaluation.results_folder());
@@ -112,8 +117,14 @@ std::vector<Candidate> accepted(const BoardOptions& options, std::vector<LeftOut
   std::stable_sort(all.begin(), all.end(), [](const Candidate& a, const Candidate& b) {
     return a.entry.evaluation.date < b.entry.evaluation.date;
   });
+  std::set<std::string> with_optima;  // instance sets
+  for (const Candidate& candidate : all)
+    if (candidate.has_optima) with_optima.insert(candidate.entry.evaluation.suite.instance_set);
   for (Candidate& candidate : all) {
     std::string reason;
+    // Whichever is earlier: without optima no method of the round would be ranked.
+    if (!candidate.has_optima && with_optima.count(candidate.entry.evaluation.suite.instance_set))
+      reason = "its records lack the own optima of the instances, which another evaluation of the round has";
     for (const Candidate& earlier : kept)
       if (reason.empty()) reason = conflict(earlier, candidate);
     if (reason.empty())

@@ -11,6 +11,9 @@ namespace {
 
 constexpr double kOtherCpu = 1e-6;  // relative: numbers are bit-identical on one type of processor only
 
+// A trial begins at a pose that the noise level draws, so that the largest standard errors of trials are alike.
+constexpr double kMostTimesMedian = 30;
+
 bool differ(double a, double b) {
   if (std::isnan(a) || std::isnan(b)) return std::isnan(a) != std::isnan(b);
   return std::abs(a - b) > kOtherCpu * std::abs(a);
@@ -34,6 +37,11 @@ std::string InstanceChecks::add(const TrialRecord& closing, const std::vector<St
   if (!steps.empty() && steps.front().step == 0) what = check_start(closing, steps.front());
   if (what.empty()) what = check_optimum(closing);
   if (ended_well(closing.end)) count_scores(closing);
+  Uncertainty largest = {0, label_of(closing)};
+  for (const StepNumbers& step : steps)
+    for (const double error : {step.commanded_mse_error, step.recommended_mse_error})
+      largest.error = std::max(largest.error, error);  // not NaN
+  if (largest.error > 0) errors_[{closing.scene, closing.noise_level}].push_back(std::move(largest));
   return what;
 }
 
@@ -91,6 +99,16 @@ std::vector<std::string> InstanceChecks::findings() const {
     const bool has = presence.with < presence.without;
     found.push_back(sentence(has ? presence.one_with : presence.one_without, has ? presence.without : presence.with,
                              std::get<2>(key), has));
+  }
+  for (const auto& [key, trials] : errors_) {
+    std::vector<double> errors;
+    for (const Uncertainty& one : trials) errors.push_back(one.error);
+    std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2), errors.end());
+    const double median = errors[errors.size() / 2];
+    for (const Uncertainty& one : trials)
+      if (one.error > kMostTimesMedian * median)
+        found.push_back(one.trial + " has the standard error " + shortest(one.error) +
+                        " of an MSE, that of other trials is " + shortest(median));
   }
   for (const auto& [key, presence] : some_)
     if (!presence.methods_with.empty() && presence.methods_with.size() * 2 < presence.methods.size())

@@ -45,6 +45,11 @@ class InstanceChecks {
     std::string one_with, one_without;
     std::set<std::string> methods_with, methods;
   };
+  // The largest standard error of a trial, and which it is.
+  struct Uncertainty {
+    double error = 0;
+    std::string trial;
+  };
   using Lens = std::tuple<std::string, std::string, std::string, std::uint64_t>;  // scene, level, protocol, instance
 
   std::string check_start(const TrialRecord& closing, const StepNumbers& first);
@@ -52,6 +57,7 @@ class InstanceChecks {
   void count_scores(const TrialRecord& closing);
 
   bool several_processors_, several_terms_;
+  std::map<std::pair<std::string, std::string>, std::vector<Uncertainty>> errors_;  // by scene and noise level
   std::map<Lens, Start> starts_;
   std::map<Lens, Optimum> optima_;                                              // under any protocol: ""
   std::map<std::tuple<std::string, std::string, std::string>, Presence> all_;   // by scene, noise level and column

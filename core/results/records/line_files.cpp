@@ -71,7 +71,9 @@ std::vector<fs::path> line_files(const fs::path& folder) {
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     std::size_t number = 0;
-    if (file_number(entry->path(), number)) found.emplace_back(number, entry->path());
+    std::error_code unknown;
+    if (file_number(entry->path(), number) && entry->is_regular_file(unknown))
+      found.emplace_back(number, entry->path());
   }
   if (code && code != std::errc::no_such_file_or_directory)
     throw Error(ErrorKind::io, "cannot read '" + folder.string() + "': " + code.message());
@@ -89,7 +91,7 @@ std::vector<std::string> odd_line_files(const fs::path& folder) {
     const fs::path& file = entry->path();
     std::size_t number = 0;
     const std::string name = in_quotes((folder.filename() / file.filename()).string());
-    if (file.extension() == ".jsonl" && !file_number(file, number))
+    if (file.extension() == ".jsonl" && (!file_number(file, number) || !entry->is_regular_file(code)))
       found.push_back(name + " is not a file of records, and is not read");
     else if (file.extension() == ".jsonl" && entry->is_symlink(code))
       found.push_back(name + " is a link, not a file");

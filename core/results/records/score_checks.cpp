@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "base/text.h"
@@ -12,8 +13,9 @@ namespace relign::records {
 namespace {
 
 constexpr double kSlack = 1e-9;  // rounding of a sum, relative
-// Pixels are from 0 to 1. Noise-free errors are signed estimates, with a standard error of about 1e-7.
-constexpr double kLowestMse = -1e-4, kHighestMse = 1;
+// Pixels are from 0 to 1. Noise-free errors are signed estimates; of a dim scene of few rays they may be some 1e-4
+// below 0.
+constexpr double kLowestMse = -1e-2, kHighestMse = 1;
 constexpr double kStandardErrors = 10;  // that an estimate may be below what it estimates
 // An error may be below the instance's own optimum by this and a share of it, since that is the result of a search.
 constexpr double kMinBelow = 1e-6, kShareBelow = 0.1;
@@ -54,17 +56,40 @@ std::string flaw_of_poses(const StepNumbers& step, const ScoreTerms& terms) {
                                             {&step.recommended_true_pose, "recommended_true_pose", true}})
     if (const std::string flaw = flaw_of_pose(*pose, terms.axes, of_lens); !flaw.empty())
       return "has " + in_quotes(what) + " " + flaw + at(step);
+  if ((step.limits_low & step.limits_high) != 0) return "is at both limits of an axis" + at(step);
+  if (step.step == 0 && !terms.station && (step.limits_low | step.limits_high) != 0)
+    return "starts at a limit" + at(step);
   if (terms.axes < 64 && ((step.limits_low | step.limits_high) >> terms.axes) != 0)
     return "is at a limit of an axis that its scene does not have" + at(step);
   return "";
 }
 
-std::string flaw_of_recommendation(const StepNumbers& step, const std::vector<double>& best) {
+bool same_pose(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](double x, double y) { return std::abs(x - y) <= kSlack || std::isnan(x) || std::isnan(y); });
+}
+
+// Two estimates of the error at the same true pose. Of few samples a standard error may be too small by chance.
+bool agree(const Mse& a, const Mse& b) {
+  constexpr double kApart = 0.05;
+  return !(std::abs(a.mse - b.mse) > kStandardErrors * std::hypot(a.error, b.error) + kApart * std::abs(b.mse));
+}
+
+// `best`: the step of the lowest merit so far. `repeats`: a command always leads to the same pose.
+std::string flaw_of_recommendation(const StepNumbers& step, const StepNumbers& best, bool repeats) {
+  for (const StepNumbers* other : {&step, &best})
+    if (other->true_pose == step.recommended_true_pose &&
+        !agree({step.recommended_mse, step.recommended_mse_error}, {other->commanded_mse, other->commanded_mse_error}))
+      return "has 'recommended_mse' " + shortest(step.recommended_mse) + at(step) + ", but 'commanded_mse' " +
+             shortest(other->commanded_mse) + at(*other) + " at the same true pose";
   if (step.recommendation == "own") return "";
   if (step.recommendation != "best_measured" && step.recommendation != "current")
     return "has the recommendation " + in_quotes(step.recommendation) + at(step);
-  const bool current = step.recommendation == "current";
-  if (step.recommended_pose == (current ? step.commanded_pose : best)) return "";
+  const StepNumbers& named = step.recommendation == "current" ? step : best;
+  const bool moves = repeats && named.limits_low == 0 && named.limits_high == 0;
+  if (step.recommended_pose == named.commanded_pose &&
+      (!moves || same_pose(step.recommended_true_pose, named.true_pose)))
+    return "";
   return "has the recommendation " + in_quotes(step.recommendation) + at(step) + ", but recommends another pose";
 }
 
@@ -113,15 +138,17 @@ std::string flaw_of_errors(const StepErrors& errors, const char* what, double op
 std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps, const ScoreTerms& terms) {
   const double optimum = closing.own_optimum.mse;
   const StepNumbers* before = nullptr;
-  const std::vector<double>* best = nullptr;
+  const StepNumbers* best = nullptr;
+  const bool repeats = !terms.station && std::isnan(closing.scores.uncured_mse[Rule::own]) &&
+                       closing.scores.by_step[Rule::best].mse.empty();
   double lowest = std::numeric_limits<double>::infinity();
   for (const StepNumbers& step : steps) {
     if (step.regions.empty() && step.merit < lowest) {
       lowest = step.merit;
-      best = &step.commanded_pose;
+      best = &step;
     }
     std::string flaw = flaw_of_step(step, before, terms);
-    if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best);
+    if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best, repeats);
     if (!flaw.empty()) return flaw;
     for (const auto& [value, what] : {std::pair(Mse{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"),
                                       {Mse{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}})
@@ -138,10 +165,22 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
     return "has 'own_optimum_mse', but its scene has no ground truth";
   if (!std::isnan(optimum) && !(optimum >= kLowestMse && optimum <= kHighestMse))
     return "has 'own_optimum_mse' " + shortest(optimum);
-  if (const std::vector<double>& pose = closing.own_optimum.pose; !pose.empty() && !steps.empty())
+  if (const std::vector<double>& pose = closing.own_optimum.pose; !pose.empty() && !steps.empty()) {
+    if (std::any_of(pose.begin(), pose.end(), [](double at) { return std::isnan(at); }))
+      return "has 'own_optimum_pose' with an unknown value";
     if (const std::string flaw = flaw_of_pose(pose, terms.axes, true); !flaw.empty())
       return "has 'own_optimum_pose' " + flaw;
-  return "";
+  }
+  std::string flaw;
+  trial_columns(
+      [&flaw](const Column& column, const auto& value) {
+        if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, double>)
+          if (column.is(kShare) && (value < 0 || value > 1))
+            flaw =
+                "has " + in_quotes(std::string(column.key)) + " " + shortest(value) + ", which is a share from 0 to 1";
+      },
+      closing);
+  return flaw;
 }
 
 }  // namespace relign::records

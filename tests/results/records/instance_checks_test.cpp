@@ -60,6 +60,18 @@ TEST_F(InstanceCheck, OptimaAreEqualUnderAnyProtocol) {
   EXPECT_EQ(several_processors.add(other, numbers_of(other)), "") << "where a search may end elsewhere";
 }
 
+TEST_F(InstanceCheck, StandardErrorsAreAlike) {
+  for (const char* name : {"a", "b", "c"}) add(of_method(name));
+  TrialRecord other = of_method("d");
+  other.steps[2].recommended_mse_error = 2e-6;
+  add(other);
+  EXPECT_THAT(checks_.findings(), IsEmpty());
+  other = of_method("e");
+  other.steps[2].recommended_mse_error = 1;
+  add(other);
+  EXPECT_THAT(checks_.findings(), ElementsAre(HasSubstr("e on toy calm #7 has the standard error 1 of an MSE")));
+}
+
 TEST_F(InstanceCheck, ScoresAreThoseOfTheScene) {
   for (const char* name : {"a", "b", "c"}) add(of_method(name));
   EXPECT_THAT(checks_.findings(), IsEmpty());

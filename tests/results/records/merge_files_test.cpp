@@ -60,7 +60,7 @@ TEST_F(MergeTest, CopiesLogsScenesAndPictures) {
   };
   const auto with_pictures = [&](const std::string& name, const std::string& id, double mse) {
     TrialRecord record = trial(id);
-    record.steps.back().recommended_mse = mse;
+    record.steps.back().recommended_mse = record.steps.back().commanded_mse = mse;
     const fs::path made = make(name, {record}, manifest({"walker"}, {id}));
     Json index = {
         {"format", 1},

@@ -36,7 +36,11 @@ TEST(ScoreChecks, ErrorsHaveAStandardError) {
             "has 'commanded_mse' 5e-05 at step 1 with the standard error null");
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse_error = -1; }),
             "has 'recommended_mse' 5e-05 at step 1 with the standard error -1");
-  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse = -3e-7; }), "");
+  EXPECT_EQ(flaw_with([](TrialRecord& of) {
+              of.steps[1].recommended_mse = -3e-7;
+              of.steps[1].recommended_true_pose[0] = 0.6;  // elsewhere
+            }),
+            "");
   EXPECT_THAT(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse = -3e-6; }),
               HasSubstr("-3e-06 at step 1, which is below 0 by more than 10 standard errors"));
 }
@@ -47,6 +51,7 @@ TEST(ScoreChecks, ErrorsAreNotClearlyBelowTheOptimum) {
     return flaw_with([&](TrialRecord& of) {
       of.own_optimum.mse = optimum;
       of.steps[2].recommended_mse = last;
+      of.steps[2].recommended_true_pose[0] = 0.6;  // elsewhere
     });
   };
   EXPECT_EQ(with(2e-7, -2e-7), "");
@@ -88,12 +93,37 @@ TEST(ScoreChecks, PosesAreOfTheSceneAndWithinItsTravel) {
 TEST(ScoreChecks, RecommendationsAreWhatTheyAreCalled) {
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].recommendation = "current"; }), "");
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].recommendation = "best_measured"; }), "");
-  for (const char* name : {"current", "best_measured"})
+  for (const char* name : {"current", "best_measured"}) {
     EXPECT_THAT(flaw_with([&](TrialRecord& of) {
                   of.steps[2].recommendation = name;
                   of.steps[2].recommended_pose = of.steps[0].commanded_pose;
                 }),
                 HasSubstr("at step 2, but recommends another pose"));
+    const auto elsewhere = [&](TrialRecord& of) {
+      of.steps[2].recommendation = name;
+      of.steps[2].recommended_true_pose[0] = 0.7;
+    };
+    EXPECT_THAT(flaw_with(elsewhere), HasSubstr("at step 2, but recommends another pose"));
+    EXPECT_EQ(flaw_with([&](TrialRecord& of) {
+                elsewhere(of);
+                of.steps[2].limits_high = 1;
+              }),
+              "")
+        << "a limit may cut a move";
+  }
+}
+
+TEST(ScoreChecks, OneTruePoseHasOneError) {
+  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[2].recommended_mse += 5e-7; }), "");
+  EXPECT_EQ(
+      flaw_with([](TrialRecord& of) { of.steps[2].recommended_mse /= 100; }),
+      "has 'recommended_mse' 3.3333333333333335e-07 at step 2, but 'commanded_mse' 3.3333333333333335e-05 at step 2 at "
+      "the same true pose");
+}
+
+TEST(ScoreChecks, SharesAreFromZeroToOne) {
+  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.scores.mtf[Rule::own][Curing::after].centre = 5; }),
+            "has 'mtf_centre' 5, which is a share from 0 to 1");
 }
 
 TEST(ScoreChecks, AStepTakesTime) {
