@@ -38,7 +38,11 @@ ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedS
     lens.instance = draw_instance(level, scene, context.services(1), choice.suite_seed, choice.instance);
     lens.offsets = lens.instance->perturbations.elements_json;
   }
-  if (!choice.assembly.empty()) lens.offsets = read_assembly(choice.assembly, scene.facts.elements);
+  if (!choice.assembly.empty()) {
+    std::vector<std::string> quantities;
+    for (const trials::UncertainQuantity& one : scene.facts.uncertain) quantities.push_back(one.name);
+    lens.offsets = read_assembly(choice.assembly, scene.facts.elements, quantities);
+  }
   return lens;
 }
 

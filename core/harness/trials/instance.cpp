@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <limits>
 #include <relign/random.hpp>
 
 #include "base/text.h"
@@ -45,31 +46,6 @@ std::vector<double> read_distortion(ObjectReader& top, std::size_t axes) {
   if (!factors.isInvertible() || !(factors.rcond() > 1e-9))
     top.complain("distortion", "the matrix is singular or nearly so; expected one with a usable inverse");
   return matrix;
-}
-
-// Offsets with both members of every element, so that equal draws give equal strings.
-Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts& scene,
-                   std::vector<Problem>& problems) {
-  Json elements = Json::object();
-  const Json* given = top.get("elements");
-  if (!given) {
-    top.complain_missing("elements", "{} for a perfect lens");
-    return elements;
-  }
-  ObjectReader all(source, "/elements", problems);
-  if (!given->is_object()) return elements;
-  for (const std::string& name : scene.elements) {
-    if (!all.get(name)) continue;
-    ObjectReader element(source, all.pointer_to(name), problems);
-    const std::vector<double> shift_mm = element.numbers("shift_mm", 3, {0, 0, 0});
-    const std::vector<double> tilt_deg = element.numbers("tilt_deg", 2, {0, 0});
-    element.reject_unknown();
-    elements[name] = {{"shift_mm", shift_mm}, {"tilt_deg", tilt_deg}};
-  }
-  for (const auto& [name, value] : given->items())
-    if (std::find(scene.elements.begin(), scene.elements.end(), name) == scene.elements.end())
-      all.complain(name, "scene '" + scene.name + "' has no element '" + name + "'" + suggestion(name, scene.elements));
-  return elements;
 }
 
 std::vector<double> read_shares(ObjectReader& reader, const char* key, std::size_t axes, double lowest) {
@@ -135,6 +111,39 @@ Perturbations read(const JsonSource& source, const SceneFacts& scene) {
 }
 
 }  // namespace
+
+Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts& scene,
+                   std::vector<Problem>& problems) {
+  Json elements = Json::object();
+  const Json* given = top.get("elements");
+  if (!given) {
+    top.complain_missing("elements", "{} for a perfect lens");
+    return elements;
+  }
+  ObjectReader all(source, "/elements", problems);
+  if (!given->is_object()) return elements;
+  std::vector<std::string> names = scene.elements;
+  for (const std::string& name : scene.elements) {
+    if (!all.get(name)) continue;
+    ObjectReader element(source, all.pointer_to(name), problems);
+    const std::vector<double> shift_mm = element.numbers("shift_mm", 3, {0, 0, 0});
+    const std::vector<double> tilt_deg = element.numbers("tilt_deg", 2, {0, 0});
+    element.reject_unknown();
+    elements[name] = {{"shift_mm", shift_mm}, {"tilt_deg", tilt_deg}};
+  }
+  for (const UncertainQuantity& quantity : scene.uncertain) {
+    names.push_back(quantity.name);
+    if (!all.get(quantity.name)) continue;
+    ObjectReader one(source, all.pointer_to(quantity.name), problems);
+    constexpr double kMost = std::numeric_limits<double>::max();
+    elements[quantity.name] = {{"value", one.required_number("value", -kMost, kMost)}};
+    one.reject_unknown();
+  }
+  for (const auto& [name, value] : given->items())
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      all.complain(name, "scene '" + scene.name + "' has no element '" + name + "'" + suggestion(name, names));
+  return elements;
+}
 
 Perturbations read_perturbations(const std::string& drawn, const SceneFacts& scene, const std::string& level_id) {
   try {

@@ -31,7 +31,7 @@ struct ModuleBatch {
 struct Perturbations {
   std::vector<double> start;       // true start pose, n values in [0, 1]
   std::vector<double> distortion;  // n x n, row-major: true move = distortion * commanded move
-  std::string elements_json;       // offsets of the elements as canonical JSON, as mount takes them
+  std::string elements_json;       // elements and uncertain quantities as canonical JSON, as mount takes them
   // Shift of the lens while the glue cures, n fractions of the travel; empty: none. Of an instance it includes its
   // batch's mean, as a noise level draws it it does not.
   std::vector<double> cure_shift = {};
@@ -71,6 +71,11 @@ Instance draw_instance(const plugin_host::Choice& level, const std::string& leve
 
 // Reads and checks the JSON that a noise level returned; draw_instance uses it.
 Perturbations read_perturbations(const std::string& drawn, const SceneFacts& scene, const std::string& level_id);
+
+// The member "elements" of `top`: offsets with both members of every element, so that equal draws give equal strings,
+// and values of uncertain quantities.
+Json read_elements(const JsonSource& source, ObjectReader& top, const SceneFacts& scene,
+                   std::vector<Problem>& problems);
 
 // Converts offsets from an algorithm or a user ({"L1": {"shift_mm": [x, y, z]}}) to the form that mount takes. Throws
 // Error(bad_input) that lists every mistake.

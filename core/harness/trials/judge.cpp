@@ -64,7 +64,7 @@ double distance(const PoseFacts& at, std::string_view unit) {
   double squares = 0;
   for (std::size_t i = 0; i < at.scene.axes.size(); ++i) {
     const Axis& axis = at.scene.axes[i];
-    if (!axis.observable || (axis.unit == "mm") != (unit == "mm")) continue;
+    if (!axis.observable || axis.unit != unit) continue;
     const double away = (at.true_pose[i] - at.own_optimum[i]) * axis.travel();
     squares += away * away;
   }

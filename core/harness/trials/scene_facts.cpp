@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/characters.h"
+
 namespace relign::trials {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMaxAxes = 64;  // limit flags are the bits of one 64-bit word
 
-std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::vector<Problem>& problems) {
+std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, bool owns_stage,
+                            std::vector<Problem>& problems) {
   std::vector<Axis> axes;
   const Json* list = top.get("axes");
   if (!list || !list->is_array() || list->empty() || list->size() > kMaxAxes) {
@@ -24,11 +27,15 @@ std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::ve
     axis.lower = reader.required_number("lower", -kInfinity, kInfinity);
     axis.upper = reader.required_number("upper", -kInfinity, kInfinity);
     axis.observable = reader.boolean("observable", true);
+    axis.speed_per_s = reader.number("speed_per_s", 0, std::numeric_limits<double>::min(), kInfinity);
     reader.reject_unknown();
     if (reader.has("name") && axis.name.empty())
       reader.complain("name", "expected the name of the axis, found an empty string");
-    if (reader.has("unit") && axis.unit != "mm" && axis.unit != "deg")
-      reader.complain("unit", "expected 'mm' or 'deg', found '" + axis.unit + "'");
+    if (reader.has("unit") && (axis.unit.empty() || !line_mistake(axis.unit).empty()))
+      reader.complain("unit", "expected 'mm', 'deg' or another unit in one line, found '" + axis.unit + "'");
+    const bool timed = axis.unit == "mm" || axis.unit == "deg" || reader.has("speed_per_s") || owns_stage;
+    if (reader.has("unit") && !timed)
+      reader.complain_missing("speed_per_s", "in '" + axis.unit + "' per second; 'machine_time' has it for mm and deg");
     if (reader.has("lower") && reader.has("upper") && !(axis.lower < axis.upper))
       reader.complain("upper", "must be greater than 'lower'");
     const bool twice = std::any_of(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == axis.name; });
@@ -36,6 +43,30 @@ std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, std::ve
     axes.push_back(std::move(axis));
   }
   return axes;
+}
+
+// Their laws are for noise levels.
+std::vector<UncertainQuantity> read_uncertain(const JsonSource& source, ObjectReader& top,
+                                              const std::vector<std::string>& elements,
+                                              std::vector<Problem>& problems) {
+  std::vector<UncertainQuantity> quantities;
+  const Json* list = top.get("uncertain");
+  if (list && !list->is_array()) top.complain("uncertain", "expected a list of quantities");
+  for (std::size_t i = 0; list && list->is_array() && i < list->size(); ++i) {
+    ObjectReader reader(source, "/uncertain/" + std::to_string(i), problems);
+    UncertainQuantity quantity = {reader.required_string("name"), reader.required_string("unit")};
+    reader.string("meaning", "");
+    if (const Json* law = reader.get("law"); !law || !law->is_object())
+      reader.complain_missing("law", R"(such as {"law": "normal", "sigma": 0.1})");
+    reader.reject_unknown();
+    const auto is_it = [&quantity](const UncertainQuantity& other) { return other.name == quantity.name; };
+    if (reader.has("name") && (quantity.name.empty() || std::any_of(quantities.begin(), quantities.end(), is_it) ||
+                               std::find(elements.begin(), elements.end(), quantity.name) != elements.end()))
+      reader.complain("name",
+                      "expected a name that no other quantity and no element has, found '" + quantity.name + "'");
+    quantities.push_back(std::move(quantity));
+  }
+  return quantities;
 }
 
 std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key, bool required) {
@@ -63,8 +94,8 @@ SceneFacts read(const JsonSource& source) {
   if (top.has("name") && facts.name.empty())
     top.complain("name", "expected the name of the scene, found an empty string");
   facts.summary = top.string("summary", "");
-  facts.axes = read_axes(source, top, problems);
   facts.owns_stage = top.boolean("owns_stage", false);
+  facts.axes = read_axes(source, top, facts.owns_stage, problems);
   facts.truth = top.boolean("truth", true);
   if (facts.owns_stage && facts.truth)
     top.complain(top.has("truth") ? "truth" : "",
@@ -98,6 +129,7 @@ SceneFacts read(const JsonSource& source) {
   for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
     if (std::find(facts.elements.begin(), name, *name) != name)
       top.complain("elements", "duplicate element '" + *name + "'");
+  facts.uncertain = read_uncertain(source, top, facts.elements, problems);
   facts.files = read_texts(top, "files", false);
   if (top.get("machine_time"))
     facts.machine_time = changed_by(read_machine_time(source, "/machine_time", problems), facts.machine_time);

@@ -13,11 +13,18 @@ namespace relign::trials {
 
 struct Axis {
   std::string name;        // "x", "Rx"
-  std::string unit;        // "mm" or "deg"
+  std::string unit;        // "mm", "deg" or any other
   double lower = 0;        // physical value at pose 0
   double upper = 0;        // physical value at pose 1
   bool observable = true;  // a misalignment along it changes the image of the design
+  double speed_per_s = 0;  // in its unit; 0: as the machine time says for mm or degrees
   double travel() const { return upper - lower; }
+};
+
+// What of a lens or a device as built is uncertain, besides the places of its elements.
+struct UncertainQuantity {
+  std::string name;  // as none of the elements
+  std::string unit;
 };
 
 // Simulated machine time of one step: travel (all axes at once, the slowest one counts), settling,
@@ -48,6 +55,7 @@ struct SceneFacts {
   double pitch_um = 0;        // of the pixels; 0: unknown
   images::EdgeFields fields;  // places with slanted edges; may be empty
   std::vector<std::string> elements;
+  std::vector<UncertainQuantity> uncertain;
   MachineTime machine_time;
   Json spec;                       // as in the description, null when absent
   std::vector<std::string> files;  // data files the image depends on

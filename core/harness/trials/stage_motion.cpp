@@ -65,8 +65,9 @@ StageMotion::StageMotion(const SceneFacts& scene, const Instance& instance, std:
     throw Error(ErrorKind::internal, "the perturbations and the scene have different numbers of axes");
   inverse_distortion_ = inverse(distortion_, n);
   for (const Axis& axis : scene.axes)
-    seconds_per_travel_.push_back(axis.travel() /
-                                  (axis.unit == "deg" ? machine_time.speed_deg_per_s : machine_time.speed_mm_per_s));
+    seconds_per_travel_.push_back(axis.travel() / (axis.speed_per_s > 0 ? axis.speed_per_s
+                                                   : axis.unit == "deg" ? machine_time.speed_deg_per_s
+                                                                        : machine_time.speed_mm_per_s));
   at_.true_pose = at_.driven_pose = start_;
   at_.commanded_pose = at_.reached_pose = commanded_start_;
   if (errors_) at_.carriage = at_.repeatability_error = std::vector<double>(n, 0.0);

@@ -199,7 +199,8 @@ typedef struct relign_noise_level_interface {
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_noise_level** made);
   /* Writes one draw of the perturbations W, a pure function of its arguments. scene_json: what the scene's describe
    * wrote. Writes, for n axes, {"start": [n values in 0..1], "distortion": [[n x n]],
-   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}}, and if glue matters
+   * "elements": {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}, "waist": {"value": 0.05}}}, the latter for an
+   * uncertain quantity of the scene, and if glue matters
    * "cure_shift": [n fractions of the travel], the shift of the lens while the glue cures. Optionally errors
    * of the stage beyond the distortion, "stage": {"backlash": [n], "repeatability": [n], "encoder_step": [n],
    * "drift": [n], "drift_seconds": s}, each member optional, in fractions of the travel: full width of the play,
@@ -228,7 +229,8 @@ typedef struct relign_scene_interface {
   relign_status (*create)(const relign_host* host, const relign_parameters* parameters, relign_scene** made);
   /* Writes one JSON object:
    *   "name": "relign_od"
-   *   "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, ...]   pose 0..1 maps to lower..upper
+   *   "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, ...]   pose 0..1 maps to lower..upper; units other
+   *                                                                         than mm and deg need "speed_per_s"
    *   "nominal_pose": [0.5, ...]
    *   "image": {"width": 200, "height": 200, "white": 0.115}                white = display value of a lit pixel
    *   "elements": ["L1", ...]                                               those that a noise level may offset
@@ -237,6 +239,8 @@ typedef struct relign_scene_interface {
    *   "geometry": {"pivot_z_mm": 0,                                         positions on the axis of the pivot of
    *                "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5},  tilts and of the vertices
    *                             ...}}
+   *   "uncertain": [{"name": "waist", "unit": "um",                         what else is uncertain in a device as built,
+   *                  "law": {"law": "normal", "sigma": 0.1}}, ...]          which noise levels draw
    *   "files": ["/abs/path", ...]                                           data files that determine the image
    *   "summary": "..."
    * [object-thread] */

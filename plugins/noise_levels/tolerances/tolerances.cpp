@@ -77,7 +77,7 @@ class Tolerances final : public relign::NoiseLevel {
     std::vector<double> shares;
     std::size_t shifts = 0, tilts = 0;
     for (const Json& axis : scene.at("axes")) {
-      const bool tilts_lens = axis.at("unit") == "deg";
+      const bool tilts_lens = is_tilt(axis);
       const std::vector<double>& of_kind = tilts_lens ? limits.tilt_arcmin : limits.shift_um;
       const std::size_t index = tilts_lens ? tilts++ : shifts++;
       if (index >= of_kind.size())
@@ -97,7 +97,7 @@ class Tolerances final : public relign::NoiseLevel {
     std::size_t shifts = 0, tilts = 0;
     bool any = false;
     for (const Json& axis : scene.at("axes")) {
-      const bool tilts_lens = axis.at("unit") == "deg";
+      const bool tilts_lens = is_tilt(axis);
       const std::vector<double>& of_kind = tilts_lens ? values.tilt_arcmin : values.shift_um;
       std::size_t index = tilts_lens ? tilts++ : shifts++;
       if (tilts_lens ? values.one_tilt : values.one_shift) index = 0;
@@ -126,6 +126,14 @@ class Tolerances final : public relign::NoiseLevel {
       complain(key, "the list in " + unit + " of this error has " + std::to_string(found) +
                         " numbers, but the scene has " + std::to_string(axes) +
                         (unit == "um" ? " axes in mm" : " axes in degrees"));
+  }
+
+  bool is_tilt(const Json& axis) const {
+    const std::string unit = axis.at("unit");
+    if (unit != "deg" && unit != "mm")
+      complain("/start", "the scene's axis '" + axis.at("name").get<std::string>() + "' is in '" + unit +
+                             "', but limits are in micrometres and arcminutes; use the noise level 'declared'");
+    return unit == "deg";
   }
 
   // Null if the stage has no errors beyond the distortion.

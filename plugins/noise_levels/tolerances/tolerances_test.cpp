@@ -71,6 +71,13 @@ struct Law {
   double share;  // variance as a share of limit^2
 };
 
+TEST_F(TolerancesTest, RefuseAxesOfOtherUnits) {
+  EXPECT_THAT(refusal(R"({"use": "tolerances", "elements": {}, "start": {"shift_um": [1]}})",
+                      R"({"name": "magnet", "nominal_pose": [0.5], "elements": [],
+                          "axes": [{"name": "current", "unit": "A", "lower": -1, "upper": 1}]})"),
+              HasSubstr("axis 'current' is in 'A', but limits are in micrometres and arcminutes"));
+}
+
 TEST_F(TolerancesTest, ValuesFollowTheirLawWithinTheirLimits) {
   // A standard normal distribution truncated at +- n has the variance 1 - 2 n phi(n) / (2 Phi(n) - 1).
   const Law laws[] = {{R"("limits_are_sigmas": 3)", 0.9733369 / 9},

@@ -43,6 +43,7 @@ class Scene(SceneAbilities, Plugin):
 
         Args:
             offsets: Offsets by element: {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}; {} is the perfect lens.
+                Of a quantity that the description has in "uncertain": {"waist": {"value": 0.05}}.
 
         Raises:
             ValueError: Raise it for an unknown element.

@@ -6,6 +6,7 @@
 
 #include <relign/random.hpp>
 
+#include "error_text.h"
 #include "trials/fakes.h"
 
 namespace relign::trials::instance_tests {
@@ -41,6 +42,23 @@ TEST(Perturbations, ReadsDrawOfNoiseLevel) {
                                  two_axes(), "level")
                   .cure_shift,
               ElementsAre(0.01, -0.02));
+}
+
+TEST(Perturbations, ReadsUncertainQuantitiesBesideTheElements) {
+  SceneFacts scene = two_axes();
+  scene.uncertain = {{"waist", "um"}, {"gap", "um"}};
+  const std::string start = R"({"start": [0, 1], "distortion": [[1, 0], [0, 1]], "elements": )";
+  EXPECT_EQ(Json::parse(
+                read_perturbations(start + R"({"waist": {"value": -0.25}, "L2": {}}})", scene, "level").elements_json),
+            Json::parse(R"({"L2": {"shift_mm": [0, 0, 0], "tilt_deg": [0, 0]}, "waist": {"value": -0.25}})"));
+  EXPECT_THAT(test::error_text(ErrorKind::plugin_failed,
+                               [&] {
+                                 read_perturbations(start + R"({"waist": {"shift_mm": [0, 0, 0]}, "gab": {"value": 1},
+                                                                "L1": {"value": 1}}})",
+                                                    scene, "level");
+                               }),
+              AllOf(HasSubstr("/elements/waist"), HasSubstr("missing key 'value'"), HasSubstr("did you mean 'gap'"),
+                    HasSubstr("/elements/L1/value")));
 }
 
 Perturbations with_stage(const std::string& stage) {

@@ -83,7 +83,9 @@ TEST(SceneFacts, ReportsEveryMistake) {
       << "all at once";
   EXPECT_THAT(refusal(with("\"lens\"", "\"\"")), HasSubstr("expected the name of the scene"));
   EXPECT_THAT(refusal(with("\"Rx\"", "\"x\"")), HasSubstr("duplicate axis 'x'"));
-  EXPECT_THAT(refusal(with("\"deg\"", "\"rad\"")), HasSubstr("expected 'mm' or 'deg', found 'rad'"));
+  EXPECT_THAT(refusal(with("\"deg\"", "\"rad\"")), HasSubstr("missing key 'speed_per_s' (in 'rad' per second"));
+  EXPECT_THAT(refusal(with("\"deg\"", "\"\"")), HasSubstr("expected 'mm', 'deg' or another unit in one line"));
+  EXPECT_EQ(refusal(with("\"deg\"", "\"A\", \"speed_per_s\": 2")), "no error");
   EXPECT_THAT(refusal(with("\"lower\": -7", "\"lower\": 7")), HasSubstr("/axes/1/upper: must be greater"));
   EXPECT_THAT(refusal(with("\"lower\": -7", "\"lowest\": -7")), HasSubstr("did you mean 'lower'"));
   EXPECT_THAT(refusal(with("[0.5, 0.25]", "[0.5]")), HasSubstr("expected a list of 2 numbers"));
@@ -92,6 +94,14 @@ TEST(SceneFacts, ReportsEveryMistake) {
   EXPECT_THAT(refusal(with("200", "0")), HasSubstr("/image/width"));
   EXPECT_THAT(refusal(with("0.115", "-1")), HasSubstr("/image/white"));
   EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", \"L1\"]")), HasSubstr("duplicate element 'L1'"));
+  const auto uncertain = [](const std::string& list) {
+    return with("\"files\":", "\"uncertain\": " + list + ", \"files\":");
+  };
+  EXPECT_THAT(refusal(uncertain(R"([{"name": "L1", "unit": "um", "law": {}}])")),
+              HasSubstr("expected a name that no other quantity and no element has, found 'L1'"));
+  EXPECT_THAT(refusal(uncertain(R"([{"name": "waist", "unit": "um"}])")), HasSubstr("missing key 'law'"));
+  EXPECT_THAT(refusal(uncertain(R"([{"name": "waist", "unit": "um", "law": {}, "sigma": 1}])")), HasSubstr("'sigma'"));
+  EXPECT_THAT(refusal(uncertain("3")), HasSubstr("expected a list of quantities"));
   EXPECT_THAT(refusal(with("[\"L1\", \"L2\"]", "[\"L1\", 2]")), HasSubstr("expected a list of non-empty strings"));
   EXPECT_THAT(refusal(with("[\"/data/lens.json\"]", "\"lens.json\"")),
               HasSubstr("expected a list of non-empty strings"));

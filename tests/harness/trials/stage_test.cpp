@@ -131,6 +131,15 @@ TEST(StageMotion, TravelTakesAsLongAsTheSlowestAxis) {
   EXPECT_DOUBLE_EQ(slow_stage.step_to({0.3, 0, 0, 0}).travel_seconds, 1.2);
 }
 
+TEST(StageMotion, AnAxisMayHaveASpeedOfItsOwn) {
+  SceneFacts scene = scene_with(2);
+  scene.axes[1].unit = "A";
+  scene.axes[1].speed_per_s = 0.5;
+  StageMotion stage(scene, perturbations({0.5, 0.5}, kIdentity), {0.5, 0.5}, Limits::soft);
+  EXPECT_DOUBLE_EQ(stage.step_to({0.5, 0.75}).travel_seconds, 0.25 * 2 / 0.5);
+  EXPECT_DOUBLE_EQ(stage.step_to({0.75, 0.75}).travel_seconds, 0.25 * 2 / MachineTime().speed_mm_per_s);
+}
+
 TEST(StageMotion, WouldReachDoesNotMove) {
   StageMotion stage(scene_with(2), perturbations({0.5, 0.5}, kIdentity), {0, 0}, Limits::soft);
   stage.step_to({0.1, 0.1});
