@@ -7,7 +7,7 @@ recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from
 import csv
 import pathlib
 
-from tables import CONTINUED
+from cells import CONTINUED
 
 HERE = pathlib.Path(__file__).resolve().parent
 IMAGES = HERE.parents[1] / "docs" / "images"
