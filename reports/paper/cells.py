@@ -38,6 +38,8 @@ def network(file):
     """The pages' name for a network file of trainings/; names of other trainings stay."""
     if re.fullmatch(r"rho[0-9.]+-seed-0", file):
         return named(f"ppo-exact-200 ({file})")
+    if file == "shaped-linear-3e-4":
+        return f"PPO-linear ({file})"
     return named(f"ppo-exact ({file})" if re.fullmatch(r"seed-[0-9]", file) else file)
 
 

@@ -42,6 +42,14 @@ RULE_NAMES = {"merit": "lowest merit", "recommended": "own", "recommended_curren
 INSTANCES = "50"
 STEPS = (1, 2, 4, 10, 20, 50)  # moves after the capture at the start
 TARGETS = (0.01, 0.005, 0.002)
+STAGE, SMALLEST = "stage errors twice as large", 0.0001
+DOMAINS = {"relign_od": "as in training: `relign_od`", "relign_od-package": "reflections: `relign_od-package`",
+           "relign_od-sensor": "another sensor: `relign_od-sensor`", "relign_od-target": "target 1 % too large: `relign_od-target`",
+           STAGE: STAGE,
+           **{scene: f"`{scene}`" for scene in ("relign4", "relign4_telecentric", "relign_l2", "relign_l3", "cooke_triplet",
+                                                "tessar", "double_gauss", "wide_angle", "petzval")}}
+DOMAIN_METHODS = {**dict.fromkeys(("sensitivity", "sensitivity-stray-light", "imitation", "imitation-randomised",
+                                   "imitation-ppo", "ceres-image"), (6, 12)), "nlopt-bobyqa": (12, 50), "bo-gp": (12, 50)}
 
 
 class Study:
@@ -233,10 +241,25 @@ def thresholds(study, protocol):
                  [(named(name), *(cell(name, level) for level in LEVELS)) for name in study.algorithms(protocol)])
 
 
+def domains():
+    """Median excess error on other scenes and stages, by `own`, after the moves of each method's column."""
+    rows = {(row["scene"] if name == "matrix" else STAGE, row["algorithm"].removesuffix("-elsewhere"), row["images"]): row
+            for name in ("matrix", "matrix_stage") for row in read(f"../domain_gap/{name}.csv") if row["rule"] == "own"}
+
+    def median(scene, method, moves):
+        value = float(rows[scene, method, str(moves)]["excess_median"])
+        return rounded(value) if value >= SMALLEST else f"<{SMALLEST:g}"
+
+    return table(("domain", *(f"`{method}`" for method in DOMAIN_METHODS)),
+                 [(label, *(", ".join(median(scene, method, moves) for moves in at) for method, at in DOMAIN_METHODS.items()))
+                  for scene, label in DOMAINS.items()])
+
+
 def tables():
     study = Study()
     compared, of_trainings = read("floors.csv"), read("trainings/contrasts.csv")
-    made = {"short": short(study, "paper"), "floors": floors(compared), "authors": authors()}
+    made = {"short": short(study, "paper"), "floors": floors(compared), "authors": authors(),
+            "domains": domains()}
     for protocol in ("paper", "blind"):
         made[f"final {protocol}"] = final(study, protocol)
         made[f"yields {protocol}"] = yields(study, protocol)
