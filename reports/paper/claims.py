@@ -62,7 +62,8 @@ class Evidence:
 
 
 def instances(rows):
-    return f"{', '.join({row['n'] for row in rows})} per level"
+    """Per level."""
+    return ", ".join(sorted({row["n"] for row in rows}))
 
 
 def claims():
@@ -88,7 +89,7 @@ def claims():
     authors = [[found.authors[name, "bo-gp", level] for name in found.networks] for level in LEVELS]
     ten = [found.curves[name, level][MOVES] for name in found.networks for level in LEVELS]
     after = f"PPO-200, median error after {captures(MOVES)} captures"
-    return table(("claim of the paper", "verdict", "measured", *LEVELS, "instances", "trainings"), [
+    return table(("claim of the paper", "verdict", "measured", *LEVELS, "instances per level", "trainings"), [
         *ahead("1. A policy that observes images ends ahead of BO-GP", "imitation-ppo", "bo-gp", "1"),
         recipe(("2. PPO by the paper's recipe does so", f"**{NOT_SHOWN}**"), "PPO-200 : `bo-gp`, own", map(spread, same_rule),
                sum(same_rule, [])),

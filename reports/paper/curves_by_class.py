@@ -30,7 +30,7 @@ def main():
     import matplotlib
 
     matplotlib.use("Agg")
-    matplotlib.rcParams.update({"svg.hashsalt": OUT, "svg.fonttype": "none", "font.size": 9, "axes.edgecolor": "#3a3f47",
+    matplotlib.rcParams.update({"svg.hashsalt": OUT, "svg.fonttype": "none", "font.size": 9.5, "axes.edgecolor": "#3a3f47",
                                 "font.family": "sans-serif", "font.sans-serif": ["Helvetica", "Arial", "DejaVu Sans"]})
     from matplotlib import pyplot, ticker
 
@@ -38,7 +38,7 @@ def main():
     for row in read("curves.csv") + read("trainings/curves.csv"):
         if row["protocol"] == "paper" and row["noise_level"] == LEVEL:
             curves.setdefault(row["algorithm"], []).append(row)
-    figure, axes = pyplot.subplots(1, len(PANELS), figsize=(11, 5.2), sharey=True, layout="constrained")
+    figure, axes = pyplot.subplots(1, len(PANELS), figsize=(9.2, 5.2), sharey=True, layout="constrained")
     for panel, (observed, methods) in zip(axes, PANELS.items()):
         for method, pose, colour, line in (*methods, *EVERYWHERE):
             rows = curves[method]
@@ -58,7 +58,7 @@ def main():
         panel.yaxis.set_minor_locator(ticker.NullLocator())
         panel.grid(axis="y", color="#3a3f47", alpha=0.18, linewidth=0.8)
         panel.spines[["top", "right"]].set_visible(False)
-        panel.legend(frameon=False, fontsize=8, loc="upper left", bbox_to_anchor=(0, -0.12))
+        panel.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0, -0.12))
     axes[0].set_ylabel("error at the recommended pose (RMSE)")
     figure.savefig(OUT, metadata={"Date": None, "Creator": None})
 

@@ -44,7 +44,8 @@ STEPS = (1, 2, 4, 10, 20, 50)  # moves after the capture at the start
 TARGETS = (0.01, 0.005, 0.002)
 STAGE, SMALLEST = "stage errors twice as large", 0.0001
 DOMAINS = {"relign_od": "as in training: `relign_od`", "relign_od-package": "reflections: `relign_od-package`",
-           "relign_od-sensor": "another sensor: `relign_od-sensor`", "relign_od-target": "target 1 % too large: `relign_od-target`",
+           "relign_od-sensor": "another sensor: `relign_od-sensor`",
+           "relign_od-target": "target 1 % too large: `relign_od-target`",
            STAGE: STAGE,
            **{scene: f"`{scene}`" for scene in ("relign4", "relign4_telecentric", "relign_l2", "relign_l3", "cooke_triplet",
                                                 "tessar", "double_gauss", "wide_angle", "petzval")}}
