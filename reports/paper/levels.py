@@ -10,9 +10,7 @@ import itertools
 import statistics
 import sys
 
-from tables import LEVELS, RULES, read
-
-COLUMNS = {"own": "recommended", "best": "recommended_best", "current": "recommended_current"}
+from cells import COLUMNS, LEVELS, RULES, read
 
 
 def ranks(values):

@@ -1,13 +1,13 @@
 """Figures of trainings, a line each: `python3 reports/paper/training_exact.py`.
 
-Reads training_exact.csv, training.csv and trainings/shaped.csv beside it and writes docs/images/training_exact.png (the exact
-recipe beside ppo-paper) and docs/images/training_shaped.png (other rewards from scratch); needs matplotlib.
+Reads training_exact.csv, training.csv and trainings/shaped.csv beside it and writes docs/images/training_exact.png (PPO-100,
+PPO-200 and PPO-small) and docs/images/training_shaped.png (other rewards from scratch); needs matplotlib.
 """
 
 import csv
 import pathlib
 
-from tables import CONTINUED
+from cells import CONTINUED
 
 HERE = pathlib.Path(__file__).resolve().parent
 IMAGES = HERE.parents[1] / "docs" / "images"
@@ -20,21 +20,21 @@ ERROR = ("rmse_12", "RMSE after twelve moves")
 FIGURES = {
     "training_exact.png": (
         (("reward", "reward a step"), ("success", "share of episodes that reach the goal"), ERROR), 1,
-        ((EXACT, {"size": "100"}, "100 x 100 pixels, rho0.25", BLUE),
-         (EXACT, {"size": "200", "level": "0.0"}, "200 x 200, rho0", GREEN),
-         (EXACT, {"size": "200", "level": "0.25"}, "200 x 200, rho0.25", PINK),
-         (EXACT, {"size": "200", "level": "0.5"}, "200 x 200, rho0.5", BLACK),
-         ("training.csv", {"training": "ppo-paper"}, "ppo-paper", RED))),
+        ((EXACT, {"size": "100"}, "PPO-100, three seeds", BLUE),
+         (EXACT, {"size": "200", "level": "0.0"}, "PPO-200, trained at rho0", GREEN),
+         (EXACT, {"size": "200", "level": "0.25"}, "PPO-200, at rho0.25", PINK),
+         (EXACT, {"size": "200", "level": "0.5"}, "PPO-200, at rho0.5", BLACK),
+         ("training.csv", {"training": "ppo-paper"}, "PPO-small", RED))),
     "training_shaped.png": (
         (("rmse_6", "RMSE after six moves"), ERROR), 5,
-        ((EXACT, {"size": "100"}, "paper's reward, three seeds", BLUE),
+        ((EXACT, {"size": "100"}, "PPO-100, three seeds", BLUE),
          (SHAPED, {"training": "shaped-200"}, "shaped-200", RED),
          (SHAPED, {"training": "shaped-rate"}, "shaped-rate", ORANGE),
          (SHAPED, {"training": "shaped-even"}, "shaped-even", SKY),
          (SHAPED, {"training": "shaped-near"}, "shaped-near", PINK),
          (SHAPED, {"training": "shaped-linear"}, "shaped-linear", GREEN),
          (SHAPED, {"training": "shaped-linear-1e-4"}, "then 1e-4 to 0", BLACK),
-         (SHAPED, {"training": "shaped-linear-3e-4"}, "then 3e-4 to 0", GREY))),
+         (SHAPED, {"training": "shaped-linear-3e-4"}, "then 3e-4 to 0 (PPO-linear)", GREY))),
 }
 
 

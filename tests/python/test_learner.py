@@ -94,7 +94,7 @@ class Environments(unittest.TestCase):
         np.testing.assert_allclose(rewards, expected, atol=1e-9)
 
     def test_exploration_hides_the_distance_in_a_logarithm(self):
-        """The figures of docs/training.md: around the optimum, by 0.03 of the travel per axis."""
+        """The figures of docs/appendix_training.md: around the optimum, by 0.03 of the travel per axis."""
         directions = Directions("relign_od", 100)
         around = np.random.default_rng(1).normal(0, 0.03, (20_000, 5))
         self.assertAlmostEqual(reward(around, directions).std(), 0.26, delta=0.005)

@@ -1,10 +1,11 @@
-"""What reports/ publishes: the tables of docs/reproduction.md and docs/training.md come from it, its raw sample replays, and the
+"""What reports/ publishes: the tables of the study's pages come from it, its raw sample replays, and the
 quick suite still has the numbers that are published."""
 
 import csv
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -13,7 +14,13 @@ import unittest
 
 TREE = pathlib.Path(__file__).resolve().parents[2]
 PAPER = TREE / "reports" / "paper"
+sys.path.insert(0, str(PAPER))
+
+from cells import named  # noqa: E402
+from claims import verdict  # noqa: E402
+
 QUICK = TREE / "reports" / "quick" / "instances.csv"
+PAGE_WORDS = 800  # of docs/study.md, without its tables
 REPLAYED = 5  # trials of the sample; all of them: relign-bench verify reports/paper/sample
 QUICK_LENS = "3"
 OTHER_CPU = 1e-6  # what verify allows there
@@ -47,6 +54,25 @@ class Published(unittest.TestCase):
     def test_tables_of_the_document_are_those_of_the_files(self):
         done = subprocess.run([sys.executable, "-B", PAPER / "tables.py", "--check"], capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def test_the_first_page_stays_one_page(self):
+        prose = re.sub(r"<!-- table.*?<!-- end -->", "", (TREE / "docs" / "study.md").read_text(), flags=re.DOTALL)
+        self.assertLessEqual(len(prose.split()), PAGE_WORDS)
+
+    def test_the_first_page_lists_every_method_once(self):
+        listed = [name for row in rows(PAPER / "methods.csv") for name in row["methods"].split(";")]
+        studied = {named(row["algorithm"]) for row in rows(PAPER / "instances.csv")}
+        self.assertEqual(sorted(listed), sorted(studied | {"PPO-100", "PPO-200"}))
+
+    def test_names_of_networks(self):
+        for file, page in (("ppo-exact-200-shrinking (rho0.25-seed-0)", "PPO-200 (trained at rho0.25), shrinking moves"),
+                           ("ppo-exact (seed-1)", "PPO-100 (seed 1)"), ("ppo-paper", "PPO-small"), ("bo-gp", "bo-gp")):
+            self.assertEqual(named(file), page)
+
+    def test_a_claim_is_the_same_or_different_if_both_rules_decide(self):
+        for own, best, wanted in (("better", "better", "same"), ("worse", "worse", "different"), ("better", "worse", "not shown"),
+                                  ("better", "undecided", "not shown"), ("practically equal", "practically equal", "not shown")):
+            self.assertEqual(verdict([own, best]), wanted)
 
     def test_the_tables_of_pages_are_those_of_their_files(self):
         for page in ("leaderboard", "camera_module"):
