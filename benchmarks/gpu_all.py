@@ -19,6 +19,7 @@ import contextlib
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 import sys
@@ -36,18 +37,26 @@ HERE = pathlib.Path(__file__).resolve().parent
 TREE = HERE.parent
 LEDGER, LOG = "gpu_ledger.json", "gpu_all.log"
 KEPT = 30  # seconds of the end, in which nothing runs but packing
-GRACE = 5  # seconds that a part has to end after it was told to
+GRACE = 5  # seconds that a part has to end by itself after SIGTERM
 LONGEST = 3  # times its estimate, after which a part that does not resume is ended
 LARGEST_RESULT = 300  # characters
 
 
 class Ledger:
-    """What is done: gpu_ledger.json, an object `parts` by name, replaced atomically."""
+    """What is done: gpu_ledger.json, an object `parts` by name, replaced atomically.
 
-    def __init__(self, file: pathlib.Path, before: pathlib.Path | None = None) -> None:
-        self.file = file
-        source = before if before and before.is_file() else file
-        self.parts: dict[str, Any] = json.loads(source.read_text())["parts"] if source.is_file() else {}
+    Args:
+        files: Where it is written; those after the first are only read, where they exist. Of a part that several have, the
+            entry that is done counts, else that with the most seconds.
+    """
+
+    def __init__(self, *files: pathlib.Path) -> None:
+        self.file = files[0]
+        self.parts: dict[str, Any] = {}
+        for file in (file for file in files if file.is_file()):
+            for name, entry in json.loads(file.read_text())["parts"].items():
+                self.parts[name] = max(self.parts.get(name, entry), entry,
+                                       key=lambda known: (known["status"] == "done", known["seconds"]))
 
     def why_not(self, part: Part, commit: str) -> str:
         """Why a part is not run again; "" if it is."""
@@ -74,7 +83,6 @@ class Ledger:
         """Writes the file."""
         order = {part.name: number for number, part in enumerate(PARTS)}
         parts = dict(sorted(self.parts.items(), key=lambda item: order.get(item[0], len(order))))
-        self.file.parent.mkdir(parents=True, exist_ok=True)
         half = self.file.with_name(self.file.name + ".half")
         half.write_text(json.dumps({"format": 1, "parts": parts}, indent=1) + "\n")
         half.replace(self.file)
@@ -145,6 +153,9 @@ class Session:
                     self.say(f"-- {part.name}: skipped: {why}")
                 elif self.run_part(part) == "failed":
                     failed.append(part.name)
+            # For a second call on this machine, where OUT may be empty again.
+            self.place.work.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(self.ledger.file, self.place.work / LEDGER)
             self.say(f"-- failed: {', '.join(failed)}" if failed else "-- nothing failed")
         return not failed
 
@@ -183,9 +194,10 @@ class Session:
             self.say(f"{command[0]}: {problem}")
             return 127, [str(problem)]
 
+        assert process.stdout is not None
+
         def read() -> None:
-            assert process.stdout is not None
-            for line in process.stdout:
+            for line in process.stdout or ():
                 lines.append(line.rstrip("\n"))
                 self.say(lines[-1])
 
@@ -204,6 +216,8 @@ class Session:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)  # what it left behind
         reader.join(GRACE)
+        if not reader.is_alive():  # a process in another group may keep the pipe
+            process.stdout.close()
         return status, list(lines)
 
     def environment(self) -> dict[str, str]:
@@ -245,7 +259,9 @@ def open_kit(given: pathlib.Path, scratch: pathlib.Path) -> pathlib.Path:
     """
     if given.is_file():
         with tarfile.open(given) as archive:
-            archive.extractall(scratch, **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
+            if hasattr(tarfile, "data_filter"):  # from Python 3.12 on, and in late versions before
+                archive.extraction_filter = tarfile.data_filter
+            archive.extractall(scratch)
         given = next(scratch.iterdir())
     if not (given / "relign-bench-gpu").is_file():
         raise ValueError(f"'{given}' is not a kit: it has no relign-bench-gpu; make one with benchmarks/gpu_bundle.sh")
@@ -270,7 +286,7 @@ def main(arguments: list[str], begun: float) -> int:
     parser.add_argument("--kit", type=path, default=TREE if bundled else TREE / "build" / "gpu.tar.xz", metavar="PATH",
                         help="what gpu_bundle.sh made, or its unpacked folder [default: %(default)s]")
     parser.add_argument("--ledger", type=path, metavar="FILE",
-                        help="what is done [default: the one of OUT, then gpu_ledger.json beside this program]")
+                        help="what is done, besides the ledgers in OUT and --work [default: the one beside this program]")
     parser.add_argument("--state", type=path, default=TREE / "build" / "gpu_state", metavar="FOLDER",
                         help="folder of packs of trainings under way [default: %(default)s]")
     parser.add_argument("--work", type=path, default=TREE / "build" / "gpu_work", metavar="FOLDER",
@@ -278,7 +294,7 @@ def main(arguments: list[str], begun: float) -> int:
     parser.add_argument("--only", nargs="+", default=[], metavar="PART", help="no other parts")
     parser.add_argument("--again", nargs="+", default=[], metavar="PART", help="also if the ledger has them")
     parser.add_argument("--small", action="store_true",
-                        help="at sizes of a test, on the emulated driver and with trainings on the CPU; no earlier ledger is read")
+                        help="at sizes of a test, on the emulated driver, trainings on the CPU; no ledger is read but OUT's")
     given = parser.parse_args(arguments)
     for name in (*given.only, *given.again):
         if name not in [part.name for part in PARTS]:
@@ -293,8 +309,8 @@ def main(arguments: list[str], begun: float) -> int:
             print(f"error: {problem}", file=sys.stderr)
             return 2
         kept = given.out / LEDGER
-        before = None if given.small or kept.is_file() else given.ledger or HERE / LEDGER
-        ledger = Ledger(kept, before)
+        earlier = () if given.small else (given.ledger or HERE / LEDGER, given.work / LEDGER)
+        ledger = Ledger(kept, *earlier)
         here, missing = probe(kit)
         commit = (kit / "commit").read_text().strip() if (kit / "commit").is_file() else "unknown"
         place = Place(kit, given.work.resolve(), given.state.resolve(), given.out.resolve(), kept.resolve(), given.small,

@@ -107,7 +107,8 @@ def measure_episodes(device, count, rounds):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=1024, metavar="N", help="environments [default: %(default)s]")
-    parser.add_argument("--rounds", type=int, default=15, metavar="N", help="calls whose median is a time [default: %(default)s]")
+    parser.add_argument("--rounds", type=int, default=15, metavar="N",
+                        help="calls whose median is a time [default: %(default)s]")
     parser.add_argument("--pixels", type=int, metavar="N", help="columns of the images [default: the scene's]")
     parser.add_argument("--emulated", action="store_true", help="the driver is emulated in the processor's memory (tests)")
     given = parser.parse_args()

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    Command = Callable[["Place", float], list[str]]
+
 HERE = pathlib.Path(__file__).resolve().parent
 TRAININGS = HERE / "gpu_trainings.py"
 STUDY = HERE.parent / "python" / "recipes" / "paper_study.json"
@@ -50,11 +52,12 @@ class Part:
     about: str
     seconds: int
     needs: tuple[str, ...]
-    command: Callable[[Place, float], list[str]]
+    command: Command
     resumes: bool = False
 
 
-def program(*parts: str, scene: str = "", small: tuple[str, ...] = (), full: tuple[str, ...] = (), checked: str = ""):
+def program(*parts: str, scene: str = "", small: tuple[str, ...] = (), full: tuple[str, ...] = (), checked: str = "",
+            ) -> Command:
     """A command of relign-bench-gpu; checked: a tool of compute-sanitizer that watches it."""
     def command(place: Place, _: float) -> list[str]:
         given = [str(place.kit / "relign-bench-gpu"), *parts]
@@ -66,11 +69,12 @@ def program(*parts: str, scene: str = "", small: tuple[str, ...] = (), full: tup
     return command
 
 
-def python_tests(*modules: str, small: str):
+def python_tests(*modules: str, small: str) -> Command:
     """A command that runs modules of the kit's tests; small: the test that stands for them."""
     def command(place: Place, _: float) -> list[str]:
         tests = [small] if place.small else modules
-        return ["sh", "-c", 'cd "$0" && exec "$@"', str(place.kit / "tests" / "python"), sys.executable, "-m", "unittest", *tests]
+        there = ["sh", "-c", 'cd "$0" && exec "$@"', str(place.kit / "tests" / "python")]
+        return [*there, sys.executable, "-m", "unittest", *tests]
 
     return command
 
@@ -87,18 +91,19 @@ TINY = {"size": 100, "environments": 1, "steps": 10, "batch": 10, "epochs": 1, "
 TINY_IMITATION = ("size=40", "levels=0,0.5", "lenses=40", "pictures=2", "passes=2", "moves=3", "optimum_samples=32", "batch=32")
 
 
-def trainings(only: str, jobs: int, render: str = "cuda"):
+def trainings(only: str, jobs: int, render: str = "cuda") -> Command:
     """The command of a stretch of trainings of the paper's study."""
     def command(place: Place, seconds: float) -> list[str]:
         places = ["--work", str(place.work), "--state", str(place.state), "--ledger", str(place.ledger)]
         sizes = (["--settings", json.dumps(TINY), "--count", "1"] if place.small else
                  ["--jobs", str(jobs), "--device", "cuda", "--render", render])
-        return [sys.executable, str(TRAININGS), "sweep", str(STUDY), "--only", only, "--seconds", f"{seconds:.0f}", *places, *sizes]
+        length = ["--seconds", f"{seconds:.0f}"]
+        return [sys.executable, str(TRAININGS), "sweep", str(STUDY), "--only", only, *length, *places, *sizes]
 
     return command
 
 
-def imitation(name: str, *settings: str):
+def imitation(name: str, *settings: str) -> Command:
     """The command of a stretch of a training by imitation."""
     def command(place: Place, seconds: float) -> list[str]:
         arguments = [part for setting in (TINY_IMITATION if place.small else settings) for part in ("--set", setting)]
@@ -124,9 +129,9 @@ PARTS = (
     Part("camera_2mp", "two megapixels against the CPU's bits", 40, GPU,
          program("bits", scene="camera_2mp", small=IMAGES, full=MEGAPIXELS)),
     Part("memcheck", "invalid accesses of all kernels", 40, (*GPU, "compute-sanitizer"),
-         program("bits", "errors", "ghosts", scene="relign_od", small=CHECKED, full=CHECKED, checked="memcheck")),
+         program("bits", "errors", "ghosts", scene="relign_od", small=IMAGES, full=CHECKED, checked="memcheck")),
     Part("racecheck", "races of all kernels", 40, (*GPU, "compute-sanitizer"),
-         program("bits", "errors", "ghosts", scene="relign_od", small=CHECKED, full=CHECKED, checked="racecheck")),
+         program("bits", "errors", "ghosts", scene="relign_od", small=IMAGES, full=CHECKED, checked="racecheck")),
     Part("tests", "Python tests of environment, trainings and graphs", 60, LEARN,
          python_tests("test_cuda", "test_cuda_training", "test_graphs", small="test_cuda.TheBatch")),
     # (b) How fast is it?

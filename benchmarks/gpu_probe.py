@@ -16,6 +16,10 @@ import platform
 import shutil
 import subprocess
 import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 PACKAGES = ("numpy", "torch", "gymnasium", "stable_baselines3", "sb3_contrib", "matplotlib", "onnx", "relign_bench")
 TOOLS = ("compute-sanitizer", "nvidia-cuda-mps-control", "cc")
@@ -86,7 +90,7 @@ def machine() -> dict[str, dict[str, str]]:
     here = {"python": platform.python_version(), "cores": str(len(os.sched_getaffinity(0))), "kernel": platform.release()}
     missing: dict[str, str] = {}
 
-    def look(what: str, find, *arguments) -> None:
+    def look(what: str, find: Callable[..., str], *arguments: str) -> None:
         try:
             found = find(*arguments)
         except BaseException as problem:  # noqa: BLE001 (of packages: also SystemExit)

@@ -7,189 +7,34 @@
 
 Exit status: 0 all is trained, 75 a stretch is (run it again), 1 a training failed.
 
-A pack is a .tar of at most 15 MB with the runs NAME/seed-K: of one under way what it resumes from (5.7 MB at 200 x 200
-pixels), of a complete one its network and curves. If several packs have a run, the one with the most steps counts.
-Packing needs the standard library only.
+gpu_packs.py describes the packs. Packing needs the standard library only.
 """
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import csv
-import hashlib
-import io
 import json
-import lzma
 import os
 import pathlib
 import shutil
 import signal
 import subprocess
 import sys
-import tarfile
-import tempfile
 import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from relign_bench.training.sweep import Job
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from gpu_packs import complete, pack, progress, rows_of, text_of, tidy, unpack
 
 UNFINISHED = 75  # EX_TEMPFAIL of sysexits.h
-CHECKPOINT = "checkpoint.pt"
-RESUMED = "resumed.sha256"  # of the checkpoint that a run was resumed from
-# The checkpoint last: it says that all is there.
-UNDER_WAY = ("recipe.json", "curve.csv", "errors.csv", "randomisation.json", "best.pt", CHECKPOINT)
-COMPLETE = ("recipe.json", "curve.csv", "errors.csv", "tuning.csv", "ppo.json", "ppo.onnx", "imitation.json", "imitation.onnx")
-RECURRENT = (*COMPLETE, "best.pt")  # has no network that can be exported
-LARGEST_PACK = 15_000_000  # bytes
 LAST_SECONDS = 15  # of a stretch, in which trainings that should have ended are ended
-
-
-# ---- packs -----------------------------------------------------------------------------------------------------------------
-
-
-def squeezed(content: bytes) -> bytes:
-    """Compressed by a tenth more than xz alone: first all first bytes of the floats, then all second ones, and so on."""
-    return lzma.compress(b"".join(content[k::4] for k in range(4)), preset=6)
-
-
-def expanded(content: bytes) -> bytes:
-    """The inverse of `squeezed`."""
-    planes, out, first = lzma.decompress(content), bytearray(), 0
-    out[:] = bytes(len(planes))
-    for k in range(4):
-        size = len(range(k, len(planes), 4))
-        out[k::4] = planes[first:first + size]
-        first += size
-    return bytes(out)
-
-
-def rows_of(curve: str) -> list[dict[str, str]]:
-    """The rows of a curve.csv, without a last line that is not complete."""
-    return [row for row in csv.DictReader(io.StringIO(curve)) if None not in row.values()]
-
-
-def progress(curve: str) -> int:
-    """Steps or passes that are done."""
-    rows = rows_of(curve)
-    return int(rows[-1].get("steps") or rows[-1]["pass"]) if rows else 0
-
-
-def text_of(path: pathlib.Path) -> str:
-    """Content of a file; "" where there is none."""
-    return path.read_text() if path.is_file() else ""
-
-
-def complete(folder: pathlib.Path) -> bool:
-    """Whether a run has ended and what is to be published of it is there."""
-    if not (folder / "recipe.json").is_file():
-        return False
-    recipe = json.loads((folder / "recipe.json").read_text())
-    if "total" not in recipe:
-        return (folder / "imitation.onnx").is_file()
-    ended = progress(text_of(folder / "curve.csv")) >= recipe["total"]
-    return ended and (recipe["algorithm"] == "recurrent-ppo" or (folder / "ppo.onnx").is_file())
-
-
-def packed(place: str, folder: pathlib.Path) -> list[tuple[str, bytes]]:
-    """Members of a pack for one run."""
-    names = UNDER_WAY
-    if complete(folder):
-        recurrent = json.loads((folder / "recipe.json").read_text()).get("algorithm") == "recurrent-ppo"
-        names = RECURRENT if recurrent else COMPLETE
-    return [(f"{place}/{name}.xz", squeezed((folder / name).read_bytes())) for name in names if (folder / name).is_file()]
-
-
-def pack(work: pathlib.Path, out: pathlib.Path) -> list[pathlib.Path]:
-    """Packs the runs below `work` that have been trained since they were unpacked; returns the files.
-
-    Earlier packs in `out` that have no other runs are removed.
-    """
-    runs = {}
-    for recipe in sorted(work.rglob("recipe.json")):
-        folder = recipe.parent
-        checkpoint = folder / CHECKPOINT
-        if checkpoint.is_file() and text_of(folder / RESUMED) != hashlib.sha256(checkpoint.read_bytes()).hexdigest():
-            runs[folder.relative_to(work).as_posix()] = folder
-    with ThreadPoolExecutor() as pool:
-        packs = list(pool.map(packed, runs, runs.values()))
-    groups: list[list[tuple[str, bytes]]] = []
-    size = LARGEST_PACK
-    for members in packs:
-        bytes_here = sum(len(content) for _, content in members)
-        if size + bytes_here > LARGEST_PACK:
-            groups.append([])
-            size = 0
-        groups[-1] += members
-        size += bytes_here
-    out.mkdir(parents=True, exist_ok=True)
-    files: list[pathlib.Path] = []
-    stamp = f"{time.time_ns() // 10**6:x}"  # of no other pack
-    for number, members in enumerate(groups, 1):
-        files.append(out / f"runs-{stamp}-{number}.tar")
-        half = files[-1].with_suffix(".half")
-        with tarfile.open(half, "w", format=tarfile.USTAR_FORMAT) as archive:
-            for name, content in members:
-                member = tarfile.TarInfo(name)
-                member.size = len(content)
-                archive.addfile(member, io.BytesIO(content))
-        half.replace(files[-1])
-    for file in set(out.glob("runs-*.tar")) - set(files):
-        with tarfile.open(file) as archive:
-            earlier = {name.rpartition("/")[0] for name in archive.getnames()}
-        if earlier <= set(runs):
-            file.unlink()
-    return files
-
-
-def unpack(state: pathlib.Path, work: pathlib.Path) -> None:
-    """Puts the latest state of each run in the packs of a folder below `work`, where that has nothing later."""
-    best: dict[str, tuple[int, bool, pathlib.Path]] = {}
-    for file in sorted(state.glob("runs-*.tar")):
-        with tarfile.open(file) as archive:
-            names = archive.getnames()
-            for name in names:
-                if name.endswith("/curve.csv.xz"):
-                    run = name.removesuffix("/curve.csv.xz")
-                    member = archive.extractfile(name)
-                    assert member is not None
-                    done = (progress(expanded(member.read()).decode()), f"{run}/{CHECKPOINT}.xz" not in names, file)
-                    best[run] = max(best.get(run, done), done)
-    for run, (done, _, file) in best.items():
-        folder = work / run
-        if progress(text_of(folder / "curve.csv")) >= done and (complete(folder) or (folder / CHECKPOINT).is_file()):
-            continue
-        with tarfile.open(file) as archive:
-            members = [member for member in archive if member.name.startswith(f"{run}/")]
-            for member in members:
-                name = pathlib.PurePosixPath(member.name).name.removesuffix(".xz")
-                if not member.isfile() or ".." in member.name or name not in {*UNDER_WAY, *RECURRENT}:
-                    raise ValueError(f"{file}: unexpected member '{member.name}'")
-                content = archive.extractfile(member)
-                assert content is not None
-                folder.mkdir(parents=True, exist_ok=True)
-                half = folder / (name + ".half")
-                half.write_bytes(expanded(content.read()))
-                half.replace(folder / name)
-        if (folder / CHECKPOINT).is_file():
-            (folder / RESUMED).write_text(hashlib.sha256((folder / CHECKPOINT).read_bytes()).hexdigest())
-
-
-def tidy(state: pathlib.Path) -> list[pathlib.Path]:
-    """Replaces the packs of a folder by packs with the latest state of each run; returns them."""
-    old = sorted(state.glob("runs-*.tar"))
-    with tempfile.TemporaryDirectory() as scratch:
-        work = pathlib.Path(scratch) / "work"
-        unpack(state, work)
-        for folder in (recipe.parent for recipe in work.rglob("recipe.json")):
-            (folder / RESUMED).unlink(missing_ok=True)
-            (folder / CHECKPOINT).touch()  # of a complete run, so that it is packed
-        files = pack(work, pathlib.Path(scratch) / "packs")
-        for file in old:
-            file.unlink()
-        return [pathlib.Path(shutil.move(file, state / file.name)) for file in files]
-
-
-# ---- stretches -------------------------------------------------------------------------------------------------------------
 
 
 def row(what: str, value: str) -> None:
@@ -198,7 +43,7 @@ def row(what: str, value: str) -> None:
 
 
 @contextlib.contextmanager
-def several_processes(folder: pathlib.Path, wanted: bool):
+def several_processes(folder: pathlib.Path, wanted: bool) -> Iterator[None]:
     """NVIDIA's MPS, where it is installed and works: without it trainings on one GPU take turns."""
     control = shutil.which("nvidia-cuda-mps-control")
     if not wanted or not control:
@@ -208,7 +53,7 @@ def several_processes(folder: pathlib.Path, wanted: bool):
         return
     folder.mkdir(parents=True, exist_ok=True)
     os.environ.update({"CUDA_MPS_PIPE_DIRECTORY": str(folder), "CUDA_MPS_LOG_DIRECTORY": str(folder)})
-    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    quiet: dict[str, Any] = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     works = [sys.executable, "-c", "import torch; torch.zeros(1, device='cuda').cpu()"]
     try:
         for command in ([control, "-d"], works):
@@ -242,7 +87,7 @@ def end_in_time(seconds: float) -> None:
     timer.start()
 
 
-def read_jobs(given: argparse.Namespace):
+def read_jobs(given: argparse.Namespace) -> list[Job]:
     """The trainings of the file that the pattern chooses, with the settings of --set."""
     import fnmatch
 
@@ -273,14 +118,15 @@ def begun_elsewhere(ledger: pathlib.Path | None) -> dict[str, int]:
     return steps
 
 
-def describe(job) -> None:
+def describe(job: Job) -> None:
     """Prints how far a training is."""
     rows = rows_of(text_of(job.folder / "curve.csv"))
     if not rows:
         return
     last, best = rows[-1], min(rows[job.recipe.warm_up:] or rows, key=lambda found: float(found["score"]))
-    row(job.name, f"{last['steps']} of {job.recipe.total} steps, {float(last['hours']):.3f} hours, reward {last['reward'] or '-'}, "
-                  f"tuning RMSE after 12 moves {last['rmse_12']}; lowest score {best['score']} after {best['steps']} steps")
+    row(job.name, f"{last['steps']} of {job.recipe.total} steps, {float(last['hours']):.3f} hours, "
+                  f"reward {last['reward'] or '-'}, tuning RMSE after 12 moves {last['rmse_12']}; "
+                  f"lowest score {best['score']} after {best['steps']} steps")
 
 
 def sweep(given: argparse.Namespace) -> int:
@@ -294,7 +140,8 @@ def sweep(given: argparse.Namespace) -> int:
         steps = known.get(job.name, 0)
         if steps > progress(text_of(job.folder / "curve.csv")):
             elsewhere.append(steps >= job.recipe.total)
-            print(f"{job.name}: left out: the ledger has it after {steps} steps, and no pack in '{given.state}' has", flush=True)
+            print(f"{job.name}: left out: the ledger has it after {steps} steps, and no pack in '{given.state}' has",
+                  flush=True)
             continue
         jobs.append(job)
         if not job.complete():
@@ -341,7 +188,7 @@ def imitate(given: argparse.Namespace) -> int:
         for level, error in zip(recipe["levels"], json.loads(printed.splitlines()[-1])["median_rmse_after_12"]):
             row(f"{given.name}: median noise-free RMSE after twelve images, N = {level}", f"{error:.5f}")
         return 0
-    return UNFINISHED if status == -signal.SIGTERM or status == 130 else 1
+    return UNFINISHED if status == -signal.SIGTERM else 1
 
 
 def main(arguments: list[str]) -> int:
