@@ -31,6 +31,7 @@ from typing import Any
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from gpu_parts import PARTS, Part, Place
+from gpu_probe import DRIVER_FOLDERS, TOOL_FOLDERS
 from gpu_trainings import UNFINISHED
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -222,9 +223,7 @@ class Session:
 
     def environment(self) -> dict[str, str]:
         """Variables of a part."""
-        environment = dict(os.environ, PYTHONUNBUFFERED="1", PYTHONPATH=python_path(self.place.kit))
-        libraries = (environment.get("LD_LIBRARY_PATH", ""), "/usr/local/nvidia/lib64")
-        environment["LD_LIBRARY_PATH"] = ":".join(filter(None, libraries))
+        environment = variables(self.place.kit)
         if "nvrtc" in self.here:
             environment["RELIGN_LIBNVRTC"] = self.here["nvrtc"]
         if self.place.small:
@@ -234,17 +233,20 @@ class Session:
         return environment
 
 
-def python_path(kit: pathlib.Path) -> str:
-    """PYTHONPATH with the kit's packages, which come after those of the machine."""
-    return os.pathsep.join(filter(None, (str((kit / "python").resolve()), os.environ.get("PYTHONPATH", ""))))
+def variables(kit: pathlib.Path) -> dict[str, str]:
+    """Variables with which the kit's packages, the driver and its tools are found."""
+    environment = dict(os.environ, PYTHONUNBUFFERED="1")
+    for name, before, after in (("PATH", (), TOOL_FOLDERS), ("LD_LIBRARY_PATH", (), DRIVER_FOLDERS),
+                                ("PYTHONPATH", (str((kit / "python").resolve()),), ())):
+        environment[name] = os.pathsep.join(filter(None, (*before, environment.get(name, ""), *after)))
+    return environment
 
 
 def probe(kit: pathlib.Path) -> tuple[dict[str, str], dict[str, str]]:
     """What the machine has, and why it lacks something."""
-    environment = dict(os.environ, PYTHONPATH=python_path(kit))
     try:
         done = subprocess.run([sys.executable, str(HERE / "gpu_probe.py")], capture_output=True, text=True, timeout=120,
-                              check=True, env=environment)
+                              check=True, env=variables(kit))
         found = json.loads(done.stdout.splitlines()[-1])
     except (OSError, subprocess.SubprocessError, ValueError, IndexError) as problem:
         return {}, {"gpu": f"gpu_probe.py did not answer: {problem}"}

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 
 PACKAGES = ("numpy", "torch", "gymnasium", "stable_baselines3", "sb3_contrib", "matplotlib", "onnx", "relign_bench")
 TOOLS = ("compute-sanitizer", "nvidia-cuda-mps-control", "cc")
-TOOL_FOLDERS = ("/usr/local/cuda/bin", "/usr/local/nvidia/bin", "/opt/nvidia/bin")
+# Searched after those of PATH and of the loader: containers have NVIDIA's driver there.
+TOOL_FOLDERS = ("/usr/local/cuda/bin", "/usr/local/nvidia/bin")
+DRIVER_FOLDERS = ("/usr/local/nvidia/lib64",)
 
 
 def gpu() -> str:
@@ -77,8 +79,7 @@ def package(name: str) -> str:
 
 def tool(name: str) -> str:
     """The path of a program; "" where there is none."""
-    return shutil.which(name) or next((path for path in (f"{folder}/{name}" for folder in TOOL_FOLDERS)
-                                       if os.access(path, os.X_OK)), "")
+    return shutil.which(name) or ""
 
 
 def machine() -> dict[str, dict[str, str]]:

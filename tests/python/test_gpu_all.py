@@ -158,6 +158,21 @@ class Limits(Folder):
         self.assertIn("-- one: skipped: needs torch: no such module\n-- two: skipped: needs cc: not found", printed)
 
 
+class Variables(Folder):
+    def test_driver_of_a_container_and_packages_of_the_kit_are_found(self):
+        with mock.patch.dict(os.environ, {"PATH": "/bin", "LD_LIBRARY_PATH": "", "PYTHONPATH": "/mine"}):
+            found = gpu_all.variables(self.folder)
+        self.assertEqual([found[name] for name in ("PATH", "LD_LIBRARY_PATH", "PYTHONPATH")],
+                         ["/bin:/usr/local/cuda/bin:/usr/local/nvidia/bin", "/usr/local/nvidia/lib64",
+                          f"{(self.folder / 'python').resolve()}:/mine"])
+
+    def test_probe_that_does_not_answer_is_no_gpu(self):
+        with mock.patch.object(gpu_all, "HERE", self.folder):
+            here, missing = gpu_all.probe(self.folder)
+        self.assertEqual(here, {})
+        self.assertIn("gpu_probe.py did not answer", missing["gpu"])
+
+
 class TheList(Folder):
     def test_begins_with_what_needs_no_torch_and_names_are_different(self):
         names = [part.name for part in PARTS]
