@@ -30,7 +30,7 @@ import time
 from typing import Any
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from gpu_parts import PARTS, Part, Place
+from gpu_parts import GPU, PARTS, Part, Place
 from gpu_probe import DRIVER_FOLDERS, TOOL_FOLDERS
 from gpu_trainings import UNFINISHED
 
@@ -272,9 +272,12 @@ def open_kit(given: pathlib.Path, scratch: pathlib.Path) -> pathlib.Path:
 
 def list_of_parts(parts: tuple[Part, ...]) -> str:
     """One line for each part."""
-    lines = [f"  {part.name:17} {part.seconds:4} s{'+' if part.resumes else ' '} {part.about}; needs {', '.join(part.needs)}"
-             for part in parts]
-    return "\n".join(["parts, with an estimate of their seconds (+: takes what is left, and resumes):", *lines])
+    lines = [f"parts, with an estimate of their seconds (+: takes what is left, and resumes); all need {' and '.join(GPU)}:"]
+    for part in parts:
+        more = ", ".join(need for need in part.needs if need not in GPU)
+        needs = f"; needs {more}" if more else ""
+        lines.append(f"  {part.name:17} {part.seconds:4} s{'+' if part.resumes else ' '} {part.about}{needs}")
+    return "\n".join(lines)
 
 
 def main(arguments: list[str], begun: float) -> int:
@@ -286,13 +289,13 @@ def main(arguments: list[str], begun: float) -> int:
     parser.add_argument("--seconds", type=float, required=True, metavar="S", help="ends within S seconds, packing included")
     parser.add_argument("--out", type=path, required=True, metavar="FOLDER", help="folder of what is to be kept")
     parser.add_argument("--kit", type=path, default=TREE if bundled else TREE / "build" / "gpu.tar.xz", metavar="PATH",
-                        help="what gpu_bundle.sh made, or its unpacked folder [default: %(default)s]")
+                        help="what gpu_bundle.sh made, packed or not [default: build/gpu.tar.xz, or the folder of this]")
     parser.add_argument("--ledger", type=path, metavar="FILE",
                         help="what is done, besides the ledgers in OUT and --work [default: the one beside this program]")
     parser.add_argument("--state", type=path, default=TREE / "build" / "gpu_state", metavar="FOLDER",
-                        help="folder of packs of trainings under way [default: %(default)s]")
+                        help="folder of packs of trainings under way [default: build/gpu_state]")
     parser.add_argument("--work", type=path, default=TREE / "build" / "gpu_work", metavar="FOLDER",
-                        help="folder of trainings [default: %(default)s]")
+                        help="folder of trainings [default: build/gpu_work]")
     parser.add_argument("--only", nargs="+", default=[], metavar="PART", help="no other parts")
     parser.add_argument("--again", nargs="+", default=[], metavar="PART", help="also if the ledger has them")
     parser.add_argument("--small", action="store_true",

@@ -155,8 +155,9 @@ PARTS = (
     Part("trpo", "TRPO at N = 0.25, three seeds", 120, (*LEARN, "sb3_contrib"), trainings("trpo/*", 3), resumes=True),
     Part("recurrent-ppo", "RecurrentPPO at N = 0.25, three seeds", 120, (*LEARN, "sb3_contrib"),
          trainings("recurrent-ppo/*", 3, render="cpu"), resumes=True),
-    Part("imitation-10", "imitation with 10 times the images: is the floor of 0.0008 after twelve images lower?", 120, LEARN,
+    Part("imitation-10", "imitation with 10 times the images: is the floor of 0.0008 after twelve images lower?", 120,
+         (*TORCH, "onnx"),
          imitation("imitation-10", "passes=400"), resumes=True),
-    Part("imitation-100", "the same with 100 times the images", 120, LEARN,
+    Part("imitation-100", "the same with 100 times the images", 120, (*TORCH, "onnx"),
          imitation("imitation-100", "passes=400", "lenses=12000"), resumes=True),
 )

@@ -3,6 +3,7 @@
     gpu_trainings.py sweep FILE --only PATTERN --work FOLDER --state FOLDER --seconds S    # of relign-train sweep
     gpu_trainings.py imitate NAME --work FOLDER --state FOLDER -- ARGUMENT...              # of relign-train imitate
     gpu_trainings.py pack --work FOLDER --out FOLDER                                       # what has been trained since
+    gpu_trainings.py unpack FOLDER --work FOLDER     # the runs as folders, such as for relign-train sweep --report
     gpu_trainings.py tidy FOLDER                                                           # keeps the latest of each run
 
 Exit status: 0 all is trained, 75 a stretch is (run it again), 1 a training failed.
@@ -196,11 +197,14 @@ def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
     path = pathlib.Path
-    for name in ("sweep", "imitate", "pack"):
+    for name in ("sweep", "imitate", "pack", "unpack"):
         made = verbs.add_parser(name)
         made.add_argument("--work", type=path, required=True, help="folder of the runs")
         if name == "pack":
             made.add_argument("--out", type=path, required=True, help="folder of the new packs")
+            continue
+        if name == "unpack":
+            made.add_argument("folder", type=path, help="folder of packs")
             continue
         made.add_argument("--state", type=path, required=True, help="folder of the packs of earlier stretches")
         made.add_argument("--seconds", type=float, required=True, help="length of the stretch")
@@ -221,6 +225,9 @@ def main(arguments: list[str]) -> int:
     given.arguments = arguments[end + 1:]
     if given.verb == "pack":
         stop_several_processes(given.work.parent / "mps")
+    if given.verb == "unpack":
+        unpack(given.folder, given.work)
+        return 0
     if given.verb in ("pack", "tidy"):
         print("\n".join(map(str, pack(given.work, given.out) if given.verb == "pack" else tidy(given.folder))))
         return 0

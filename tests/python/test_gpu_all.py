@@ -183,7 +183,9 @@ class TheList(Folder):
         self.assertEqual(without, ["bits", "ghosts", "camera_2mp", "memcheck", "racecheck", "camera_2mp-times", "latency",
                                    "ghost-times", "batch", "images"])
         text = gpu_all.list_of_parts(PARTS)
-        self.assertIn("latency              5 s  one image; goal under 0.2 ms; needs gpu, nvrtc", text)
+        self.assertIn("all need gpu and nvrtc:\n", text)
+        self.assertIn("  latency              5 s  one image; goal under 0.2 ms\n", text)
+        self.assertRegex(text, "  a2c +120 s\\+ .*; needs torch, torch-gpu, gymnasium, module, stable_baselines3, ")
 
     def test_wrong_arguments_are_named(self):
         for arguments, message in ((["--only", "image"], "unknown part 'image'; parts: bits, "),
@@ -241,7 +243,7 @@ class Packs(Folder):
     def test_complete_run_is_packed_without_its_checkpoint(self):
         self.begin("ppo/seed-1", 40, **{"ppo.onnx": "network", "ppo.json": "{}"})
         self.pack()
-        gpu_packs.unpack(self.folder / "state", self.folder / "new")
+        self.assertEqual(gpu_trainings.main(["unpack", str(self.folder / "state"), "--work", str(self.folder / "new")]), 0)
         after = self.folder / "new/ppo/seed-1"
         self.assertTrue(gpu_packs.complete(after))
         self.assertEqual({file.name for file in after.iterdir()}, {"recipe.json", "curve.csv", "ppo.onnx", "ppo.json"})
