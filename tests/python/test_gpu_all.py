@@ -147,6 +147,26 @@ class Limits(Folder):
         self.assertNotIn("two", parts)
         self.assertRegex(printed, "-- two: skipped: needs about 1 s, 0 s are left")
 
+    HANGING_TRAINING = """
+import pathlib, signal, sys, time
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+run = pathlib.Path(sys.argv[1], "x/seed-0")
+run.mkdir(parents=True)
+(run / "recipe.json").write_text('{"total": 30, "algorithm": "ppo"}')
+(run / "curve.csv").write_text("steps" + chr(10) + "10" + chr(10))
+(run / "checkpoint.pt").write_text("weights")
+time.sleep(600)
+"""
+
+    def test_training_that_hangs_is_packed_before_the_time_is_over(self):
+        begun, seconds = time.monotonic(), gpu_all.KEPT + 3
+        command = [sys.executable, "-c", self.HANGING_TRAINING, str(self.folder / "work")]
+        parts = self.session(says("", resumes=True, command=lambda *_: command), seconds=seconds)[1]
+        self.assertLess(time.monotonic() - begun, seconds)
+        self.assertEqual(parts["one"]["status"], "unfinished")
+        (run, found), = gpu_packs.latest(self.folder / "out").items()
+        self.assertEqual((run, *found[:2]), ("x/seed-0", 10, False))
+
     def test_part_without_enough_time_is_left_out_for_a_shorter_one(self):
         _, parts, printed = self.session(says("long", seconds=100), says("short", name="two"))
         self.assertEqual(list(parts), ["two"])
@@ -321,7 +341,7 @@ class EveryPart(Folder):
         found = self.run_small("tests", "environment")
         self.assertTrue(any("resets and noise-free RMSE" in what for what in found["environment"]))
 
-    @unittest.skipUnless(LEARNS and os.environ.get("RELIGN_TRAINING"), "two minutes; ./quickstart test --training runs it")
+    @unittest.skipUnless(LEARNS and os.environ.get("RELIGN_TRAINING"), "three minutes; ./quickstart test --training runs it")
     def test_trainings(self):
         found = self.run_small(*(part.name for part in PARTS if part.resumes))
         self.assertEqual(len(found), 8)
