@@ -1,23 +1,27 @@
-// relign-bench-gpu SCENE_FILE [ERRORS_FILE]: images and noise-free MSE of a GPU against the CPU's, bit for bit and in
-// law, and their times, as rows of docs/performance.md; captures with the imaging errors of a file, too. Needs a GPU;
-// run it by hand (benchmarks/gpu_bundle.sh). Exit status 1 if anything differs in law.
+// relign-bench-gpu PART... --scene FILE: a GPU against the CPU, and its times, as rows of docs/performance.md
+// (docs/gpu.md). Needs a GPU: benchmarks/gpu_all.sh runs it, or you by hand. Exit status 1 if anything differs, in bits
+// where the GPU has the CPU's, in distribution elsewhere.
+#include "gpu_perf.h"
+
+#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <optional>
 #include <relign/random.hpp>
+#include <string>
 #include <vector>
 
+#include "base/error.h"
 #include "base/machine.h"
 #include "gpu/gpu_camera.h"
 #include "imaging/capture_errors.h"
 #include "imaging/reference.h"
 
+namespace relign::gpu_perf {
 namespace {
 
-using namespace relign;
 using imaging::BatchItem;
 using imaging::MountedLens;
 
@@ -45,52 +49,6 @@ struct Instances {
   std::vector<BatchItem> items;
 };
 
-double seconds_of(const auto& body) {
-  const auto start = std::chrono::steady_clock::now();
-  body();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// Of GPU time, by events.
-double seconds_on(gpu::Gpu& device, const auto& body) {
-  device.start_clock();
-  body();
-  return device.stop_clock() / 1e3;
-}
-
-template <class Body>
-double median_seconds(const Body& body, int rounds = 15) {
-  std::vector<double> times;
-  for (int i = 0; i < rounds; ++i) times.push_back(body());
-  std::nth_element(times.begin(), times.begin() + rounds / 2, times.end());
-  return times[static_cast<std::size_t>(rounds / 2)];
-}
-
-void compare_bits(gpu::GpuCamera& on_gpu, imaging::Camera& camera, const imaging::SceneFile& scene,
-                  const imaging::Reference& reference) {
-  Instances instances(scene, 16, 64);
-  on_gpu.capture(instances.items);
-  const std::vector<imaging::MseEstimate> mse = on_gpu.noise_free_mse(instances.items);
-  std::vector<float> expected(scene.sensor.pixels());
-  std::size_t equal = 0, equal_mse = 0, pixels = 0;
-  double largest = 0, largest_mse = 0;
-  for (std::size_t i = 0; i < instances.items.size(); ++i) {
-    const BatchItem& item = instances.items[i];
-    camera.capture(*item.lens, *item.true_pose, item.seed, expected.data());
-    equal += instances.pixels[i] == expected ? 1 : 0;
-    for (std::size_t k = 0; k < expected.size(); ++k) {
-      pixels += expected[k] == item.pixels[k] ? 0 : 1;
-      largest = std::max(largest, static_cast<double>(std::fabs(expected[k] - item.pixels[k])));
-    }
-    const imaging::MseEstimate one = camera.noise_free_mse(*item.lens, *item.true_pose, item.seed, reference);
-    equal_mse += one.mse == mse[i].mse && one.standard_error == mse[i].standard_error ? 1 : 0;
-    largest_mse = std::max(largest_mse, std::fabs(one.mse - mse[i].mse) / one.standard_error);
-  }
-  std::printf("| captures with the CPU's bits | %zu of 64 (%zu pixels differ, by %.2g at most) |\n", equal, pixels,
-              largest);
-  std::printf("| MSE with the CPU's bits | %zu of 64 (by %.2g standard errors at most) |\n", equal_mse, largest_mse);
-}
-
 // Two samples of captures of one lens and pose, with other seeds: the means of all pixels, and the variance of an
 // image.
 struct Sample {
@@ -115,54 +73,170 @@ struct Sample {
   double variance = 0, variance_error = 0;  // summed over the pixels
 };
 
-bool compare_law(gpu::GpuCamera& on_gpu, imaging::Camera& camera, const imaging::SceneFile& scene) {
-  constexpr std::size_t kImages = 512;
-  Instances instances(scene, 1, kImages);
+// "64 of 64".
+std::string share(std::size_t equal, std::size_t all) { return std::to_string(equal) + " of " + std::to_string(all); }
+
+// Where all parts find the scene, on the GPU and on the CPU.
+class Comparison {
+ public:
+  Comparison(const std::filesystem::path& file, const Sizes& sizes)
+      : sizes_(sizes), scene_(read(file, sizes.pixels)), parallel_(core_count()) {
+    std::printf("| %s, scene %s, %d x %d | |\n|---|---|\n", device_.name().c_str(), scene_.name.c_str(),
+                scene_.sensor.width, scene_.sensor.height);
+  }
+
+  bool bits();
+  bool law() { return same_law({}); }
+  bool errors(const std::filesystem::path& file);
+  bool ghosts() { return same_law(reflections()); }
+  void times();
+  void latency();
+  void ghost_times();
+
+ private:
+  bool same_law(const imaging::CaptureSettings& settings);
+  double median(const auto& body) const { return median_of(sizes_.rounds, body); }
+  double time_of(const auto& body) const {
+    return median([&] { return seconds_of(body); });
+  }
+  // Of the GPU alone, by events.
+  double gpu_time_of(const auto& body) {
+    return median([&] { return gpu_seconds_of(body); });
+  }
+  double gpu_seconds_of(const auto& body) {
+    device_.start_clock();
+    body();
+    return device_.stop_clock() / 1e3;
+  }
+
+  static imaging::SceneFile read(const std::filesystem::path& file, int pixels) {
+    imaging::SceneChoices choices;
+    choices.pixels = pixels;
+    return imaging::read_scene_file(file, choices);
+  }
+  static imaging::CaptureSettings reflections() {  // as in the paper's package
+    imaging::CaptureSettings settings;
+    settings.transport = imaging::Transport::ghost;
+    settings.sensor_albedo = 0.5;
+    return settings;
+  }
+
+  Sizes sizes_;
+  gpu::Gpu device_;
+  imaging::SceneFile scene_;
+  Parallel parallel_;
+};
+
+bool Comparison::bits() {
+  gpu::GpuCamera on_gpu(device_, scene_, {}, parallel_);
+  imaging::Camera camera(scene_, {}, parallel_);
+  const imaging::Reference reference = imaging::make_reference(scene_, {}, parallel_, {}, {});
+  on_gpu.set_reference(reference);
+  Instances instances(scene_, std::min<std::size_t>(sizes_.images, 16), sizes_.images);
+  on_gpu.capture(instances.items);
+  const std::vector<imaging::MseEstimate> mse = on_gpu.noise_free_mse(instances.items);
+  std::vector<float> expected(scene_.sensor.pixels());
+  std::size_t equal = 0, equal_mse = 0, pixels = 0;
+  double largest = 0, largest_mse = 0;
+  for (std::size_t i = 0; i < sizes_.images; ++i) {
+    const BatchItem& item = instances.items[i];
+    camera.capture(*item.lens, *item.true_pose, item.seed, expected.data());
+    equal += instances.pixels[i] == expected ? 1 : 0;
+    for (std::size_t k = 0; k < expected.size(); ++k) {
+      pixels += expected[k] == item.pixels[k] ? 0 : 1;
+      largest = std::max(largest, static_cast<double>(std::fabs(expected[k] - item.pixels[k])));
+    }
+    const imaging::MseEstimate one = camera.noise_free_mse(*item.lens, *item.true_pose, item.seed, reference);
+    equal_mse += one.mse == mse[i].mse && one.standard_error == mse[i].standard_error ? 1 : 0;
+    largest_mse = std::max(largest_mse, std::fabs(one.mse - mse[i].mse) / one.standard_error);
+  }
+  std::printf("| captures with the CPU's bits | %s (%zu pixels differ, by %.2g at most) |\n",
+              share(equal, sizes_.images).c_str(), pixels, largest);
+  std::printf("| MSE with the CPU's bits | %s (by %.2g standard errors at most) |\n",
+              share(equal_mse, sizes_.images).c_str(), largest_mse);
+  return equal == sizes_.images && equal_mse == sizes_.images;
+}
+
+bool Comparison::same_law(const imaging::CaptureSettings& settings) {
+  gpu::GpuCamera on_gpu(device_, scene_, settings, parallel_);
+  imaging::Camera camera(scene_, settings, parallel_);
+  Instances instances(scene_, 1, sizes_.captures);
   for (BatchItem& item : instances.items) item.true_pose = &instances.poses[0];
   on_gpu.capture(instances.items);
   const Sample gpu_images(instances.pixels);
-  for (std::size_t i = 0; i < kImages; ++i)
-    camera.capture(*instances.lenses[0], instances.poses[0], kImages + i, instances.pixels[i].data());
+  for (std::size_t i = 0; i < sizes_.captures; ++i)
+    camera.capture(*instances.lenses[0], instances.poses[0], sizes_.captures + i, instances.pixels[i].data());
   const Sample cpu_images(instances.pixels);
+  const auto count = static_cast<double>(sizes_.captures);
   double chi2 = 0, lit = 0, difference = 0;
   for (std::size_t k = 0; k < gpu_images.mean.size(); ++k) {
     const double off = gpu_images.mean[k] - cpu_images.mean[k], spread = gpu_images.spread[k] + cpu_images.spread[k];
     difference += off;
     if (!(spread > 0)) continue;
-    chi2 += off * off * kImages / spread;
+    chi2 += off * off * count / spread;
     lit += 1;
   }
-  const double z_total = difference / std::sqrt((gpu_images.variance + cpu_images.variance) / kImages);
+  if (lit == 0 || !(gpu_images.variance_error > 0))
+    throw Error(ErrorKind::bad_input, "no pixel of these captures is lit and noisy, so that nothing can be compared");
+  const double z_total = difference / std::sqrt((gpu_images.variance + cpu_images.variance) / count);
   const double z_pixels = (chi2 / lit - 1) / std::sqrt(2 / lit);
   const double z_variance =
       (gpu_images.variance - cpu_images.variance) / std::hypot(gpu_images.variance_error, cpu_images.variance_error);
   std::printf(
-      "| 512 captures against the CPU's with other seeds: off by | total %.1f, pixels' means %.1f, variance %.1f "
+      "| %zu captures%s against the CPU's with other seeds: off by | total %.1f, pixels' means %.1f, variance %.1f "
       "standard errors |\n",
-      z_total, z_pixels, z_variance);
+      sizes_.captures, settings.transport == imaging::Transport::ghost ? " with reflections" : "", z_total, z_pixels,
+      z_variance);
   return std::fabs(z_total) < 5 && std::fabs(z_pixels) < 5 && std::fabs(z_variance) < 5;
 }
 
-void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneFile& scene) {
-  for (const std::size_t count : {std::size_t{1}, std::size_t{1024}}) {
-    Instances instances(scene, std::min<std::size_t>(count, 64), count);
+bool Comparison::errors(const std::filesystem::path& file) {
+  constexpr double kWhite = 0.2;
+  imaging::CaptureErrors errors(imaging::read_imaging_errors(file), scene_.sensor, kWhite, scene_.emitter.side_mm);
+  gpu::GpuCamera on_gpu(device_, scene_, {}, parallel_, &errors.drawn());
+  imaging::Camera camera(scene_, {}, parallel_);
+  Instances instances(scene_, std::min<std::size_t>(sizes_.batch, 64), sizes_.batch);
+  on_gpu.capture(instances.items);
+  std::vector<float> expected(scene_.sensor.pixels());
+  const std::size_t compared = std::min(sizes_.images, sizes_.batch);
+  std::size_t equal = 0;
+  for (std::size_t i = 0; i < compared; ++i) {
+    const BatchItem& item = instances.items[i];
+    const bool altered = errors.draw(item.seed);
+    camera.capture(*item.lens, *item.true_pose, item.seed, expected.data(),
+                   altered ? errors.into_print() : std::nullopt);
+    if (altered) errors.apply(expected.data());
+    equal += instances.pixels[i] == expected ? 1 : 0;
+  }
+  std::printf("| captures with imaging errors with the CPU's bits | %s |\n", share(equal, compared).c_str());
+  const double kernels = gpu_time_of([&] { on_gpu.run(); });
+  const double prepare = time_of([&] { on_gpu.prepare(instances.items); });
+  std::printf("| batch of %zu with imaging errors: kernels (events); paths and errors on the CPU | %.3f, %.3f ms |\n",
+              sizes_.batch, 1e3 * kernels, 1e3 * prepare);
+  return equal == compared;
+}
+
+void Comparison::times() {
+  gpu::GpuCamera on_gpu(device_, scene_, {}, parallel_);
+  on_gpu.set_reference(imaging::make_reference(scene_, {}, parallel_, {}, {}));
+  const std::size_t count = sizes_.batch, lenses = std::min<std::size_t>(count, 64);
+  {
+    Instances instances(scene_, lenses, count);
     on_gpu.capture(instances.items);  // fills tables, reserves memory
-    const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu.prepare(instances.items); }); });
-    const double upload = median_seconds([&] { return seconds_of([&] { on_gpu.upload(); }); });
-    const double tiles = median_seconds([&] { return seconds_on(device, [&] { on_gpu.fit_tiles(); }); });
-    const double kernel = median_seconds([&] { return seconds_on(device, [&] { on_gpu.run(); }); });
-    const double new_lenses = median_seconds([&] {
-      const Instances fresh(scene, count, count);
+    const double prepare = time_of([&] { on_gpu.prepare(instances.items); });
+    const double upload = time_of([&] { on_gpu.upload(); });
+    const double tiles = gpu_time_of([&] { on_gpu.fit_tiles(); });
+    const double kernel = gpu_time_of([&] { on_gpu.run(); });
+    const double new_lenses = median([&] {
+      const Instances fresh(scene_, count, count);
       on_gpu.prepare(fresh.items);
       on_gpu.upload();
-      return seconds_on(device, [&] { on_gpu.fit_tiles(); });
+      return gpu_seconds_of([&] { on_gpu.fit_tiles(); });
     });
-    const double download = median_seconds([&] {
-      return seconds_of([&] {
-        for (std::size_t i = 0; i < count; ++i) on_gpu.download(i, instances.pixels[i].data());
-      });
+    const double download = time_of([&] {
+      for (std::size_t i = 0; i < count; ++i) on_gpu.download(i, instances.pixels[i].data());
     });
-    const double whole = median_seconds([&] { return seconds_of([&] { on_gpu.capture(instances.items); }); });
+    const double whole = time_of([&] { on_gpu.capture(instances.items); });
     const auto n = static_cast<double>(count);
     std::printf("| batch of %zu: kernels that render (events) | %.3f ms, %.0f images per second |\n", count,
                 1e3 * kernel, n / kernel);
@@ -172,90 +246,98 @@ void print_times(gpu::Gpu& device, gpu::GpuCamera& on_gpu, const imaging::SceneF
                 core_count(), 1e3 * prepare, 1e3 * upload, 1e3 * download);
     std::printf("| batch of %zu: all of it | %.3f ms, %.0f images per second |\n", count, 1e3 * whole, n / whole);
   }
-  Instances instances(scene, 64, 256);
+  const std::size_t few = std::max<std::size_t>(1, count / 4);
+  Instances instances(scene_, std::min(few, lenses), few);
   on_gpu.noise_free_mse(instances.items);
-  const double mse = median_seconds([&] { return seconds_of([&] { on_gpu.noise_free_mse(instances.items); }); });
-  std::printf("| noise-free MSE, batch of 256, all of it | %.3f ms, %.0f per second |\n", 1e3 * mse, 256 / mse);
+  const double mse = time_of([&] { on_gpu.noise_free_mse(instances.items); });
+  std::printf("| noise-free MSE, batch of %zu, all of it | %.3f ms, %.0f per second |\n", few, 1e3 * mse,
+              static_cast<double>(few) / mse);
 }
 
-void print_errors(gpu::Gpu& device, imaging::Camera& camera, const imaging::SceneFile& scene, Parallel& parallel,
-                  const char* file) {
-  constexpr double kWhite = 0.2;
-  imaging::CaptureErrors errors(imaging::read_imaging_errors(file), scene.sensor, kWhite, scene.emitter.side_mm);
-  gpu::GpuCamera on_gpu(device, scene, {}, parallel, &errors.drawn());
-  Instances instances(scene, 64, 1024);
+void Comparison::latency() {
+  gpu::GpuCamera on_gpu(device_, scene_, {}, parallel_);
+  on_gpu.set_reference(imaging::make_reference(scene_, {}, parallel_, {}, {}));
+  Instances instances(scene_, 1, 1);
+  gpu::Buffer image(device_);
+  image.reserve(scene_.sensor.pixels() * sizeof(float));
   on_gpu.capture(instances.items);
-  std::vector<float> expected(scene.sensor.pixels());
-  int equal = 0;
-  for (std::size_t i = 0; i < 64; ++i) {
-    const BatchItem& item = instances.items[i];
-    const bool altered = errors.draw(item.seed);
-    camera.capture(*item.lens, *item.true_pose, item.seed, expected.data(),
-                   altered ? errors.into_print() : std::nullopt);
-    if (altered) errors.apply(expected.data());
-    equal += instances.pixels[i] == expected ? 1 : 0;
-  }
-  std::printf("| captures with imaging errors with the CPU's bits | %d of 64 |\n", equal);
-  const double kernels = median_seconds([&] { return seconds_on(device, [&] { on_gpu.run(); }); });
-  const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu.prepare(instances.items); }); });
-  std::printf("| batch of 1024 with imaging errors: kernels (events); paths and errors on the CPU | %.3f, %.3f ms |\n",
-              1e3 * kernels, 1e3 * prepare);
+  const double kernel = gpu_time_of([&] { on_gpu.run(); }), tiles = gpu_time_of([&] { on_gpu.fit_tiles(); });
+  const double left_there = time_of([&] { on_gpu.capture(instances.items, {0}, image.as<float>()); });
+  const double copied = time_of([&] { on_gpu.capture(instances.items); });
+  std::printf("| one image: kernels that render, that fit tiles (events) | %.3f, %.3f ms |\n", 1e3 * kernel,
+              1e3 * tiles);
+  std::printf("| one image and its RMSE, left on the GPU | %.3f ms |\n", 1e3 * left_there);
+  std::printf("| one image, copied to the host | %.3f ms |\n", 1e3 * copied);
 }
 
-// The same with reflections, whose images have the CPU's distribution only (gpu/ghost_kernel.h).
-bool print_reflections(gpu::Gpu& device, const imaging::SceneFile& scene, Parallel& parallel) {
-  imaging::CaptureSettings settings;
-  settings.transport = imaging::Transport::ghost;
-  settings.sensor_albedo = 0.5;
-  std::optional<gpu::GpuCamera> on_gpu;
-  try {
-    on_gpu.emplace(device, scene, settings, parallel);
-  } catch (const Error& error) {
-    std::printf("| reflections: %s | |\n", error.what());
-    return true;
+void Comparison::ghost_times() {
+  gpu::GpuCamera on_gpu(device_, scene_, reflections(), parallel_);
+  for (const std::size_t count : {std::size_t{1}, sizes_.batch}) {
+    Instances instances(scene_, std::min<std::size_t>(count, 64), count);
+    on_gpu.capture(instances.items);
+    const double prepare = time_of([&] { on_gpu.prepare(instances.items); });
+    on_gpu.upload();
+    const double kernel = gpu_time_of([&] { on_gpu.run(); });
+    const double whole = time_of([&] { on_gpu.capture(instances.items); });
+    std::printf("| batch of %zu with reflections: kernel (events), paths on %u CPU threads | %.3f, %.3f ms |\n", count,
+                core_count(), 1e3 * kernel, 1e3 * prepare);
+    std::printf("| batch of %zu with reflections: all of it | %.3f ms, %.0f images per second |\n", count, 1e3 * whole,
+                static_cast<double>(count) / whole);
   }
-  std::printf("| with reflections (transport ghost): | |\n");
-  imaging::Camera camera(scene, settings, parallel);
-  const bool same_law = compare_law(*on_gpu, camera, scene);
-  for (const std::size_t count : {std::size_t{1}, std::size_t{256}}) {
-    Instances instances(scene, std::min<std::size_t>(count, 64), count);
-    on_gpu->capture(instances.items);
-    const double prepare = median_seconds([&] { return seconds_of([&] { on_gpu->prepare(instances.items); }); });
-    on_gpu->upload();
-    const double kernel = median_seconds([&] { return seconds_on(device, [&] { on_gpu->run(); }); });
-    const double whole = median_seconds([&] { return seconds_of([&] { on_gpu->capture(instances.items); }); });
-    std::printf(
-        "| batch of %zu: kernel (events), paths on %u CPU threads, all of it | %.3f, %.3f, %.3f ms, %.0f images "
-        "per second |\n",
-        count, core_count(), 1e3 * kernel, 1e3 * prepare, 1e3 * whole, static_cast<double>(count) / whole);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Compare a GPU's images with the CPU's, and time them.");
+  const std::vector<std::string> known = {"bits",    "law",   "errors",      "ghosts",
+                                          "latency", "times", "ghost-times", "environment"};
+  std::vector<std::string> parts;
+  std::filesystem::path scene, errors, plugins;
+  Sizes sizes;
+  app.add_option("PART", parts, "What to run, in this order")->required()->check(CLI::IsMember(known));
+  app.add_option("--scene", scene, "Scene file, for all parts but environment");
+  app.add_option("--errors", errors, "File of imaging errors, for errors");
+  app.add_option("--plugins", plugins, "Folder of plugins, for environment");
+  app.add_option("--images", sizes.images, "Images that are compared")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  app.add_option("--captures", sizes.captures, "Captures of each sample of a distribution")
+      ->check(CLI::Range(8, 4096))
+      ->capture_default_str();
+  app.add_option("--batch", sizes.batch, "Images of a batch that is timed, instances of the environment")
+      ->check(CLI::Range(1, 16384))
+      ->capture_default_str();
+  app.add_option("--rounds", sizes.rounds, "Calls whose median is a time")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--pixels", sizes.pixels, "Columns of the images; 0: the scene's")->check(CLI::Range(0, 8192));
+  CLI11_PARSE(app, argc, argv);
+  std::optional<Comparison> comparison;
+  bool same = true;
+  for (const std::string& part : parts) {
+    if (part == "environment") {
+      print_environment(plugins, sizes);
+      continue;
+    }
+    if (!comparison) comparison.emplace(scene, sizes);
+    if (part == "bits") same = comparison->bits() && same;
+    if (part == "law") same = comparison->law() && same;
+    if (part == "errors") same = comparison->errors(errors) && same;
+    if (part == "ghosts") same = comparison->ghosts() && same;
+    if (part == "latency") comparison->latency();
+    if (part == "times") comparison->times();
+    if (part == "ghost-times") comparison->ghost_times();
+    std::fflush(stdout);
   }
-  return same_law;
+  return same ? 0 : 1;
 }
 
 }  // namespace
+}  // namespace relign::gpu_perf
 
 int main(int argc, char** argv) {
-  if (argc != 2 && argc != 3) {
-    std::fprintf(stderr, "usage: relign-bench-gpu SCENE_FILE [ERRORS_FILE]\n");
-    return 2;
-  }
   try {
-    gpu::Gpu device;
-    const imaging::SceneFile scene = imaging::read_scene_file(argv[1], {});
-    Parallel parallel(core_count());
-    gpu::GpuCamera on_gpu(device, scene, {}, parallel);
-    imaging::Camera camera(scene, {}, parallel);
-    const imaging::Reference reference = imaging::make_reference(scene, {}, parallel, {}, {});
-    on_gpu.set_reference(reference);
-    std::printf("| %s, scene %s, %d x %d | |\n|---|---|\n", device.name().c_str(), scene.name.c_str(),
-                scene.sensor.width, scene.sensor.height);
-    compare_bits(on_gpu, camera, scene, reference);
-    bool same_law = compare_law(on_gpu, camera, scene);
-    print_times(device, on_gpu, scene);
-    if (argc == 3) print_errors(device, camera, scene, parallel, argv[2]);
-    same_law = print_reflections(device, scene, parallel) && same_law;
-    return same_law ? 0 : 1;
-  } catch (const Error& error) {
+    return relign::gpu_perf::run(argc, argv);
+  } catch (const relign::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;
   }

@@ -94,7 +94,7 @@ class SimulatorHandler(_AnySceneHandler):
 
     def on_mount(self, message: Message) -> Message:
         offsets = {
-            element: {kind: [float(value) for value in values] for kind, values in given.items()}
+            element: {kind: float(given[kind]) if kind == "value" else [float(value) for value in given[kind]] for kind in given}
             for element, given in message["offsets"].items()
         }
         assembly = self._plugin.mount(offsets)

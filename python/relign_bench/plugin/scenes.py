@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     Pose = tuple[float, ...]
-    Offsets = Mapping[str, Mapping[str, Sequence[float]]]
+    Offsets = Mapping[str, Mapping[str, Any]]  # numbers or lists of them
 
 
 class Scene(SceneAbilities, Plugin):
