@@ -250,10 +250,11 @@ int run_suite(Context& context, const RunArguments& arguments) {
     const std::string hint = sealed ? "" : trial_to_watch(prepared.plan.suite, best);
     print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
                  "\n");
-    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser%s%s\n", summary.trials,
-                 duration_text(summary.seconds).c_str(),
-                 summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them reused").c_str() : "",
-                 sealed ? "." : ", or watch one trial:\n  ", hint.c_str());
+    const std::string reused = summary.reused > 0 ? ", " + std::to_string(summary.reused) + " of them reused" : "";
+    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser%s:\n  %s\n%s", summary.trials,
+                 duration_text(summary.seconds).c_str(), reused.c_str(), sealed ? "" : ", or watch one trial",
+                 own_command("report " + shell_quoted(options.results.string()) + " --open").c_str(),
+                 sealed ? "" : ("  " + hint + "\n").c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
