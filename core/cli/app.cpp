@@ -97,6 +97,13 @@ void add_global_options(CLI::App& app, Context& context) {
                        "print the version");
 }
 
+std::string exit_codes_text() {
+  std::vector<std::string> codes;
+  for (const Explanation& entry : kExitCodes)
+    codes.push_back(std::string(entry.code) + " " + std::string(entry.meaning));
+  return wrapped("Exit codes: " + join(codes, "; ") + ". What to do next: relign-bench explain CODE", 0);
+}
+
 int run_action(Context& context) {
   try {
     return context.action();
@@ -253,10 +260,8 @@ int run_program(int argc, const char* const* argv, const std::function<void(CLI:
     app.require_subcommand(0, 1);
     app.footer(
         "Example:\n  relign-bench run suites/quick.json\n\n"
-        "Help of a verb: relign-bench VERB --help\n\n"
-        "Exit codes: 0 success; 1 internal error; 2 invalid arguments, suite or file; 3 finished, but trials\n"
-        "failed; 4 records differ, or a comparison gate failed; 5 plugin rejected; 75 stopped, resumable;\n"
-        "130 interrupted by Ctrl-C, resumable.");
+        "Help of a verb: relign-bench VERB --help\n\n" +
+        exit_codes_text());
     add_global_options(app, context);
     add_verbs(app, context);
     app.parse(argc, argv);

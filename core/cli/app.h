@@ -123,6 +123,7 @@ void add_try(CLI::App& app, Context& context);
 void add_validate(CLI::App& app, Context& context);
 void add_doctor(CLI::App& app, Context& context);
 void add_completion(CLI::App& app, Context& context);
+void add_explain(CLI::App& app, Context& context);
 void add_list(CLI::App& app, Context& context);
 void add_describe(CLI::App& app, Context& context);
 void add_render(CLI::App& app, Context& context);

@@ -7,7 +7,6 @@
 #include "base/text.h"
 
 namespace relign::cli {
-namespace {
 
 constexpr std::size_t kLeftColumn = 26;
 constexpr std::size_t kLineWidth = 100;
@@ -40,6 +39,8 @@ void add_row(std::string& text, const std::string& left, const std::string& righ
   }
   text += wrapped(right, kLeftColumn) + "\n";
 }
+
+namespace {
 
 std::string option_names(const CLI::Option& option) {
   std::vector<std::string> names;

@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "cli/app.h"
+#include "cli/browser.h"
 #include "cli/plan_check.h"
 #include "records/results_folder.h"
 #include "report/report.h"
@@ -23,6 +24,7 @@ struct ReportArguments {
   std::string format = "html";
   std::string figures;
   std::string rule;
+  bool open = false;
 };
 
 constexpr const char* kStandardOutput = "-";
@@ -101,6 +103,10 @@ int write_text(Context& context, const ReportArguments& arguments) {
 }
 
 int write_reports(Context& context, const ReportArguments& arguments) {
+  const bool to_file = arguments.format == "html" && arguments.out != kStandardOutput;
+  if (arguments.open && !to_file)
+    throw Error(ErrorKind::bad_input, "--open: requires a page in a file, found " +
+                                          (arguments.format == "html" ? "--out -" : "--format " + arguments.format));
   if (arguments.format != "html") {
     if (!arguments.figures.empty())
       throw Error(ErrorKind::bad_input,
@@ -143,6 +149,9 @@ int write_reports(Context& context, const ReportArguments& arguments) {
   Json result = {{"reports", pages}};
   if (!arguments.figures.empty()) result["figures"] = figures;
   print_result(context.json ? result.dump(2) + "\n" : text);
+  if (arguments.open)
+    for (const Json& written : pages)
+      if (!open_in_browser(written.get<std::string>())) break;  // and none of the others
   return reports.exit_code();
 }
 
@@ -152,7 +161,7 @@ void add_report(CLI::App& app, Context& context) {
   CLI::App& verb = add_verb(
       app,
       {"report", "Write the HTML page and the tables of results folders. Exit code 4 if a check of the records failed.",
-       "relign-bench report results/quick\n"
+       "relign-bench report results/quick --open\n"
        "relign-bench report results/quick --figures paper\n"
        "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
        "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
@@ -173,6 +182,8 @@ void add_report(CLI::App& app, Context& context) {
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md", "csv", "json"}));
   add_rule_option(verb, arguments.rule);
+  verb.add_flag("--open", arguments.open,
+                "open the page in a browser: BROWSER, or the desktop's; without a display, print how to copy the page");
   verb.add_option("--figures", arguments.figures,
                   "also write every figure as SVG, and its numbers as CSV, to this folder, for a paper [default: none]")
       ->type_name("FOLDER");

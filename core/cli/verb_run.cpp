@@ -81,6 +81,8 @@ void print_failures(const runner::RunSummary& summary) {
   for (std::size_t i = 0; i < summary.failures.size() && i < kShown; ++i) print_warning(summary.failures[i]);
   if (summary.failures.size() > kShown)
     print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
+  if (!summary.failures.empty())
+    std::fprintf(stderr, "Causes of failures, and what to do next: %s\n", own_command("explain END").c_str());
 }
 
 // " --plugin PATH" for a plugin outside the scanned folders, empty for others.
@@ -248,10 +250,11 @@ int run_suite(Context& context, const RunArguments& arguments) {
     const std::string hint = sealed ? "" : trial_to_watch(prepared.plan.suite, best);
     print_result(report.ranking_table() + "\nresults  " + options.results.string() + "\nreport   " + page.string() +
                  "\n");
-    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser%s%s\n", summary.trials,
-                 duration_text(summary.seconds).c_str(),
-                 summary.reused > 0 ? (", " + std::to_string(summary.reused) + " of them reused").c_str() : "",
-                 sealed ? "." : ", or watch one trial:\n  ", hint.c_str());
+    const std::string reused = summary.reused > 0 ? ", " + std::to_string(summary.reused) + " of them reused" : "";
+    std::fprintf(stderr, "\n%zu trials in %s%s.\nNext: open the report in a browser%s:\n  %s\n%s", summary.trials,
+                 duration_text(summary.seconds).c_str(), reused.c_str(), sealed ? "" : ", or watch one trial",
+                 own_command("report " + shell_quoted(options.results.string()) + " --open").c_str(),
+                 sealed ? "" : ("  " + hint + "\n").c_str());
   }
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }

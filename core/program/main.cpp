@@ -47,6 +47,7 @@ void add_verbs(CLI::App& app, Context& context) {
 #endif
   add_plugin(app, context);
   add_doctor(app, context);
+  add_explain(app, context);
   add_completion(app, context);
   add_worker(app, context);
 }

@@ -1,4 +1,4 @@
-// Completions in bash, and in zsh and fish where they are installed, from the shells' own completion functions.
+// Completions: of bash's function alone, and of interactive bash, zsh and fish where they are installed.
 #include <gmock/gmock.h>
 
 #include <sstream>
@@ -119,29 +119,121 @@ TEST(Completion, UsesPluginsOfTheCommandLine) {
   EXPECT_THAT(bash_completions(place, {"--plugin", "nowhere", "try", "nlopt-sb"}), IsEmpty()) << "and no message";
 }
 
-TEST(Completion, ZshLoadsTheScriptAndCompletesIds) {
-  if (!installed("zsh")) GTEST_SKIP() << "zsh is not installed";
-  const Workplace place;
-  const Outcome outcome = shell(place, R"("$RELIGN_BENCH" completion zsh > _relign-bench && zsh -n _relign-bench &&
-zsh -f -c '
-fpath=($PWD $fpath); autoload -Uz compinit; compinit -u -d $PWD/dump
-compset() { : }
-_describe() { print -l -- "${(@P)2}" }
-words=("$RELIGN_BENCH" try nlopt-sb); CURRENT=3
-_relign-bench')");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, testing::StartsWith("nlopt-sbplx:")) << outcome.err;
+// What a Tab makes of a word, in every shell.
+struct Case {
+  std::string before, typed, completed;  // before: the words between program and cursor; words are not quoted yet
+  std::string program = "relign-bench";
+};
+const std::vector<Case> kCases = {
+    {"", "comple", "completion"},
+    {"lens", "tr", "trace"},
+    {"run", "--wor", "--workers"},
+    {"run", "--pla", "--plan"},
+    {"explain", "time", "timeout"},
+    {"try", "nlopt-sb", "nlopt-sbplx"},
+    {"try random --noise-level", "rho0.25-p", "rho0.25-package"},
+    {"try random --protocol", "bl", "blind"},
+    {"try random", "--protocol=bl", "--protocol=blind"},
+    {"run", "pla", "plain.json"},
+    {"run", "my suites/o", "my suites/one suite.json"},
+    {"run --out", "my", "my suites/"},
+    {"run", "--out=my", "--out=my suites/"},
+    {"report", "my suites/", "my suites/inside/"},
+    {"--plugin " RELIGN_BREAKS_DOWN " try", "breaks", "breaks_down"},
+    {"try", "breaks", "breaks"},
+    {"try", "nlopt-sb", "nlopt-sbplx", "./relign-bench"},
+    {"try", "nlopt-sb", "nlopt-sbplx", "~/relign-bench"},
+};
+
+std::string with_escaped_spaces(const std::string& text) {
+  std::string escaped;
+  for (const char letter : text) escaped += letter == ' ' ? "\\ " : std::string(1, letter);
+  return escaped;
 }
 
-TEST(Completion, FishCompletesVerbsAndIds) {
+std::string line_of(const Case& one, const std::string& word) {
+  return one.program + (one.before.empty() ? "" : " ") + one.before + " " + with_escaped_spaces(word);
+}
+
+// A folder that is the shell's HOME, with the program on its PATH and files to complete.
+class InteractiveShell : public testing::Test {
+ protected:
+  void SetUp() override {
+    place_.write("my suites/one suite.json", "{}");
+    place_.write("my suites/inside/x", "");
+    place_.write("plain.json", "{}");
+    ASSERT_EQ(shell(place_, "ln -s \"$RELIGN_BENCH\" relign-bench").exit_code, 0);
+  }
+
+  // Runs a script that prints a line for each case.
+  std::vector<std::string> lines_printed(const std::string& name, const std::string& text, const std::string& command) {
+    place_.write(name, text);
+    std::string lines;
+    for (const Case& one : kCases) lines += line_of(one, one.typed) + "\n";
+    place_.write("lines", lines);
+    const Outcome outcome = shell(place_, "export HOME=\"$PWD\" PATH=\"$PWD:$PATH\" TERM=dumb; " + command);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return lines_of(outcome.out);
+  }
+
+  // For shells that print the line as it is after a Tab.
+  void expect_completed(const std::vector<std::string>& lines) {
+    ASSERT_EQ(lines.size(), kCases.size()) << testing::PrintToString(lines);
+    for (std::size_t i = 0; i < lines.size(); ++i)
+      EXPECT_EQ(lines[i].substr(0, lines[i].find_last_not_of(' ') + 1), line_of(kCases[i], kCases[i].completed));
+  }
+
+  Workplace place_;
+};
+
+TEST_F(InteractiveShell, BashCompletes) {
+  if (!installed("script")) GTEST_SKIP() << "script (Debian package bsdutils) is not installed";
+  // Control-G prints the line and empties it.
+  expect_completed(lines_printed("drive.bash", R"sh({
+  echo 'PS1=; eval "$(relign-bench completion bash)"; bind "set bell-style none" "set enable-bracketed-paste off"'
+  echo 'print_line() { echo "LINE<$READLINE_LINE>"; READLINE_LINE=; READLINE_POINT=0; }'
+  echo $'bind -x \'"\\C-g": print_line\'; stty -echo'
+  while IFS= read -r line; do printf '%s\t\a' "$line"; done < lines
+  printf '\nexit\n'
+} | script -qec "bash --norc --noprofile -i" /dev/null | tr -d '\r' | sed -n 's/.*LINE<\([^$].*\)>$/\1/p'
+)sh",
+                                 "exec bash drive.bash"));
+}
+
+TEST_F(InteractiveShell, ZshCompletes) {
+  if (!installed("zsh")) GTEST_SKIP() << "zsh is not installed";
+  expect_completed(lines_printed("drive.zsh",
+                                 R"sh(relign-bench completion zsh > _relign-bench && zsh -n _relign-bench || exit
+zmodload zsh/zpty
+zpty shell "env PS1= zsh -f -i"
+zpty -w shell 'PROMPT= RPROMPT=; unsetopt zle_bracketed_paste prompt_cr prompt_sp; fpath=($PWD $fpath)
+autoload -Uz compinit; compinit -u -d $PWD/dump; bindkey "^I" complete-word
+print_line() { print -r -- "LINE<$BUFFER>"; BUFFER=; zle accept-line }; zle -N print_line; bindkey "^G" print_line
+print begin $((6 * 7))'
+while zpty -r shell line && [[ $line != *begin\ 42* ]]; do :; done
+while IFS= read -r typed; do
+  zpty -w -n shell "$typed"$'\t\a'
+  while zpty -r shell line; do [[ $line == *LINE\<* ]] && { print -r -- "${${line##*LINE<}%>*}"; break }; done
+done < lines
+zpty -d shell
+)sh",
+                                 "exec timeout 100 zsh -f drive.zsh"));
+}
+
+TEST_F(InteractiveShell, FishCompletes) {
   if (!installed("fish")) GTEST_SKIP() << "fish is not installed";
-  const Workplace place;
-  const Outcome outcome = shell(place, R"(ln -s "$RELIGN_BENCH" relign-bench; export HOME="$PWD" PATH="$PWD:$PATH"
-relign-bench completion fish > script.fish && fish --no-execute script.fish &&
-fish -c 'source script.fish; complete -C "relign-bench re"; complete -C "relign-bench try nlopt-sb"')");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_THAT(outcome.out, testing::HasSubstr("render\tRender one image")) << outcome.err;
-  EXPECT_THAT(outcome.out, testing::HasSubstr("nlopt-sbplx\t"));
+  // Prints the completions themselves, those of a line after one another, with a tab before descriptions.
+  const std::vector<std::string> lines = lines_printed("drive.fish", R"sh(relign-bench completion fish > script.fish
+fish --no-execute script.fish; and source script.fish; or exit 1
+while read -l line
+    echo (string join , -- (complete -C $line | string replace -r '\t.*' ''))
+end < lines
+)sh",
+                                                       "exec fish --no-config drive.fish");
+  ASSERT_EQ(lines.size(), kCases.size()) << testing::PrintToString(lines);
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    EXPECT_EQ(lines[i].empty() ? kCases[i].typed : lines[i], kCases[i].completed)
+        << line_of(kCases[i], kCases[i].typed);
 }
 
 TEST(Completion, RejectsUnknownShell) {

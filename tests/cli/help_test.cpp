@@ -89,7 +89,7 @@ TEST(CliHelp, MatchesApprovedTextForEveryVerb) {
     EXPECT_EQ(expected_files.count(entry.path().filename()), 1U) << entry.path() << " has no verb";
 }
 
-// docs/commands.md: every help text, with the global options only once.
+// docs/commands.md: every help text, with the global options only once, and the list of `explain`.
 std::string document(const std::vector<std::vector<std::string>>& verbs) {
   std::string text =
       "# The command line\n\nThe output of `relign-bench VERB --help` for every verb. The global options of the first "
@@ -103,7 +103,9 @@ std::string document(const std::vector<std::vector<std::string>>& verbs) {
     if (global != std::string::npos) shown.erase(global, shown.find("\n\n", global) + 1 - global);
     text += "\n## " + name + "\n\n```text\n" + shown + "```\n";
   }
-  return text;
+  const Outcome codes = relign_bench(Workplace(), {"explain"});
+  EXPECT_EQ(codes.exit_code, 0);
+  return text + "\n## Exit codes and ends of trials\n\n```text\n" + codes.out + "```\n";
 }
 
 TEST(CliHelp, MatchesCommandsDocument) {

@@ -47,6 +47,11 @@ TEST(XmlMistake, IsDetected) {
 
 class CliReport : public testing::Test {
  protected:
+  // report --open, with only these variables of a desktop.
+  Outcome open(const std::string& variables, const std::string& arguments = "r --open") {
+    return shell(place_, "unset DISPLAY WAYLAND_DISPLAY BROWSER SSH_CONNECTION; export PATH=\"$PWD/bin:$PATH\"; " +
+                             variables + " \"$RELIGN_BENCH\" report " + arguments);
+  }
   void run(const std::string& name, const std::string& algorithms, int seed = 1) {
     place_.write(name + ".json", json{{"name", name},
                                       {"scenes", {"relign_od"}},
@@ -134,6 +139,48 @@ TEST_F(CliReport, CombinesFoldersOnOnePage) {
   const Outcome refused = relign_bench(place_, {"report", "mine", "later", "--figures", "paper"});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("add --out PAGE"));
+}
+
+TEST_F(CliReport, OpensThePage) {
+  run("r", R"(["random"])");
+  // A browser that notes what it gets, and one that fails.
+  place_.write("bin/xdg-open", "#!/bin/sh\necho \"xdg-open $*\" >> opened\n");
+  place_.write("bin/firefly", "#!/bin/sh\necho \"firefly $*\" >> opened\n");
+  place_.write("bin/broken", "#!/bin/sh\nexit 3\n");
+  ASSERT_EQ(shell(place_, "chmod +x bin/*").exit_code, 0);
+  const std::string page = fs::canonical(place_.path("r")) / "report.html";
+
+  fs::remove(page);
+  Outcome outcome = open("DISPLAY=:7");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.out, "r/report.html\n");
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_TRUE(fs::exists(page));
+  EXPECT_EQ(open("WAYLAND_DISPLAY=wayland-0 SSH_CONNECTION='1 2 3 4'").exit_code, 0);
+  EXPECT_EQ(open("BROWSER='nowhere:broken:firefly --new %s:xdg-open'").exit_code, 0);
+  EXPECT_EQ(place_.read("opened"), "xdg-open " + page + "\nxdg-open " + page + "\nfirefly --new " + page + "\n");
+}
+
+TEST_F(CliReport, StatesHowToCopyThePageWhereItCannotBeOpened) {
+  run("r", R"(["random"])");
+  place_.write("bin/xdg-open", "#!/bin/sh\nexit 4\n");
+  ASSERT_EQ(shell(place_, "chmod +x bin/xdg-open").exit_code, 0);
+  const std::string copy = ":" + (fs::canonical(place_.path("r")) / "report.html").string() + " .\n";
+  for (const auto& [variables, problem] : std::vector<std::pair<std::string, std::string>>{
+           {"", "no display here"},
+           {"SSH_CONNECTION='10.0.0.1 50000 10.0.0.2 22'", "no display in this SSH session"},
+           {"DISPLAY=:7", "xdg-open could not open the page"},
+           {"DISPLAY=:7 BROWSER=nowhere", "no program of BROWSER='nowhere' could open the page"}}) {
+    const Outcome outcome = open(variables);
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_EQ(outcome.out, "r/report.html\n");
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("Not opened: " + problem + ". "), HasSubstr("\n  scp "), HasSubstr(copy)));
+  }
+  for (const char* arguments : {"r --open --out -", "r --open --format csv"}) {
+    const Outcome refused = open("", arguments);
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--open: requires a page in a file, found --"));
+  }
 }
 
 }  // namespace

@@ -2,15 +2,16 @@
 # cursor from the program itself (`relign-bench complete`).
 function __relign_bench_complete
     set -l before (commandline -opc)
-    set -l program $before[1]
+    set -l program (string replace -r -- '^~(?=/)' $HOME $before[1])
     set -e before[1]
     set -l word (commandline -ct)
-    for line in ($program complete -- $before "$word" 2>/dev/null)
+    set -l plain (string unescape -- "$word"; or string replace -r '^["\']' '' -- "$word") # or: a quote is open
+    for line in ($program complete -- $before "$plain" 2>/dev/null)
         switch $line
             case ':files'
-                __fish_complete_path "$word"
+                complete -C "'' $word" # fish's own files: of the word as typed, with its quotes
             case ':folders'
-                __fish_complete_directories "$word"
+                complete -C "'' $word" | string match -r '.*/(?:\t.*)?$'
             case '*'
                 printf '%s\n' $line
         end

@@ -150,7 +150,8 @@ class Run {
       if (found == finished.end() || records::ended_well(found->second.end)) continue;
       failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
                          suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
-                         std::to_string(trial.instance) + ": " + found->second.message + log_hint(trial.id));
+                         std::to_string(trial.instance) + ": " + found->second.end + ": " + found->second.message +
+                         log_hint(trial.id));
     }
     return failures;
   }

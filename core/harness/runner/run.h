@@ -55,7 +55,7 @@ struct RunSummary {
   std::size_t failed = 0;
   bool stopped = false;
   double seconds = 0;
-  std::vector<std::string> failures;  // "trial 4f1c... compass on relign_od rho0.25 #3: message"
+  std::vector<std::string> failures;  // "trial 4f1c... compass on relign_od rho0.25 #3: timeout: message"
 };
 
 struct PreparedPlan {

@@ -13,6 +13,7 @@
 #include "records/results_folder.h"
 #include "records/score_checks.h"
 #include "records/stored_trials.h"
+#include "records/trial_ends.h"
 
 namespace relign::records {
 namespace {
@@ -26,8 +27,9 @@ std::optional<std::uint64_t> number_in(const Json& object, const char* key) {
 }
 
 bool is_end(const std::string& end) {
-  return ended_well(end) || end == "failed" || end == "overspent" || end == "timeout" || end == "out_of_memory" ||
-         end == "protocol_error" || (end.rfind("crashed(", 0) == 0 && end.back() == ')');
+  return std::any_of(kTrialEnds.begin(), kTrialEnds.end(), [&](const Explanation& known) {
+    return known.code == "crashed" ? end.starts_with("crashed(") && end.ends_with(')') : end == known.code;
+  });
 }
 
 // 0 where there is none.

@@ -11,6 +11,7 @@
 #include "base/fault.h"
 #include "base/limits.h"
 #include "base/text.h"
+#include "records/trial_ends.h"
 
 namespace relign::records {
 namespace {
@@ -183,7 +184,10 @@ auto reading(const std::string& place, Body&& body) -> decltype(body()) {
 
 }  // namespace
 
-bool ended_well(const std::string& end) { return end == "budget_spent" || end == "finished"; }
+bool ended_well(const std::string& end) {
+  return std::any_of(kTrialEnds.begin(), kTrialEnds.begin() + kGoodEnds,
+                     [&end](const Explanation& good) { return good.code == end; });
+}
 
 std::array<double, kTabledColumns> tabled_values(const StepRecord& step) {
   std::array<double, kTabledColumns> values = {};

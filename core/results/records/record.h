@@ -233,9 +233,7 @@ void trial_columns(Visit&& visit, Trial&... t) {
 // Keys and values of a trial's columns with kTabled.
 std::vector<std::pair<std::string, double>> tabled_values(const TrialRecord& trial);
 
-// "budget_spent" or "finished". Every other end is a failure, with the steps made until then as a censored record:
-// "failed" (reported by a plugin), "crashed(SIGSEGV)", "crashed(exit 0)", "crashed(sandbox)" (beyond its limits),
-// "timeout", "out_of_memory", "protocol_error", "overspent" (kept asking for steps after the last one).
+// Whether it is one of the good ends of trial_ends.h.
 bool ended_well(const std::string& end);
 
 // SHA-256 of the three plugins that made a trial, and of the algorithm's pretrained file (empty: none). When one

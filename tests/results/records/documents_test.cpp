@@ -11,6 +11,7 @@
 #include "base/criteria.h"
 #include "base/files.h"
 #include "records/record.h"
+#include "records/trial_ends.h"
 
 namespace relign::records {
 namespace {
@@ -218,6 +219,19 @@ TEST(Documents, TablesOfTheFormatHaveTheColumns) {
   trial_columns(TableWriter{closing}, trial);
   approve_table(kRoot / "results/README.md", "columns of a step", steps);
   approve_table(kRoot / "results/README.md", "columns of a closing line", closing);
+}
+
+TEST(Documents, TheTableAndTheSchemaOfTrialsHaveTheEnds) {
+  std::string table = "| `end` | |\n|---|---|\n", pattern;
+  for (const Explanation& end : kTrialEnds) {
+    table += "| `" + std::string(end.code) + "` | " + std::string(end.meaning) + " |\n";
+    pattern += (pattern.empty() ? "^(" : "|") + std::string(end.code) + (end.code == "crashed" ? "\\(.+\\)" : "");
+  }
+  approve_table(kRoot / "results/README.md", "ends", table);
+  const fs::path file = kRoot / "docs/schemas/trials.schema.json";
+  Ordered schema = Ordered::parse(read_file(file));
+  schema["definitions"]["closing"]["properties"]["end"]["pattern"] = pattern + ")$";
+  approve(file, pretty(schema) + "\n");
 }
 
 TEST(Documents, TheTableOfCriteriaHasThemAll) {
