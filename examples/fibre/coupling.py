@@ -1,13 +1,13 @@
 """Coupling of Gaussian modes between a facet and a single-mode fibre: closed-form overlap integrals.
 
-Along one transverse axis u the facet's mode, of waist w1, has propagated over the gap z and arrives at the fibre's facet with the
-radius w(z), the radius of curvature R(z), the offset d and the angle t:
+Along one transverse axis u the facet's mode, of waist w1, has propagated over the gap z and arrives at the fibre's facet with
+the radius w(z), the radius of curvature R(z), the offset d and the angle t:
 
     E1(u) = (2 / (pi w^2))^(1/4) exp(-q (u - d)^2 - i k t u),   q = 1 / w^2 + i k / (2 R),   k = 2 pi / wavelength
 
-The fibre's mode is E2(u) = (2 / (pi w2^2))^(1/4) exp(-u^2 / w2^2), so that the overlap is a Gaussian integral. The coupling is the
-product of both axes' squared overlaps and of the transmission of the two facets (Joyce and DeLoach, Alignment of Gaussian beams,
-Applied Optics 23, 4187, 1984). Angles are small; reflections between the facets do not interfere.
+The fibre's mode is E2(u) = (2 / (pi w2^2))^(1/4) exp(-u^2 / w2^2), so that the overlap is a Gaussian integral. The coupling
+is the product of both axes' squared overlaps and of the transmission of the two facets (Joyce and DeLoach, Alignment of
+Gaussian beams, Applied Optics 23, 4187, 1984). Angles are small; reflections between the facets do not interfere.
 """
 
 import cmath
@@ -54,7 +54,8 @@ def by_quadrature(w1_um, w2_um, gap_um, offset_um, angle_rad):
     weights = [math.exp(-((s * w1_um / 2) ** 2)) * cmath.exp(0.5j * s * s / k * gap_um) for s in waves]
     total, power1, power2 = 0j, 0.0, 0.0
     for u in points:
-        field = sum(a * cmath.exp(1j * s * (u - offset_um)) for a, s in zip(weights, waves)) * cmath.exp(-1j * k * angle_rad * u)
+        field = sum(a * cmath.exp(1j * s * (u - offset_um)) for a, s in zip(weights, waves))
+        field *= cmath.exp(-1j * k * angle_rad * u)
         mode = math.exp(-((u / w2_um) ** 2))
         total += field * mode * step
         power1 += abs(field) ** 2 * step

@@ -22,7 +22,8 @@ def bench(**parameters):
 
 class Coupling(unittest.TestCase):
     def test_overlaps_equal_propagated_plane_waves(self):
-        for case in ((WAIST, WAIST, 0, 0, 0), (WAIST, WAIST, 30, 2, 0.02), (4, WAIST, 50, 3, -0.03), (6, WAIST, 100, -4, -0.05)):
+        cases = ((WAIST, WAIST, 0, 0, 0), (WAIST, WAIST, 30, 2, 0.02), (4, WAIST, 50, 3, -0.03), (6, WAIST, 100, -4, -0.05))
+        for case in cases:
             self.assertAlmostEqual(coupling.overlap(*case), coupling.by_quadrature(*case), delta=3e-7, msg=case)
 
     def test_overlaps_have_the_known_closed_forms(self):

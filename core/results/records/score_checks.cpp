@@ -16,9 +16,9 @@ constexpr double kSlack = 1e-9;  // rounding of a sum, relative
 // Pixels are from 0 to 1. Noise-free errors are signed estimates; of a dim scene of few rays they may be some 1e-4
 // below 0.
 constexpr double kLowestMse = -1e-2, kHighestMse = 1;
-constexpr double kStandardErrors = 10;  // that an estimate may be below what it estimates
-// An error may be below the instance's own optimum by this and a share of it, since that is the result of a search.
-constexpr double kMinBelow = 1e-6, kShareBelow = 0.1;
+// How far an estimate may be below what it estimates: standard errors, themselves estimates of few samples, and an MSE.
+constexpr double kStandardErrors = 10, kNoise = 1e-5;
+constexpr double kShareBelow = 0.1;  // of an instance's own optimum, which is the result of a search
 
 struct Mse {
   double mse, error;
@@ -30,13 +30,13 @@ std::string flaw_of(const Mse& value) {
     return "; a mean squared error is from 0 to " + shortest(kHighestMse);
   if (!(value.error >= 0 && value.error <= kHighestMse))
     return std::string(" with the standard error ") + (std::isnan(value.error) ? "null" : shortest(value.error));
-  if (value.mse < -kStandardErrors * value.error)
+  if (value.mse < -std::max(kNoise, kStandardErrors * value.error))
     return ", which is below 0 by more than " + shortest(kStandardErrors) + " standard errors";
   return "";
 }
 
 std::string below(const Mse& value, double optimum) {
-  const double margin = std::max({kMinBelow, kShareBelow * optimum, kStandardErrors * value.error});
+  const double margin = std::max({kNoise, kShareBelow * optimum, kStandardErrors * value.error});
   return optimum - std::max(value.mse, 0.0) > margin ? ", clearly below 'own_optimum_mse' " + shortest(optimum) : "";
 }
 
@@ -72,7 +72,8 @@ bool same_pose(const std::vector<double>& a, const std::vector<double>& b) {
 // Two estimates of the error at the same true pose. Of few samples a standard error may be too small by chance.
 bool agree(const Mse& a, const Mse& b) {
   constexpr double kApart = 0.05;
-  return !(std::abs(a.mse - b.mse) > kStandardErrors * std::hypot(a.error, b.error) + kApart * std::abs(b.mse));
+  const double noise = std::max(kNoise, kStandardErrors * std::hypot(a.error, b.error));
+  return !(std::abs(a.mse - b.mse) > noise + kApart * std::abs(b.mse));
 }
 
 // `best`: the step of the lowest merit so far. `repeats`: a command always leads to the same pose.

@@ -94,7 +94,8 @@ class SimulatorHandler(_AnySceneHandler):
 
     def on_mount(self, message: Message) -> Message:
         offsets = {
-            element: {kind: float(given[kind]) if kind == "value" else [float(value) for value in given[kind]] for kind in given}
+            element: {kind: float(values) if kind == "value" else [float(value) for value in values]
+                      for kind, values in given.items()}
             for element, given in message["offsets"].items()
         }
         assembly = self._plugin.mount(offsets)

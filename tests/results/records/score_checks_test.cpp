@@ -37,12 +37,12 @@ TEST(ScoreChecks, ErrorsHaveAStandardError) {
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse_error = -1; }),
             "has 'recommended_mse' 5e-05 at step 1 with the standard error -1");
   EXPECT_EQ(flaw_with([](TrialRecord& of) {
-              of.steps[1].recommended_mse = -3e-7;
+              of.steps[1].recommended_mse = -8e-6;
               of.steps[1].recommended_true_pose[0] = 0.6;  // elsewhere
             }),
             "");
-  EXPECT_THAT(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse = -3e-6; }),
-              HasSubstr("-3e-06 at step 1, which is below 0 by more than 10 standard errors"));
+  EXPECT_THAT(flaw_with([](TrialRecord& of) { of.steps[1].recommended_mse = -3e-5; }),
+              HasSubstr("-3e-05 at step 1, which is below 0 by more than 10 standard errors"));
 }
 
 // For a nearly perfect lens half of the estimates are below the estimated optimum, because of their noise.
@@ -56,7 +56,7 @@ TEST(ScoreChecks, ErrorsAreNotClearlyBelowTheOptimum) {
   };
   EXPECT_EQ(with(2e-7, -2e-7), "");
   EXPECT_EQ(with(3e-5, 2.8e-5), "");
-  EXPECT_EQ(with(3e-5, 2e-5), "has 'recommended_mse' 2e-05 at step 2, clearly below 'own_optimum_mse' 3e-05");
+  EXPECT_EQ(with(3e-5, 1e-5), "has 'recommended_mse' 1e-05 at step 2, clearly below 'own_optimum_mse' 3e-05");
   EXPECT_EQ(flaw_with([](TrialRecord& of) {
               of.own_optimum.mse = 3e-5;
               of.scores.by_step[Rule::best] = {{1e-4, 1e-4, 1e-6}, {1e-7, 1e-7, 1e-7}};
