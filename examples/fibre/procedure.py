@@ -5,10 +5,10 @@ from relign_bench.plugin import Optimizer, parameter, serve
 class Spiral(Optimizer):
     id = "spiral-then-climb"
 
-    pitch = parameter(0.2, minimum=0.001, maximum=1.0, unit="travel", description="Distance of the spiral's places")
-    light = parameter(0.05, minimum=0.0, maximum=1.0, description="Merit below that of the start that counts as light")
+    pitch = parameter(0.2, minimum=0.001, maximum=1.0, unit="travel", description="Distance of its places")
+    light = parameter(0.05, minimum=0.0, maximum=1.0, description="Merit below that of the start that is light")
     stride = parameter(0.04, minimum=0.001, maximum=0.5, unit="travel", description="First stride of the climb, along each axis")
-    least = parameter(0.002, minimum=1e-5, maximum=0.1, unit="travel", description="Stride at which the climb ends")
+    least = parameter(0.002, minimum=1e-5, maximum=0.1, unit="travel", description="Last stride of the climb")
 
     def run(self, trial):
         best = self.first_light(trial)

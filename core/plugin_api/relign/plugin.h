@@ -239,9 +239,11 @@ typedef struct relign_scene_interface {
    *   "geometry": {"pivot_z_mm": 0,                                         positions on the axis of the pivot of
    *                "elements": {"L1": {"front_z_mm": 0, "back_z_mm": 1.5},  tilts and of the vertices
    *                             ...}}
-   *   "uncertain": [{"name": "waist", "unit": "um",                         what else is uncertain in a device as
-   * built, "law": {"law": "normal", "sigma": 0.1}}, ...]          which noise levels draw "files": ["/abs/path", ...]
-   * data files that determine the image "summary": "..." [object-thread] */
+   *   "uncertain": [{"name": "waist", "unit": "um",                         what noise levels draw besides the
+   *                  "law": {"law": "normal", "sigma": 0.1}}, ...]          offsets of elements
+   *   "files": ["/abs/path", ...]                                           data files that determine the image
+   *   "summary": "..."
+   * [object-thread] */
   relign_status (*describe)(relign_scene* self, const relign_text_sink* description);
   /* Writes O*: the noise-free image of the perfect lens at the nominal pose, of the size in the description. Its pixels
    * are valid until destroy. [object-thread] */
