@@ -7,7 +7,7 @@ class Spiral(Optimizer):
 
     pitch = parameter(0.2, minimum=0.001, maximum=1.0, unit="travel", description="Distance of its places")
     light = parameter(0.05, minimum=0.0, maximum=1.0, description="Merit below that of the start that is light")
-    stride = parameter(0.04, minimum=0.001, maximum=0.5, unit="travel", description="First stride of the climb, along each axis")
+    stride = parameter(0.04, minimum=0.001, maximum=0.5, unit="travel", description="First stride of the climb")
     least = parameter(0.002, minimum=1e-5, maximum=0.1, unit="travel", description="Last stride of the climb")
 
     def run(self, trial):
