@@ -87,7 +87,7 @@ Check made_by(const PlanCheck& plan, const Json& manifest) {
 
 FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& folder)
     : of_instances_(!on_one_processor(manifest),
-                    !list_of(manifest, "suites").empty() || builds_of(manifest).size() > 1) {
+                    list_of(manifest, "suites").size() > 1 || builds_of(manifest).size() > 1) {
   manifest_.name = "manifest";
   trials_.name = "trials";
   steps_.name = "steps";
@@ -111,7 +111,7 @@ FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& fo
                      Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
                             number_in(entry, "steps"), merit != "mtf" && merit != "edge_energy"});
   }
-  several_suites_ = !list_of(manifest, "suites").empty();
+  several_suites_ = list_of(manifest, "suites").size() > 1;
   sealed_ = !text_of(manifest, "commitment").empty();
   seed_ = number_in(manifest, "seed");
   first_instance_ = number_in(manifest, "first_instance");

@@ -140,7 +140,8 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
   const double optimum = closing.own_optimum.mse;
   const StepNumbers* before = nullptr;
   const StepNumbers* best = nullptr;
-  const bool repeats = !terms.station && std::isnan(closing.scores.uncured_mse[Rule::own]) &&
+  // A trial that failed has no scores from which this could be seen.
+  const bool repeats = ended_well(closing.end) && !terms.station && std::isnan(closing.scores.uncured_mse[Rule::own]) &&
                        closing.scores.by_step[Rule::best].mse.empty();
   double lowest = std::numeric_limits<double>::infinity();
   for (const StepNumbers& step : steps) {

@@ -110,6 +110,12 @@ TEST(ScoreChecks, RecommendationsAreWhatTheyAreCalled) {
               }),
               "")
         << "a limit may cut a move";
+    EXPECT_EQ(flaw_with([&](TrialRecord& of) {
+                elsewhere(of);
+                of.end = "failed";
+              }),
+              "")
+        << "errors of the stage are unknown";
   }
 }
 
