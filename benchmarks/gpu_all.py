@@ -71,7 +71,7 @@ class Ledger:
         return ""
 
     def keep(self, part: Part, status: str, about: dict[str, str], seconds: float, results: dict[str, str], last: str) -> None:
-        """Adds what a part brought; results of earlier stretches stay, where there are no new ones."""
+        """Adds the results of a part, and keeps those of earlier stretches that it does not replace."""
         before = self.parts.get(part.name, {})
         earlier = before if before.get("status") == "unfinished" else {}
         self.parts[part.name] = {

@@ -32,7 +32,7 @@ def gpu() -> str:
     """The name of the first GPU, by the driver that the simulator uses.
 
     Raises:
-        OSError: There is no driver, or no GPU.
+        OSError: No driver or no GPU was found.
     """
     driver = ctypes.CDLL(os.environ.get("RELIGN_LIBCUDA", "libcuda.so.1"))
     device, name = ctypes.c_int(), ctypes.create_string_buffer(256)

@@ -1,6 +1,7 @@
 #include "records/score_checks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
@@ -94,9 +95,13 @@ std::string flaw_of_recommendation(const StepNumbers& step, const StepNumbers& b
   return "has the recommendation " + in_quotes(step.recommendation) + at(step) + ", but recommends another pose";
 }
 
+std::array<std::pair<Mse, const char*>, 2> errors_of(const StepNumbers& step) {
+  return {{{{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"},
+           {{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}}};
+}
+
 std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, const ScoreTerms& terms) {
-  for (const auto& [value, what] : {std::pair(Mse{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"),
-                                    {Mse{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}}) {
+  for (const auto& [value, what] : errors_of(step)) {
     if (terms.has_truth && std::isnan(value.mse)) return "lacks " + in_quotes(what) + at(step);
     if (terms.known && !terms.has_truth && !std::isnan(value.mse))
       return "has " + in_quotes(what) + at(step) + ", but its scene has no ground truth";
@@ -152,8 +157,7 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
     std::string flaw = flaw_of_step(step, before, terms);
     if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best, repeats);
     if (!flaw.empty()) return flaw;
-    for (const auto& [value, what] : {std::pair(Mse{step.commanded_mse, step.commanded_mse_error}, "commanded_mse"),
-                                      {Mse{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}})
+    for (const auto& [value, what] : errors_of(step))
       if (const std::string too_low = below(value, optimum); !too_low.empty())
         return "has " + in_quotes(what) + " " + shortest(value.mse) + at(step) + too_low;
     before = &step;
