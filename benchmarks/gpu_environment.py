@@ -53,7 +53,7 @@ def compare():
         total += 16
         equal += [(one == _cuda.on_host(other)).all(axis=(1, 2, 3)).sum(),
                   (infos["score"] == other_infos["score"]).sum(),
-                  (infos["noise_free_rmse"] == other_infos["noise_free_rmse"]).sum()]
+                  (infos["noise_free_error"] == other_infos["noise_free_error"]).sum()]
         actions = random.uniform(-1, 1, here.action_space.shape).astype(np.float32)
         one, _, _, _, infos = here.step(actions)
         other, _, _, _, other_infos = there.step(actions)
@@ -69,7 +69,7 @@ def measure(device, count, rounds):
     seeds = iter(range(0, 10**9, count))
     times = {"reset": seconds_of(lambda: env.reset(seed=next(seeds)), rounds),
              "step": seconds_of(lambda: env.step(actions), rounds),
-             "step with noise-free RMSE": seconds_of(lambda: env.step(actions)[4]["noise_free_rmse"], rounds)}
+             "step with noise-free RMSE": seconds_of(lambda: env.step(actions)[4]["noise_free_error"], rounds)}
     for what, seconds in times.items():
         print(f"| {where}: {what} | {1e3 * seconds:.1f} ms, {count / seconds:.0f} per second |", flush=True)
     moves = np.zeros((count, env.task.axes))
@@ -95,7 +95,7 @@ def measure_episodes(device, count, rounds):
             infos = env.step(actions)[4]
             moves += int((env.task.steps > 0).sum())
             if read:
-                infos["noise_free_rmse"].sum()
+                infos["noise_free_error"].sum()
         synchronize()
         return moves / (time.perf_counter() - start)
 

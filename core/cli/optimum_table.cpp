@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/seeds.h"
 #include "base/text.h"
@@ -49,17 +48,19 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
                     "--noise-level: scene '" + scene + "' does not search for the own optimum of an instance");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
-      own.push_back(displayed_rmse(found->mse));
-      nominal.push_back(displayed_rmse(lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse));
+      own.push_back(loaded.facts.score.shown(found->mse));
+      nominal.push_back(loaded.facts.score.shown(lens.noise_free_mse(loaded.facts.nominal_pose, seed).mse));
     }
-    table.push_back({name, own.size(), spread(shifts), spread(tilts), spread(own), spread(nominal)});
+    table.push_back(
+        {loaded.facts.score.name, name, own.size(), spread(shifts), spread(tilts), spread(own), spread(nominal)});
   }
   return table;
 }
 
 std::string optima_text(const std::vector<LevelOptima>& levels) {
-  TextTable table({"level", "instances", "own optimum from nominal: mm", "largest", "deg", "largest", "RMSE there",
-                   "largest", "RMSE at nominal"});
+  const std::string score = levels.empty() ? SceneScore().name : levels.front().score;
+  TextTable table({"level", "instances", "own optimum from nominal: mm", "largest", "deg", "largest", score + " there",
+                   "largest", score + " at nominal"});
   for (const LevelOptima& level : levels)
     table.add({level.level, std::to_string(level.instances), fixed(level.shift_mm.median, 4),
                fixed(level.shift_mm.largest, 4), fixed(level.tilt_deg.median, 3), fixed(level.tilt_deg.largest, 3),

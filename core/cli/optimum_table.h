@@ -10,7 +10,7 @@
 namespace relign::cli {
 
 struct LevelOptima {
-  std::string level;
+  std::string score, level;
   std::size_t instances = 0;
   struct Spread {
     double median = 0, largest = 0;

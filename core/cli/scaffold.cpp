@@ -98,7 +98,8 @@ std::string class_name(const std::string& name) {
 void write_project(const fs::path& templates, const NewPlugin& wanted) {
   if (const std::string wrong = check_plugin_name(wanted.name); !wrong.empty())
     throw Error(ErrorKind::bad_input, wrong);
-  const fs::path source = templates / (wanted.kind + "-" + wanted.language);
+  const fs::path source =
+      templates / (wanted.kind + (wanted.observes == "images" ? "" : "-" + wanted.observes) + "-" + wanted.language);
   if (!fs::is_directory(source))
     throw Error(ErrorKind::bad_input, "no template for " + wanted.kind + " in " + wanted.language +
                                           "; available: " + join(known_templates(templates), ", "));

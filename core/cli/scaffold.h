@@ -1,5 +1,5 @@
 // Creates plugin projects from templates. A template is a complete project of a plugin my_plugin with class MyPlugin,
-// in a folder KIND-LANGUAGE below share/relign-bench/templates.
+// in a folder KIND-LANGUAGE below share/relign-bench/templates, or scene-readings-LANGUAGE.
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,9 @@ namespace relign::cli {
 struct NewPlugin {
   std::string kind;  // "noise-level", as manifests write it
   std::string language;
-  std::string name;              // id, file names, target
-  std::filesystem::path folder;  // is created; must not exist
+  std::string name;                 // id, file names, target
+  std::filesystem::path folder;     // is created; must not exist
+  std::string observes = "images";  // or "readings", of a scene
 };
 
 // The folder of the installed templates. Throws Error(io) if it is missing.

@@ -18,6 +18,7 @@ struct NewPluginArguments {
   std::string name;
   std::string kind;
   std::string language = "cpp";
+  std::string observes = "images";
   std::string out;
   std::string onnx;
   std::string scene = "relign_od";
@@ -35,7 +36,10 @@ std::string next_steps(const NewPlugin& made) {
   const bool python = made.language == "python";
   const std::string plugin = python ? "./" + made.name + ".py" : "./build/" + made.name;
   std::string arguments = "try ";
-  if (made.kind == "scene") arguments += "nlopt-sbplx --scene ";
+  if (made.observes == "readings")
+    arguments += "nlopt-neldermead --noise-level declared --protocol blind --scene ";
+  else if (made.kind == "scene")
+    arguments += "nlopt-sbplx --scene ";
   if (made.kind == "noise-level") arguments += "nlopt-sbplx --noise-level ";
   const std::string use = own_command_elsewhere(arguments + plugin);
   if (python) return "  cd " + folder + "\n  python3 test_" + made.name + ".py\n  " + use + "\n";
@@ -75,7 +79,9 @@ int new_plugin(Context& context, const NewPluginArguments& arguments) {
     throw Error(ErrorKind::bad_input, "unknown kind '" + arguments.kind + "'" +
                                           suggestion(arguments.kind, {"optimizer", "agent", "scene", "noise-level"}));
   const NewPlugin wanted{plugin_host::kind_name(*kind), arguments.language, arguments.name,
-                         arguments.out.empty() ? arguments.name : arguments.out};
+                         arguments.out.empty() ? arguments.name : arguments.out, arguments.observes};
+  if (arguments.observes != "images" && (*kind != plugin_host::Kind::scene || arguments.language != "python"))
+    throw Error(ErrorKind::bad_input, "--observes " + arguments.observes + ": requires --kind scene --lang python");
   if (const std::string wrong = check_plugin_name(wanted.name); !wrong.empty())
     throw Error(ErrorKind::bad_input, wrong);
   refuse_taken_name(context, *kind, wanted.name);
@@ -102,6 +108,7 @@ void add_new(CLI::App& plugin, Context& context) {
        "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt. With "
        "--onnx, an agent that follows your network, without source.",
        "relign-bench plugin new --kind optimizer my_search\n"
+       "relign-bench plugin new --kind scene --lang python --observes readings my_coupler\n"
        "relign-bench plugin new --kind agent --onnx my_net.onnx my_net",
        "plugin check, try, describe"});
   NewPluginArguments& arguments = add_action(verb, context, new_plugin);
@@ -112,6 +119,11 @@ void add_new(CLI::App& plugin, Context& context) {
   verb.add_option("--lang", arguments.language, "language: cpp or python")
       ->type_name("LANGUAGE")
       ->check(CLI::IsMember({"cpp", "python"}))
+      ->capture_default_str();
+  verb.add_option("--observes", arguments.observes,
+                  "of a scene: images, or readings of instruments, such as the power behind a fibre (Python)")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"images", "readings"}))
       ->capture_default_str();
   verb.add_option("-o,--out", arguments.out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
   CLI::Option* onnx =

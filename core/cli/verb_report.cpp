@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_members.h"
 #include "cli/app.h"
 #include "cli/browser.h"
 #include "cli/plan_check.h"
@@ -63,17 +64,21 @@ class Reports {
 std::string exported(Reports& reports, const ReportArguments& arguments) {
   if (arguments.format == "html") return reports.of(arguments.folders).html();  // one page for all folders
   const bool csv = arguments.format == "csv";
-  const bool cycle = csv && std::any_of(arguments.folders.begin(), arguments.folders.end(), [](const auto& folder) {
-                       return records::read_manifest(folder).contains("cycle");
-                     });
-  std::string text = csv ? report::ranking_csv_head(cycle) : "";
+  report::MoreColumns more;
+  for (const std::string& folder : arguments.folders) {
+    if (!csv) break;
+    const Json manifest = records::read_manifest(folder);
+    more.cycle = more.cycle || manifest.contains("cycle");
+    for (const Json& scene : list_of(manifest, "scenes")) more.score = more.score || scene.contains("score");
+  }
+  std::string text = csv ? report::ranking_csv_head(more) : "";
   Json results = Json::array();
   for (const std::string& folder : arguments.folders) {
     const report::Report report = reports.of({folder});
     if (arguments.format == "md") {
       text += (text.empty() ? "" : "\n") + report.markdown();
     } else if (csv) {
-      text += report::ranking_csv_rows(report.model(), folder, cycle);
+      text += report::ranking_csv_rows(report.model(), folder, more);
     } else {
       Json data = report.json();
       data.erase("format");  // the document has its own

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
@@ -35,7 +34,7 @@ struct LandscapeArguments {
 
 // Measures the planes through `pose`, one for every pair of axes.
 void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly,
-                       const std::vector<double>& pose, ProgressMode mode) {
+                       const std::vector<double>& pose, const SceneScore& score, ProgressMode mode) {
   const std::atomic<bool>& stop = watch_for_stop();
   const auto pairs = drawing::plane_axes(landscape.axes.size());
   const auto points = static_cast<std::size_t>(landscape.points);
@@ -57,7 +56,7 @@ void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssemb
       std::vector<double> here = pose;
       here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);
       here[up] = static_cast<double>(place / points) / static_cast<double>(points - 1);
-      plane.values.push_back(displayed_rmse(assembly.noise_free_mse(here, kTruthSeed).mse));
+      plane.values.push_back(score.shown(assembly.noise_free_mse(here, kTruthSeed).mse));
       ++progress.done;
     }
     landscape.planes.push_back(std::move(plane));
@@ -112,14 +111,14 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   drawing::Landscape landscape;
   landscape.title = "Landscape of " + scene.facts.name;
   landscape.subtitle = landscape_subtitle(arguments);
-  landscape.measure = "RMSE";
+  landscape.measure = scene.facts.score.label();
   landscape.points = arguments.points;
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
     const trials::Axis& known = scene.facts.axes[axis];
     landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
   }
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
-  measure_landscape(landscape, assembly, pose, context.progress_mode());
+  measure_landscape(landscape, assembly, pose, scene.facts.score, context.progress_mode());
   const std::vector<std::string> written = write(landscape, arguments.out);
   if (context.json)
     print_result(Json({{"files", written}, {"planes", landscape.planes.size()}, {"pose", pose}}).dump(2) + "\n");
@@ -194,7 +193,7 @@ void add_scene(CLI::App& app, Context& context) {
                      "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
   CLI::App& verb = add_verb(
-      scene, {"landscape", "Map the noise-free RMSE over every pair of axes, as a picture, a page and a table.",
+      scene, {"landscape", "Map the noise-free error over every pair of axes, as a picture, a page and a table.",
               "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
               "relign-bench scene landscape --scene gaussian_spot -o spot.html",
               "lens draw, render, describe"});

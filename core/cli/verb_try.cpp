@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_source.h"
 #include "base/limits.h"
+#include "base/scene_score.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/app.h"
@@ -37,13 +37,13 @@ struct TryArguments {
   std::string frames;
 };
 
-constexpr int kDecimals = 5;  // of an RMSE
+constexpr int kDecimals = 5;  // of a score
 
-// Noise-free errors are accurate to 1e-4.
-std::string noise_free_text(double mse) {
-  if (std::isnan(mse)) return "unknown";
-  const double rmse = displayed_rmse(mse);
-  return rmse < 1e-4 ? "<0.0001" : fixed(rmse, kDecimals);
+// Noise-free errors are accurate to the score's resolution.
+std::string noise_free_text(double recorded, const SceneScore& score) {
+  if (std::isnan(recorded)) return "unknown";
+  const double value = score.shown(recorded);
+  return value < score.resolution ? "<" + shortest(score.resolution) : fixed(value, kDecimals);
 }
 
 std::string header(std::size_t axes) {
@@ -53,7 +53,7 @@ std::string header(std::size_t axes) {
   return buffer;
 }
 
-std::string row(const trials::Step& step) {
+std::string row(const trials::Step& step, const SceneScore& score) {
   std::string pose;
   for (const double coordinate : step.commanded_pose) {
     char buffer[16];
@@ -64,7 +64,8 @@ std::string row(const trials::Step& step) {
   std::snprintf(buffer, sizeof buffer, "%4u  %s  %8s  %8s  %9s  %11s\n", step.step, pose.c_str(),
                 fixed(step.merit, kDecimals).c_str(),
                 (step.regions.empty() ? fixed(step.measured, kDecimals) : "regions").c_str(),
-                noise_free_text(step.commanded_mse).c_str(), noise_free_text(step.recommended_mse).c_str());
+                noise_free_text(step.commanded_mse, score).c_str(),
+                noise_free_text(step.recommended_mse, score).c_str());
   return buffer;
 }
 
@@ -88,7 +89,8 @@ Json to_json(const TryArguments& arguments, const trials::TrialResult& result) {
           {"steps", steps}};
 }
 
-int end_of_trial(Context& context, const TryArguments& arguments, const trials::TrialResult& result, bool truth) {
+int end_of_trial(Context& context, const TryArguments& arguments, const trials::TrialResult& result,
+                 const trials::SceneFacts& facts) {
   for (const std::string& change : result.environment_changes) print_warning(change);
   if (context.json) print_result(to_json(arguments, result).dump(2) + "\n");
   switch (result.end) {
@@ -107,10 +109,10 @@ int end_of_trial(Context& context, const TryArguments& arguments, const trials::
       break;
   }
   if (!context.json)
-    std::fputs(truth ? "RMSE against the reference image; commanded and recommended are noise-free and never shown to "
-                       "the algorithm.\n"
-                     : "RMSE against the reference image, measured only: this scene has no ground truth.\n",
-               stderr);
+    std::fprintf(stderr, "%s%s%s\n", facts.score.label().c_str(),
+                 facts.score.squared ? " against the reference image" : "",
+                 facts.truth ? "; commanded and recommended are noise-free and never shown to the algorithm."
+                             : ", measured only: this scene has no ground truth.");
   return kDone;
 }
 
@@ -175,10 +177,11 @@ int run_try(Context& context, const TryArguments& given) {
   if (const auto prepared = pretraining_of(scene, level, algorithm, setup.terms.protocol, setup.terms.merit, services))
     setup.prepared = *prepared;
   setup.callbacks.on_step = [&](const trials::Step& step, const float* pixels) {
-    if (!context.json) print_result((step.step == 0 ? header(scene.facts.axes.size()) : "") + row(step));
+    if (!context.json)
+      print_result((step.step == 0 ? header(scene.facts.axes.size()) : "") + row(step, scene.facts.score));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.step, scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts.truth);
+  return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts);
 }
 
 }  // namespace

@@ -49,10 +49,11 @@ int validate(Context& context, const std::string& file) {
                 significant(static_cast<double>(scene.memory_bytes) / 1e6, 3) +
                 " MB in each worker, measured now while this process created the scene\n";
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
-    constexpr double kAccuracy = 1e-4;  // of noise-free errors
-    if (spec.rmse < kAccuracy)
-      print_warning(entry.name + ": the specification requires an RMSE of " + significant(spec.rmse, 2) +
-                    ", but noise-free errors are accurate only to 0.0001");
+    const SceneScore& score = scene.facts.score;
+    if (spec.score < score.resolution)
+      print_warning(entry.name + ": the specification requires " + (score.squared ? "an " : "") + score.name + " of " +
+                    significant(spec.score, 2) + score.suffix() + ", but noise-free errors are accurate only to " +
+                    shortest(score.resolution) + score.suffix());
     for (const std::string& warning : runner::mtf_warnings(spec, scene.facts))
       print_warning(entry.name + ": " + warning);
     try {

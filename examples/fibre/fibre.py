@@ -6,10 +6,11 @@ from coupling import coupling
 
 from relign_bench.plugin import Assembly, Scene, parameter, serve
 
-FLOOR_DB = -60.0  # of the logarithmic amplifier: a pixel of 0
+DARKEST_DB = 60.0  # the largest loss that the logarithmic amplifier tells
 DARK = 1e-6  # dark current, as a share of the current at full coupling
 SHOT = 3e-4  # noise of the current at full coupling, as a share of it; that of a smaller one by the square root
 NOMINAL_GAP_UM = 10.0
+SPECIFIED_DB = 1.0  # of an end
 AXES = (("x", "mm", -0.05, 0.05), ("y", "mm", -0.05, 0.05), ("z", "mm", -0.002, 0.098),
         ("Rx", "deg", -2.0, 2.0), ("Ry", "deg", -2.0, 2.0), ("Rz", "deg", -2.0, 2.0))
 QUANTITIES = (("waist", "um", "waist of the facet's mode minus that of the fibre's", 0.3),
@@ -19,9 +20,9 @@ QUANTITIES = (("waist", "um", "waist of the facet's mode minus that of the fibre
               ("exit_y", "deg", "angle at which light leaves the facet, towards y", 0.3))
 
 
-def level(share):
-    """A pixel, 0 to 1, of a share of the power: 0 to 60 dB of loss."""
-    return 1 - 10 * math.log10(max(share, 1e-30)) / FLOOR_DB
+def loss_db(share):
+    """Of a share of the power: 0 to 60 dB."""
+    return min(-10 * math.log10(max(share, 1e-30)), DARKEST_DB)
 
 
 class End:
@@ -62,33 +63,28 @@ class Coupler(Assembly):
 
     def __init__(self, ends):
         self.ends = ends
-        self.reference = level(End().share(0, 0, 0, 0, 0, 0) ** len(ends))
 
     def share(self, true_pose):
         position = [lower + p * (upper - lower) for p, (_, _, lower, upper) in zip(true_pose, AXES * len(self.ends))]
         parts = [position[i : i + len(AXES)] for i in range(0, len(position), len(AXES))]
         return math.prod(end.share(*part) for end, part in zip(self.ends, parts))
 
-    def pixel(self, share):
-        """As much light as the design couples is full scale: a chip that couples more has no error."""
-        return min(max(level(share), 0.0), self.reference)
-
     def capture(self, true_pose, frame_seed):
         share = self.share(true_pose)
         noise = SHOT * math.sqrt(share + DARK) * random.Random(frame_seed).gauss(0, 1)
-        return [[self.pixel(abs(share + DARK + noise))]]
+        return [loss_db(abs(share + DARK + noise))]
 
     def render_noise_free(self, true_pose):
-        return [[self.pixel(self.share(true_pose))]]
+        return [loss_db(self.share(true_pose))]
 
-    def noise_free_mse(self, true_pose, seed):
-        return (self.reference - self.pixel(self.share(true_pose))) ** 2, 0.0
+    def score(self, true_pose, seed):
+        return loss_db(self.share(true_pose)), 0.0
 
     def own_optimum(self, seed):
         position = [value for end in self.ends for value in end.best()]
         pose = [min(max((p - lower) / (upper - lower), 0.0), 1.0) for p, (_, _, lower, upper) in
                 zip(position, AXES * len(self.ends))]
-        return pose, *self.noise_free_mse(pose, seed)
+        return pose, *self.score(pose, seed)
 
 
 class Fibre(Scene):
@@ -108,20 +104,21 @@ class Fibre(Scene):
         nominal = [-lower / (upper - lower) for _, _, lower, upper in AXES] * self.ends
         return {
             "name": "fibre" if self.ends == 1 else "fibre-both-ends",
-            "summary": "A single-mode fibre in front of a photonic chip: one pixel, 60 dB of photodiode level",
+            "summary": "A single-mode fibre in front of a photonic chip, and a photodiode that tells 60 dB",
             "axes": [{"name": name, "unit": unit, "lower": lower, "upper": upper, "observable": not name.endswith("Rz")}
                      for name, (_, unit, lower, upper) in kinds],
             "nominal_pose": nominal,
-            "image": {"width": 1, "height": 1, "white": 1.0},
+            "readings": [{"name": "loss", "unit": "dB"}],
+            "score": {"name": "insertion loss", "unit": "dB", "resolution": 0.01, "reading": "loss"},
             "elements": [],
             "uncertain": [{"name": name, "unit": unit, "meaning": meaning, "law": {"law": "normal", "sigma": sigma}}
                           for name, (_, unit, meaning, sigma) in quantities],
             "machine_time": {"speed_mm_per_s": 1, "speed_deg_per_s": 5, "settle_ms": 10, "exposure_ms": 1, "readout_ms": 0},
-            "spec": {"rmse": 0.5 / -FLOOR_DB},
+            "spec": {"score": SPECIFIED_DB * self.ends},
         }
 
     def reference(self):
-        return [[Coupler([End()] * self.ends).reference]]
+        return [loss_db(End().share(0, 0, 0, 0, 0, 0) ** self.ends)]
 
     def mount(self, offsets):
         known = self.names([quantity[0] for quantity in QUANTITIES])

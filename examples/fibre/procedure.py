@@ -6,7 +6,7 @@ class Spiral(Optimizer):
     id = "spiral-then-climb"
 
     pitch = parameter(0.2, minimum=0.001, maximum=1.0, unit="travel", description="Distance of its places")
-    light = parameter(0.05, minimum=0.0, maximum=1.0, description="Merit below that of the start that is light")
+    light = parameter(3.0, minimum=0.0, maximum=60.0, unit="dB", description="Loss below that of the start that is light")
     stride = parameter(0.04, minimum=0.001, maximum=0.5, unit="travel", description="First stride of the climb")
     least = parameter(0.002, minimum=1e-5, maximum=0.1, unit="travel", description="Last stride of the climb")
 
@@ -20,7 +20,7 @@ class Spiral(Optimizer):
                 if best is None:  # budget spent
                     return
                 trial.recommend(best.pose)
-            if before.merit - best.merit < 0.002:
+            if before.merit - best.merit < 0.1:  # dB
                 stride /= 2
 
     def first_light(self, trial):
@@ -60,7 +60,7 @@ class Spiral(Optimizer):
             return None
         seen = [best, low, high]
         bend = low.merit - 2 * best.merit + high.merit
-        if bend > 1e-6:  # a level in dB is a parabola near its peak
+        if bend > 1e-4:  # a level in dB is a parabola near its peak
             step = 0.5 * stride * (low.merit - high.merit) / bend
             seen.append(look(max(-3 * stride, min(3 * stride, step))))
         if seen[-1] is None:

@@ -14,6 +14,7 @@ from . import _cuda
 from . import rewards as _rewards
 from ._errors import check_name, require_flag, require_integer
 from ._info import Later
+from ._score import score_of
 from ._stacks import DeviceStacks, Stacks
 from .batch import Batch
 from .conventions import LARGEST_MOVE
@@ -36,7 +37,7 @@ class AlignmentTask:
     """`slots` episodes of one scene and noise level; see `AlignmentEnv` for the arguments."""
 
     def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", reward: str = "paper",
-                 score: str = "combined", observation: str = "uint8", size: int | None = None, frame_stack: int = 1,
+                 score: str = "combined", observation: str | None = None, size: int | None = None, frame_stack: int = 1,
                  include_actions: bool = False, action: str = "unit", clipping: str = "soft",
                  goal: float | None = None, max_episode_steps: int | None = MAX_EPISODE_STEPS, noise_free: bool = True,
                  instances: str = "training", suite_seed: int = 1, scene_parameters: Parameters | None = None,
@@ -44,14 +45,15 @@ class AlignmentTask:
                  observation_size: int | None = None, device: str = "cpu") -> None:
         check_name(reward, _rewards.REWARDS, "reward")
         check_name(score, _rewards.SCORES, "score")
-        check_name(observation, OBSERVATIONS, "observation")
+        if observation is not None:
+            check_name(observation, OBSERVATIONS, "observation")
         check_name(action, ACTIONS, "action")
         if reward == "minus_one_plus" and goal is None:
             raise ValueError("reward 'minus_one_plus' needs a goal, such as goal=0.05")
         if goal is not None and not (isinstance(goal, numbers.Real) and math.isfinite(goal)):
             raise ValueError(f"goal must be a finite number or None, not {goal!r}")
         check_family(instances)
-        self.reward, self.score, self.observation, self.action = reward, score, observation, action
+        self.reward, self.score, self.action = reward, score, action
         self.frame_stack = require_integer(frame_stack, "frame_stack", 1)
         self.include_actions = require_flag(include_actions, "include_actions")
         self.goal = goal
@@ -66,9 +68,15 @@ class AlignmentTask:
         self.frames = self.batch.frames  # a view: always the latest captures
         height, width = self._observed_shape(observation_size)
         shape = (self.frame_stack, height, width)
-        image: spaces.Space[Any] = (
-            spaces.Box(0, 255, shape, np.uint8) if observation == "uint8" else
-            spaces.Box(0, float(np.float32(FLOAT_WHITES * self.white)), shape, np.float32))
+        readings = "readings" in self.batch.description
+        least, most = (-np.inf, np.inf) if readings else (0.0, float(np.float32(FLOAT_WHITES * self.white)))
+        if observation is None:
+            observation = "float32" if readings else "uint8"
+        elif readings and observation != "float32":
+            raise ValueError(f"scene '{scene}' has readings, not images; observation must be 'float32' or None")
+        self.observation = observation
+        image: spaces.Space[Any] = (spaces.Box(0, 255, shape, np.uint8) if observation == "uint8" else
+                                    spaces.Box(least, most, shape, np.float32))
         low, high = {"unit": (-1.0, 1.0), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0.0, 1.0)}[action]
         self.action_space = spaces.Box(low, high, (self.axes,), np.float32)
         self.observation_space = image
@@ -77,7 +85,7 @@ class AlignmentTask:
             self.observation_space = spaces.Dict({"image": image, "actions": past})
         kind = DeviceStacks if device == "cuda" else Stacks
         self._stacks = kind(slots, shape, self._binning, self.white if observation == "uint8" else None,
-                            FLOAT_WHITES * self.white)
+                            most)
         self.past_actions: Float32Array = np.zeros((slots, self.frame_stack, self.axes), np.float32)
         self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
@@ -151,7 +159,7 @@ class AlignmentTask:
 
     def _scores(self, name: str, slots: Slots) -> Float64Array:
         frames = _cuda.on_host(self.frames[slots]) if name == "rmse_binary" else None
-        return _rewards.scores(name, self.batch.measured_rmse(slots), self.batch.true_poses(slots), self.nominal_pose,
+        return _rewards.scores(name, self.batch.measured_error(slots), self.batch.true_poses(slots), self.nominal_pose,
                                frames, self.reference)
 
     def observation_of(self, slot: int) -> Observation:
@@ -168,18 +176,18 @@ class AlignmentTask:
         return {"image": images, "actions": _cuda.on_device(actions) if self.batch.device == "cuda" else actions.copy()}
 
     def infos(self, slots: Slots) -> dict[str, AnyArray]:
-        """The infos of these slots, without the noise-free RMSE; see `AlignmentEnv`. Arrays with one row per slot."""
+        """The infos of these slots, without the noise-free error; see `AlignmentEnv`. Arrays with one row per slot."""
         return {
             "true_pose": self.batch.true_poses(slots),
             "commanded_pose": self.batch.commanded_poses(slots),
-            "measured_rmse": self.batch.measured_rmse(slots),
+            "measured_error": self.batch.measured_error(slots),
             "score": self.scores[slots],
             "limits": self.batch.limits(slots),
             "instance": self.numbers[slots],
         }
 
-    def noise_free_rmse(self, slots: Slots) -> Later:
-        """The noise-free RMSE of each slot now, shape (n,), for whenever it is read.
+    def noise_free_error(self, slots: Slots) -> Later:
+        """The noise-free score of each slot now, shape (n,), for whenever it is read.
 
         Instances are mounted again where an episode has ended by then, so that the value does not depend on the time.
         """
@@ -198,8 +206,7 @@ class AlignmentTask:
                     self._spare = self._make_spare()
                 self._spare.reset([0], [drawn[k][1]], drawn[k][0])
                 mse[k] = self._spare.noise_free_mse_at([0], true_poses[k:k + 1], steps[k:k + 1])[0][0]
-            rmse: Float64Array = np.sqrt(np.maximum(0.0, mse))
-            return rmse
+            return score_of(self.batch.description).shown(mse)
 
         return Later(compute)
 

@@ -169,10 +169,10 @@ class Batch:
         fill(list(slots), poses)
         return poses
 
-    def measured_rmse(self, slots: Slots) -> Float64Array:
+    def measured_error(self, slots: Slots) -> Float64Array:
         """RMSE of the latest captures against the reference, noise included, shape (n,)."""
         rmse = np.empty(len(slots))
-        self._core.read_measured_rmse(list(slots), rmse)
+        self._core.read_measured_error(list(slots), rmse)
         return rmse
 
     def noise_free_mse(self, slots: Slots) -> tuple[Float64Array, Float64Array]:

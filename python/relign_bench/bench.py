@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _html, _native
 from ._errors import check_name, require_integer
+from ._score import RMSE, Score, score_of
 from .batch import Batch
 from .results import ENDED_WELL, step_rows
 
@@ -133,7 +134,7 @@ class Bench:
         lines, pixels = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
                                          merit or "", self._clipping, steps, bool(keep_frames))
         frames = None if pixels is None else np.frombuffer(pixels, np.float32).reshape(-1, *self.reference.shape)
-        return trial_of(lines, frames)
+        return trial_of(lines, frames, score_of(self.description))
 
 
 class Instance:
@@ -221,25 +222,25 @@ class Instance:
         return self._batch.true_poses([0])[0]
 
     def noise_free_mse(self) -> tuple[float, float]:
-        """Ground truth: noise-free MSE at the true pose, and its standard error.
+        """Ground truth: noise-free MSE, or the score that the scene declares, at the true pose, and its standard error.
 
         The estimate is unbiased and may be slightly negative near an optimum.
         """
         mse, error = self._batch.noise_free_mse([0])
         return float(mse[0]), float(error[0])
 
-    def noise_free_rmse(self) -> float:
-        """Ground truth: noise-free RMSE at the true pose; 0 where the estimate of the MSE is negative."""
-        return float(np.sqrt(max(0.0, self.noise_free_mse()[0])))
+    def noise_free_error(self) -> float:
+        """Ground truth: noise-free score at the true pose, the RMSE of a scene that compares images; never negative."""
+        return float(score_of(self._batch.description).shown(self.noise_free_mse()[0]))
 
     def own_optimum(self) -> tuple[Float64Array, float] | None:
-        """The instance's own optimum: (true pose, noise-free RMSE).
+        """The instance's own optimum: (true pose, noise-free score).
 
         Returns:
             None where the scene does not search for it.
         """
         found = self._batch.optima([0])[0]
-        return None if found is None else (found[0], float(np.sqrt(max(0.0, found[1]))))
+        return None if found is None else (found[0], float(score_of(self._batch.description).shown(found[1])))
 
 
 def _frame_seed(seed: int, frame: int) -> int:
@@ -256,12 +257,14 @@ class Trial:
         steps: One dictionary per step, beginning with step 0, the capture at the start pose.
         times: Times of the host.
         frames: Captures in the scene's units, shape (steps + 1, height, width); None unless they were kept.
+        score: What the scene judges poses by.
     """
 
     summary: dict[str, Any]
     steps: list[dict[str, Any]]
     times: dict[str, Any] = field(repr=False)
     frames: Float32Array | None = field(default=None, repr=False)
+    score: Score = field(default=RMSE, repr=False)
 
     def _repr_html_(self) -> str:
         rows: list[list[Any]] = [["steps", len(self.steps) - 1], ["end", self.end]]
@@ -269,14 +272,14 @@ class Trial:
             rows.append(["message", self.message])
         curves = []
         for track in TRACKS:
-            values = [float(value) if np.isfinite(value) else None for value in self.rmse(track)]
+            values = [float(value) if np.isfinite(value) else None for value in self.errors(track)]
             curves.append(_html.Series(track, list(range(len(values))), values))
-            rows.append([f"{track} RMSE, first and last", " → ".join(map(_html.number, (values[0], values[-1])))])
+            rows.append([f"{track} {self.score.name}, first and last", " → ".join(map(_html.number, (values[0], values[-1])))])
         frames = [] if self.frames is None else [("capture at the start", self.frames[0]), ("last capture", self.frames[-1])]
         known = [one for one in curves if any(value is not None for value in one.values)]
         return _html.block(
             "{algorithm} on instance {instance} of {scene}, {noise_level}".format_map(self.summary),
-            _html.chart(known, "step", "RMSE"), _html.images(frames) if frames else "", _html.table([], rows))
+            _html.chart(known, "step", self.score.label), _html.images(frames) if frames else "", _html.table([], rows))
 
     @property
     def end(self) -> str:
@@ -293,8 +296,8 @@ class Trial:
         """The error message of a failed trial, else ""."""
         return str(self.summary.get("message", ""))
 
-    def rmse(self, track: str = "recommended") -> Float64Array:
-        """RMSE after every step, shape (steps + 1,); NaN where it is unknown.
+    def errors(self, track: str = "recommended") -> Float64Array:
+        """The score after every step, shape (steps + 1,), the RMSE of a scene that compares images; NaN where unknown.
 
         Args:
             track: "recommended" or "commanded": noise-free, at that pose; "measured": of the captures, noise included.
@@ -305,7 +308,7 @@ class Trial:
         check_name(track, TRACKS, "track")
         if track == "measured":
             return np.array([_number(step["measured"]) for step in self.steps])
-        return np.sqrt(np.maximum(0.0, [_number(step[track + "_mse"]) for step in self.steps]))
+        return self.score.shown([_number(step[track + "_mse"]) for step in self.steps])
 
     def table(self) -> pandas.DataFrame:
         """The steps as a pandas.DataFrame, one row per step, with its criteria."""
@@ -314,10 +317,10 @@ class Trial:
         return pandas.DataFrame(step_rows(self.steps, self.summary))
 
 
-def trial_of(lines: str, frames: Float32Array | None = None) -> Trial:
+def trial_of(lines: str, frames: Float32Array | None = None, score: Score = RMSE) -> Trial:
     """The trial of the lines of its record and times."""
     *steps, closing, times = map(json.loads, lines.splitlines())
-    return Trial(closing, steps, times, frames)
+    return Trial(closing, steps, times, frames, score)
 
 
 def _number(value: float | None) -> float:

@@ -57,10 +57,10 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
 
     ## Information
 
-    `true_pose` and `commanded_pose` (shape (axes,), shares of the travel), `measured_rmse`, `noise_free_rmse`, `score`,
+    `true_pose` and `commanded_pose` (shape (axes,), shares of the travel), `measured_error`, `noise_free_error`, `score`,
     `limits` (shape (axes,): which axes met a limit during the latest move) and `instance` (its number).
 
-    `noise_free_rmse` is computed when it is read, which takes as long as about ten captures, and has the same value whenever
+    `noise_free_error` is computed when it is read, which takes as long as about ten captures, and has the same value whenever
     that is. Reading, printing or pickling the whole info reads it too. No reward of `relign_bench.rewards` uses it; a wrapper
     whose reward does reads it at every step.
 
@@ -70,7 +70,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         render_mode: "rgb_array": sensor image, reference and true pose; "human": the same in a window (needs pygame).
         reward: Name of the reward.
         score: Name of the score.
-        observation: "uint8" or "float32".
+        observation: "uint8" or "float32"; None is "float32" for a scene of readings, "uint8" for one of images.
         size: Columns of the sensor, for scenes whose sensor can be chosen; None keeps the scene's own. The samples of a pixel,
             and so its noise, do not depend on the size.
         frame_stack: How many of the latest captures an observation has.
@@ -79,7 +79,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
         clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
         goal: Score below which an episode terminates; None: never.
         max_episode_steps: Steps after which an episode is truncated; None: never.
-        noise_free: Whether info has `noise_free_rmse`.
+        noise_free: Whether info has `noise_free_error`.
         instances: Family of the instances: "training", "tuning" or "benchmark". Suites use "benchmark"; train on "training",
             choose checkpoints on "tuning".
         suite_seed: Seed of the families; the default of suites is 1.
@@ -137,8 +137,8 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     def _info(self) -> dict[str, Any]:
         info = Info({key: rows[0] if rows.ndim > 1 else rows[0].item() for key, rows in self.task.infos([0]).items()})
         if self.task.noise_free:
-            later = self.task.noise_free_rmse([0])
-            info["noise_free_rmse"] = Later(lambda: float(later()[0]))
+            later = self.task.noise_free_error([0])
+            info["noise_free_error"] = Later(lambda: float(later()[0]))
         return info
 
     def step(self, action: AnyArray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:

@@ -15,6 +15,7 @@ from . import _html
 from ._columns import PER_STEP, TABLED
 from ._errors import check_name
 from ._json import unique_keys
+from ._score import RMSE, score_of
 
 if TYPE_CHECKING:
     import os
@@ -100,13 +101,15 @@ class Results:
         for row in rows:
             group = groups.setdefault((row["scene"], row["noise_level"], row["protocol"]), {})
             group.setdefault(row["algorithm"], []).append(row)
-        parts = [_group_html(", ".join(group), curves) for group, curves in list(groups.items())[:MOST_CHARTS]]
+        scores = {scene["name"]: score_of(scene).label for scene in self.manifest["scenes"]}
+        parts = [_group_html(", ".join(group), scores.get(group[0], RMSE.name), curves)
+                 for group, curves in list(groups.items())[:MOST_CHARTS]]
         if len(groups) > MOST_CHARTS:
             parts.append(_html.paragraph(f"and {len(groups) - MOST_CHARTS} more scenes and levels; table('curves') has all"))
         return _html.block(title, *parts)
 
 
-def _group_html(title: str, curves: dict[str, list[dict[str, str]]]) -> str:
+def _group_html(title: str, score: str, curves: dict[str, list[dict[str, str]]]) -> str:
     # A station has measured errors only.
     error = "recommended" if any(row["recommended_median"] for rows in curves.values() for row in rows) else "best"
 
@@ -118,8 +121,8 @@ def _group_html(title: str, curves: dict[str, list[dict[str, str]]]) -> str:
     series.sort(key=lambda one: (one.values[-1] is None, one.values[-1] or 0))
     last = [[one.name, curves[one.name][-1]["n"], *map(_html.number, (one.values[-1], one.low[-1], one.high[-1]))]
             for one in series]
-    what = "noise-free RMSE at the recommended pose" if error == "recommended" else "lowest measured RMSE"
-    return (_html.paragraph(f"{title}: {what}, medians and quartiles") + _html.chart(series, "step", "RMSE")
+    what = f"noise-free {score} at the recommended pose" if error == "recommended" else f"lowest measured {score}"
+    return (_html.paragraph(f"{title}: {what}, medians and quartiles") + _html.chart(series, "step", score)
             + _html.table(["method", "trials", "median", "lower quartile", "upper quartile"], last))
 
 

@@ -174,12 +174,12 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
                 gathered[key] = np.zeros((self.num_envs, *rows.shape[1:]), rows.dtype)
                 gathered[key][slots] = rows
         if self.task.noise_free:
-            later = self.task.noise_free_rmse(slots)
+            later = self.task.noise_free_error(slots)
 
             def spread() -> Float64Array:
                 values = np.zeros(self.num_envs)
                 values[slots] = later()
                 return values
 
-            gathered["noise_free_rmse"], gathered["_noise_free_rmse"] = Later(spread), mask
+            gathered["noise_free_error"], gathered["_noise_free_error"] = Later(spread), mask
         return gathered

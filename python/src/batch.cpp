@@ -146,9 +146,9 @@ void read_poses(const Batch& batch, const Slots& slots, const std::vector<double
 }
 
 // One number per slot.
-void read_measured_rmse(const Batch& batch, const Slots& slots, const py::buffer& into) {
+void read_measured_error(const Batch& batch, const Slots& slots, const py::buffer& into) {
   double* value = numbers_of<double>(into, {slots.size()}, true, "into");
-  for (const unsigned slot : slots) *value++ = batch.state(slot).measured_rmse;
+  for (const unsigned slot : slots) *value++ = batch.state(slot).measured_error;
 }
 
 // One row per slot: 1 for an axis that met a limit.
@@ -246,7 +246,7 @@ void bind_batch(py::module_& module) {
             read_poses(batch, slots, &Batch::State::commanded_pose, into);
           },
           arg("slots"), arg("into"))
-      .def("read_measured_rmse", &read_measured_rmse, arg("slots"), arg("into"))
+      .def("read_measured_error", &read_measured_error, arg("slots"), arg("into"))
       .def("read_limits", &read_limits, arg("slots"), arg("into"));
 }
 

@@ -30,7 +30,7 @@ def main():
         batch.reset(every, [FIRST_NUMBER + slot for slot in every], "tuning")
         nominal = np.asarray(batch.nominal_pose)
         # The camera's noise, the same at every pose.
-        noise = np.median(np.array(batch.measured_rmse(every)) ** 2 - batch.noise_free_mse(every)[0])
+        noise = np.median(np.array(batch.measured_error(every)) ** 2 - batch.noise_free_mse(every)[0])
         for low, high in SHELLS:
             mse = []
             for seed in range(1, POSES + 1):

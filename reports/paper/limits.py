@@ -85,7 +85,7 @@ def rows(path):
         for move in range(1, IMAGES[-1] + 1):
             batch.move_by(every, gain(move) * policy.moves(np.asarray(batch.frames)))
             poses = batch.true_poses(every)
-            reached |= scores("combined", batch.measured_rmse(every), poses, nominal, None, None) < recipe["goal"]
+            reached |= scores("combined", batch.measured_error(every), poses, nominal, None, None) < recipe["goal"]
             if move in IMAGES:
                 errors[move] = errors_at(poses, move)
         assert batch.instance(0)["number"] == FIRST_NUMBER

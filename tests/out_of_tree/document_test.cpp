@@ -100,6 +100,15 @@ TEST(LensTutorial, RunsEveryCommandAndMatchesTheReport) {
       << "docs/images/triplet_report.png and the tutorial's text show another run";
 }
 
+TEST(ProblemTutorial, RunsEveryCommandAndNamesTheScore) {
+  const Workplace place;
+  const std::string said = follow(place, "tutorial_problem.md");
+  EXPECT_NE(said.find("loss in dB"), std::string::npos) << said;
+  EXPECT_EQ(said.find("RMSE"), std::string::npos) << said;
+  const std::string page = place.read("pinhole/results/report.html");
+  EXPECT_NE(page.find("loss in dB"), std::string::npos);
+}
+
 TEST(CameraTutorial, RunsEveryCommandAndExplainsTheReport) {
   const Workplace place;
   const std::string said = follow(place, "tutorial_camera.md");

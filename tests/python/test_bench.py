@@ -41,7 +41,7 @@ class Instances(unittest.TestCase):
         move = np.linalg.solve(instance.distortion, 0.5 - instance.true_pose)
         instance.move_by(move)
         np.testing.assert_allclose(instance.true_pose, 0.5, atol=1e-12)
-        self.assertLess(rmse, instance.noise_free_rmse())
+        self.assertLess(rmse, instance.noise_free_error())
 
     def test_instances_have_the_errors_of_their_stage(self):
         self.assertEqual(Bench(**SMALL).instance(2).stage, {})
@@ -75,8 +75,8 @@ class Trials(unittest.TestCase):
     def test_rmse_has_a_value_per_step_for_each_track(self):
         trial = Bench("gaussian_spot", "rho0").run("random", steps=4)
         for track in ("recommended", "commanded", "measured"):
-            self.assertEqual(trial.rmse(track).shape, (5,))
-        self.assertTrue((trial.rmse() <= trial.rmse()[0] + 1e-12).all(), "the best measured pose is recommended")
+            self.assertEqual(trial.errors(track).shape, (5,))
+        self.assertTrue((trial.errors() <= trial.errors()[0] + 1e-12).all(), "the best measured pose is recommended")
 
     def test_wrong_arguments_name_those_allowed(self):
         bench = Bench("gaussian_spot", "rho0")
@@ -98,7 +98,7 @@ class Trials(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "a true pose must be 5 numbers from 0 to 1"):
                 instance.capture(pose)
         with self.assertRaisesRegex(ValueError, "tracks: recommended, commanded, measured"):
-            bench.run("random", steps=1).rmse("excess")
+            bench.run("random", steps=1).errors("excess")
         with self.assertRaisesRegex(ValueError, "instances: training, tuning, benchmark"):
             relign_bench.AlignmentEnv("gaussian_spot", "rho0", instances="bench")
 

@@ -94,8 +94,8 @@ class Datasets(unittest.TestCase):
         for about, episode in zip(data.storage.get_episode_metadata(range(2)), data.iterate_episodes()):
             steps = recorded.pop(int(about["options"]["instance"]))
             np.testing.assert_array_equal(episode.actions, np.float32([step["commanded_pose"] for step in steps[1:]]))
-            np.testing.assert_array_equal(episode.infos["measured_rmse"], [step["measured"] for step in steps])
-            np.testing.assert_array_equal(episode.infos["recommended_rmse"] ** 2,
+            np.testing.assert_array_equal(episode.infos["measured_error"], [step["measured"] for step in steps])
+            np.testing.assert_array_equal(episode.infos["recommended_error"] ** 2,
                                           np.sqrt([step["recommended_mse"] for step in steps]) ** 2)
             self.assertEqual((episode.terminations.sum(), episode.truncations.tolist()), (0, [False] * 3 + [True]))
         self.assertEqual(recorded, {})

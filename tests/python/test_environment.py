@@ -189,11 +189,11 @@ class Episodes(unittest.TestCase):
         env = make()
         _, info = env.reset(seed=2)
         reference = env.task.reference
-        np.testing.assert_allclose(info["measured_rmse"], np.sqrt(np.mean((env.task.frames[0] - reference) ** 2)),
+        np.testing.assert_allclose(info["measured_error"], np.sqrt(np.mean((env.task.frames[0] - reference) ** 2)),
                                    rtol=1e-6)
         # Captures also have noise.
-        self.assertLess(info["noise_free_rmse"], info["measured_rmse"])
-        self.assertNotIn("noise_free_rmse", make(noise_free=False).reset(seed=2)[1])
+        self.assertLess(info["noise_free_error"], info["measured_error"])
+        self.assertNotIn("noise_free_error", make(noise_free=False).reset(seed=2)[1])
 
     def test_render_returns_an_image_of_the_current_state(self):
         env = make(render_mode="rgb_array")

@@ -48,9 +48,9 @@ class Scene(unittest.TestCase):
         for instance in range(3):
             trial = bench().run(PROCEDURE, steps=100, protocol="blind", instance=instance)
             self.assertTrue(trial.ended_well, trial.message)
-            best = math.sqrt(trial.summary["own_optimum_mse"])
-            self.assertLess(60 * best, 0.5)  # decibels
-            self.assertGreaterEqual(trial.rmse("commanded").min() + 1e-9, best)
+            best = trial.summary["own_optimum_mse"]
+            self.assertLess(best, 0.8)  # decibels
+            self.assertGreaterEqual(trial.errors("commanded").min() + 1e-9, best)
 
     def test_the_optimum_is_that_of_a_search(self):
         end = fibre.End(waist=0.4, facet_x=3.0, facet_y=-2.0, exit_x=0.5, exit_y=-0.3)
@@ -66,8 +66,8 @@ class Scene(unittest.TestCase):
     def test_far_from_the_facet_it_is_dark(self):
         coupler = fibre.Coupler([fibre.End()])
         corner = [1, 1, 0.5, 0.5, 0.5, 0.5]
-        self.assertEqual(coupler.render_noise_free(corner), [[0.0]])
-        self.assertLess(coupler.capture(corner, 1)[0][0], 0.1)
+        self.assertEqual(coupler.render_noise_free(corner), [60.0])
+        self.assertGreater(coupler.capture(corner, 1)[0], 54)
         self.assertEqual(coupler.capture(corner, 1), coupler.capture(corner, 1))
 
     def test_unknown_quantities_are_refused(self):
@@ -83,7 +83,7 @@ class Procedure(unittest.TestCase):
         for instance in range(8):
             trial = bench().run(PROCEDURE, steps=150, protocol="blind", instance=instance)
             self.assertTrue(trial.ended_well, trial.message)
-            losses.append(60 * trial.rmse()[-1])
+            losses.append(trial.errors()[-1] - trial.summary["own_optimum_mse"])
         self.assertLess(sorted(losses)[4], 0.5)  # decibels
 
     def test_both_ends_have_twelve_axes(self):

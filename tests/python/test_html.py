@@ -38,7 +38,7 @@ class Shown(unittest.TestCase):
         lines = page.findall(".//polyline")
         self.assertEqual([len(line.get("points").split()) for line in lines], [5, 5, 5])
         heights = [float(point.split(",")[1]) for point in lines[0].get("points").split()]
-        order, errors = np.argsort(heights, kind="stable"), trial.rmse()
+        order, errors = np.argsort(heights, kind="stable"), trial.errors()
         self.assertTrue((np.diff(errors[order]) <= 0).all(), "lower on the page is a lower error")
         self.assertEqual(len(page.findall(".//img")), 2)
 

@@ -95,9 +95,9 @@ class Environments(unittest.TestCase):
             for _ in range(3):
                 info = env.step(STILL)[-1]
             self.assertEqual(computed.call_count, 0)
-            value = info["noise_free_rmse"]
+            value = info["noise_free_error"]
             self.assertIsInstance(value, float)
-            self.assertEqual((info["noise_free_rmse"], computed.call_count), (value, 1))
+            self.assertEqual((info["noise_free_error"], computed.call_count), (value, 1))
         mse = env.task.batch.noise_free_mse([0])[0][0]
         self.assertEqual(value, np.sqrt(mse))
 
@@ -105,29 +105,29 @@ class Environments(unittest.TestCase):
         early, late = make(max_episode_steps=None), make(max_episode_steps=None)
         values, kept = [], []
         for seed in (4, 5):  # the second episode has another lens
-            values.append(early.reset(seed=seed)[1]["noise_free_rmse"])
+            values.append(early.reset(seed=seed)[1]["noise_free_error"])
             kept.append(late.reset(seed=seed)[1])
             for _ in range(2):
-                values.append(early.step(STILL)[-1]["noise_free_rmse"])
+                values.append(early.step(STILL)[-1]["noise_free_error"])
                 kept.append(late.step(STILL)[-1])
-        self.assertEqual([info["noise_free_rmse"] for info in reversed(kept)], values[::-1])
+        self.assertEqual([info["noise_free_error"] for info in reversed(kept)], values[::-1])
         self.assertEqual(len(set(values)), 6)
 
     def test_switched_off(self):
-        self.assertNotIn("noise_free_rmse", make(noise_free=False).reset(seed=1)[1])
-        self.assertNotIn("noise_free_rmse", make_vector(2, noise_free=False).reset(seed=1)[1])
+        self.assertNotIn("noise_free_error", make(noise_free=False).reset(seed=1)[1])
+        self.assertNotIn("noise_free_error", make_vector(2, noise_free=False).reset(seed=1)[1])
 
     def test_vector_computes_when_read_with_the_values_of_single_environments(self):
         vector, single = make_vector(2), make()
         with counting(vector) as computed:
             vector.reset(seed=4)
             infos = vector.step(np.stack([STILL, STILL]))[-1]
-            self.assertTrue(infos["_noise_free_rmse"].all())
+            self.assertTrue(infos["_noise_free_error"].all())
             self.assertEqual(computed.call_count, 0)
-            values = infos["noise_free_rmse"]
+            values = infos["noise_free_error"]
             self.assertEqual((values.shape, computed.call_count), ((2,), 1))
         single.reset(seed=5)
-        self.assertEqual(single.step(STILL)[-1]["noise_free_rmse"], values[1])
+        self.assertEqual(single.step(STILL)[-1]["noise_free_error"], values[1])
 
     def test_info_of_an_ended_episode_can_be_read_after_the_next_one_began(self):
         env, plain = (make_vector(2, max_episode_steps=1, autoreset_mode=mode) for mode in ("SameStep", "Disabled"))
@@ -135,8 +135,8 @@ class Environments(unittest.TestCase):
         for made in (env, plain):
             made.reset(seed=4)
             results.append(made.step(np.stack([STILL, STILL]))[-1])
-        final, new = results[0]["final_info"]["noise_free_rmse"], results[0]["noise_free_rmse"]
-        np.testing.assert_array_equal(final, results[1]["noise_free_rmse"])
+        final, new = results[0]["final_info"]["noise_free_error"], results[0]["noise_free_error"]
+        np.testing.assert_array_equal(final, results[1]["noise_free_error"])
         self.assertTrue((final != new).all())
 
 

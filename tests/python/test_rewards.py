@@ -49,9 +49,9 @@ class Rewards(unittest.TestCase):
             _, reward, _, _, after = env.step(np.full(5, -0.5, np.float32))
             given[name] = reward
         distance = np.linalg.norm(after["true_pose"] - 0.5)
-        self.assertAlmostEqual(given["paper"], -(after["measured_rmse"] + (distance if distance > 0.1 else 0)))
-        self.assertAlmostEqual(given["score"], -after["measured_rmse"])
-        self.assertAlmostEqual(given["potential"], before["measured_rmse"] - after["measured_rmse"])
+        self.assertAlmostEqual(given["paper"], -(after["measured_error"] + (distance if distance > 0.1 else 0)))
+        self.assertAlmostEqual(given["score"], -after["measured_error"])
+        self.assertAlmostEqual(given["potential"], before["measured_error"] - after["measured_error"])
         self.assertEqual(given["minus_one"], -1)
 
 

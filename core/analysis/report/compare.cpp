@@ -59,7 +59,7 @@ records::Specification spec_of(const ComparedSeries& of) {
 bool equal(double a, double b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool equal(const records::Specification& a, const records::Specification& b) {
-  return equal(a.rmse, b.rmse) && equal(a.lp_per_mm, b.lp_per_mm) && equal(a.mtf_centre, b.mtf_centre) &&
+  return equal(a.score, b.score) && equal(a.lp_per_mm, b.lp_per_mm) && equal(a.mtf_centre, b.mtf_centre) &&
          equal(a.mtf_corner, b.mtf_corner) && a.diffraction == b.diffraction;
 }
 
@@ -229,8 +229,8 @@ class Comparer {
       for (const auto& [instance, value] : *side) instances.insert(instance);
     std::vector<double> column_a, column_b;
     for (const std::uint64_t instance : instances) {
-      column_a.push_back(resolved(a, instance));
-      column_b.push_back(resolved(b, instance));
+      column_a.push_back(resolved(a, instance, pair.a->score.resolution));
+      column_b.push_back(resolved(b, instance, pair.a->score.resolution));
     }
     statistics::PairedOptions paired;
     paired.smallest_relevant = std::log(relevant_);
@@ -248,10 +248,10 @@ class Comparer {
     return compare_yield({a_, *pair.a}, {b_, *pair.b}, rule);
   }
 
-  static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance) {
+  static double resolved(const std::map<std::uint64_t, double>& values, std::uint64_t instance, double resolution) {
     const auto found = values.find(instance);
     return found == values.end() || std::isnan(found->second) ? statistics::kMissing
-                                                              : std::max(found->second, statistics::kResolution);
+                                                              : std::max(found->second, resolution);
   }
 
   static ComparedMethods methods_of(const SeriesPair& pair) {

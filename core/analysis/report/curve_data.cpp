@@ -136,7 +136,9 @@ Json curve_data(const PageModel& page) {
     result["groups"] = Json::array();
     for (const Group& group : page.groups) {
       Json entry = {{"label", group.label}, {"protocol", group.protocol}, {"curves", Json::array()}};
-      if (std::isfinite(group.spec.rmse)) entry["spec"] = group.spec.rmse;
+      if (std::isfinite(group.spec.score)) entry["spec"] = group.spec.score;
+      if (!group.scored_by.squared) entry["score"] = group.scored_by.label();
+      if (!group.scored_by.logarithmic) entry["linear"] = true;
       if (std::isfinite(group.own_optimum)) entry["floor"]["own_optimum"] = group.own_optimum;
       if (std::isfinite(group.next_image)) entry["floor"]["next_image"] = group.next_image;
       for (const Curve& curve : group.curves) entry["curves"].push_back(thinned(curve, thinning, first_track));

@@ -95,7 +95,7 @@ std::string final_fields(const Row& row) {
 
 }  // namespace
 
-std::string ranking_csv_head(bool cycle) {
+std::string ranking_csv_head(const MoreColumns& more) {
   std::string csv =
       "results,scene,noise_level,protocol,algorithm,rank,ranked_by,oracle,trials,failed,step,"
       "start_median,own_optimum_median,spec_rmse";
@@ -107,10 +107,11 @@ std::string ranking_csv_head(bool cycle) {
   csv += ",rule,class,merit,method_key";
   for (const statistics::Rule rule : statistics::kRules)
     for (const auto& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
-  return csv + ",trainings" + (cycle ? ",cycle_seconds_to_spec\n" : "\n");
+  return csv + ",trainings" + (more.cycle ? ",cycle_seconds_to_spec" : "") + (more.score ? ",score,score_unit" : "") +
+         "\n";
 }
 
-std::string ranking_csv_rows(const PageModel& page, const std::string& folder, bool cycle) {
+std::string ranking_csv_rows(const PageModel& page, const std::string& folder, const MoreColumns& more) {
   std::string csv;
   for (const Group& group : page.groups) {
     std::size_t rank = 0;
@@ -121,13 +122,15 @@ std::string ranking_csv_rows(const PageModel& page, const std::string& folder, b
       csv += place + csv_field(row.method) + ',' + (row.has_score() ? std::to_string(rank) : "") + ',' +
              (row.measured ? "measured" : "recommended") + ',' + (row.oracle() ? "true" : "false") + ',' +
              std::to_string(row.trials) + ',' + std::to_string(row.failed) + ',' + std::to_string(row.step) + ',' +
-             field(group.start) + ',' + field(group.own_optimum) + ',' + field(group.spec.rmse) +
+             field(group.start) + ',' + field(group.own_optimum) + ',' + field(group.spec.score) +
              fields(kRecommended, row) + final_fields(row) + fields(kNumbers, row) + fields(kSpecMtf, group) + ',' +
              statistics::rule_name(page.rule) + ',' + csv_field(class_name(row.of_class)) + ',' + csv_field(row.merit) +
              ',' + row.key;
       for (const RuleScore& score : row.rules.value_or(statistics::ByRule<RuleScore>()).values)
         csv += fields(kOfRule, score);
-      csv += ',' + csv_field(row.training_tag) + (cycle ? ',' + field(to_spec(row).cycle) : "") + '\n';
+      csv += ',' + csv_field(row.training_tag) + (more.cycle ? ',' + field(to_spec(row).cycle) : "");
+      if (more.score) csv += ',' + csv_field(group.scored_by.name) + ',' + csv_field(group.scored_by.unit);
+      csv += '\n';
     }
   }
   return csv;

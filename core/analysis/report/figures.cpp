@@ -107,13 +107,16 @@ std::vector<Figure> curve_figures(const PageModel& page, std::size_t index) {
     for (ChartSeries& series : chart.series) add_quartiles(series, entry_of(group.curves, series.name)->track(track));
   chart.title = group.label;
   chart.x = {"images", false, true, {}};
-  chart.y = {
-      group.measured_only ? "lowest measured error (RMSE)" : "error at the recommended pose (RMSE)", true, false, {}};
+  chart.y = {(group.measured_only ? "lowest measured error (" : "error at the recommended pose (") +
+                 group.scored_by.label() + ")",
+             group.scored_by.logarithmic,
+             false,
+             {}};
   chart.height = height_for(chart.series.size());
   if (!group.measured_only)
     chart.levels = {{"own optimum", group.own_optimum, false},
                     {"bound of one more image", group.next_image, true},
-                    {"spec", group.spec.rmse, false}};
+                    {"spec", group.spec.score, false}};
   return {{"curves-" + group_file(group, index),
            std::string("Error after each image: median over instances; bands are ") +
                (has_intervals ? "95 % confidence intervals of the median." : "quartiles."),
@@ -319,14 +322,14 @@ std::optional<Figure> landscape_figure(const SceneFacts& facts, std::size_t inde
   Chart chart;
   chart.title = facts.scene;
   chart.x = {"% of the travel from the nominal pose", false, false, {}};
-  chart.y = {"noise-free error (RMSE)", false, false, {}, 0};
+  chart.y = {"noise-free error (" + facts.scored_by.label() + ")", false, false, {}, 0};
   for (const LandscapeLine& line : facts.landscape) {
     ChartSeries series = {line.axis, static_cast<int>(chart.series.size()), Drawn::line, {}};
-    for (std::size_t k = 0; k < line.away.size(); ++k) series.points.push_back({line.away[k], line.rmse[k]});
+    for (std::size_t k = 0; k < line.away.size(); ++k) series.points.push_back({line.away[k], line.score[k]});
     chart.series.push_back(std::move(series));
   }
   return Figure{"landscape-" + std::to_string(index + 1) + "-" + figure_file_name(facts.scene),
-                "Error of the nominal lens, displaced along one axis at a time.", chart};
+                "Error at poses displaced from the nominal one along one axis at a time.", chart};
 }
 
 }  // namespace relign::report

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.h"
+#include "base/json_members.h"
 #include "base/own_command.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
@@ -24,6 +25,12 @@ std::vector<std::string> take_order(Json& manifest) {
   std::sort(planned.begin(), planned.end());
   planned.erase(std::unique(planned.begin(), planned.end()), planned.end());
   return planned;
+}
+
+statistics::ScoresByScene scores_of(const Json& manifest) {
+  statistics::ScoresByScene scores;
+  for (const Json& scene : list_of(manifest, "scenes")) scores.emplace(text_of(scene, "name"), scene_score_of(scene));
+  return scores;
 }
 
 }  // namespace
@@ -50,7 +57,7 @@ LoadedResults load_results(const fs::path& folder, const records::PlanCheck& pla
       [&](const std::string& trial) {
         return planned.empty() || std::binary_search(planned.begin(), planned.end(), trial);
       },
-      &checks);
+      &checks, scores_of(results.manifest));
   results.trials = std::move(read.table);
   results.incomplete = std::move(read.incomplete);
   results.from_other_plans = read.left_out;

@@ -100,10 +100,10 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
   };
   std::string out =
       "**" + markdown_text(groups.front()->scene) + ", protocol " + markdown_text(groups.front()->protocol) + "**: ";
-  out += measured_only ? "lowest measured RMSE"
-         : rule == statistics::Rule::own
-             ? "noise-free RMSE at the recommended pose after the last step"
-             : std::string("noise-free RMSE at ") + rule_text(rule) + " after the last step";
+  const std::string score = groups.front()->scored_by.label();
+  out += measured_only                   ? "lowest measured " + score
+         : rule == statistics::Rule::own ? "noise-free " + score + " at the recommended pose after the last step"
+                                         : "noise-free " + score + " at " + rule_text(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
          "; median error at the start: " + starts + (by_yield ? "; by yield" : "") + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";

@@ -13,24 +13,27 @@ namespace relign::report {
 namespace {
 
 // Methods that lack a domain come last. Differences below the resolution do not order.
-double order_of(const MatrixRow& row, statistics::Rule rule) {
+double order_of(const MatrixRow& row, const std::vector<std::size_t>& domains, const PageModel& page,
+                statistics::Rule rule) {
   double sum = 0;
-  for (const Row* cell : row.cells) {
+  for (std::size_t i = 0; i < row.cells.size(); ++i) {
+    const Row* cell = row.cells[i];
     const Score* score = cell ? excess_after(*cell, kLastImage, rule) : nullptr;
     if (!score || score->n == 0) return HUGE_VAL;
-    sum += std::log(std::max(statistics::kResolution, score->median));
+    sum += std::log(std::max(page.groups[domains[i]].scored_by.resolution, score->median));
   }
   return sum;
 }
 
 // "0.00300 / 0.00103": one number per number of images.
-std::string markdown_cell(const Row* cell, const std::vector<unsigned>& images, statistics::Rule rule) {
+std::string markdown_cell(const Row* cell, const std::vector<unsigned>& images, statistics::Rule rule,
+                          const SceneScore& scored_by) {
   if (!cell) return "";
   if (cell->trials == 0) return " failed";
   std::string text;
   for (const unsigned count : images) {
     const Score* score = excess_after(*cell, count, rule);
-    text += (text.empty() ? " " : " / ") + (score ? excess_text(score->median) : "-");
+    text += (text.empty() ? " " : " / ") + (score ? excess_text(score->median, scored_by) : "-");
   }
   return text;
 }
@@ -49,7 +52,7 @@ void add_rows(MatrixPart& part, const PageModel& page) {
       if (any) part.rows.push_back(std::move(row));
     }
     std::stable_sort(part.rows.begin() + first, part.rows.end(), [&](const MatrixRow& a, const MatrixRow& b) {
-      return order_of(a, page.rule) < order_of(b, page.rule);
+      return order_of(a, part.domains, page, page.rule) < order_of(b, part.domains, page, page.rule);
     });
   }
 }
@@ -109,8 +112,8 @@ std::string images_text(const Matrix& matrix, unsigned images) {
   return "last (" + std::to_string(matrix.least_last) + " to " + std::to_string(matrix.most_last) + ")";
 }
 
-std::string excess_text(double excess) {
-  return excess < statistics::kResolution ? "<" + significant(statistics::kResolution, 1) : number_text(excess, 3);
+std::string excess_text(double excess, const SceneScore& score) {
+  return excess < score.resolution ? "<" + significant(score.resolution, 1) : number_text(excess, 3);
 }
 
 std::string matrix_csv(const PageModel& page) {
@@ -144,9 +147,9 @@ std::string matrix_markdown(const PageModel& page) {
   for (const unsigned count : images) counts += (counts.empty() ? "" : " / ") + images_text(matrix, count);
   for (const MatrixPart& part : matrix.parts) {
     out += (out.empty() ? "" : "\n") + std::string("**Excess error by scene and noise level, protocol ") +
-           markdown_text(part.protocol) + "**: RMSE above the instance's own optimum, noise-free, by the rule " +
-           statistics::rule_name(page.rule) + ", median after " + counts +
-           " images (the capture at the start does not count).\n\n| method |";
+           markdown_text(part.protocol) + "**: " + common_score(page).label() +
+           " above the instance's own optimum, noise-free, by the rule " + statistics::rule_name(page.rule) +
+           ", median after " + counts + " images (the capture at the start does not count).\n\n| method |";
     std::string rule = "|---|", start = "| at the start |";
     for (const std::size_t index : part.domains) {
       const Group& group = page.groups[index];
@@ -159,7 +162,8 @@ std::string matrix_markdown(const PageModel& page) {
       const Method& method = *row.method;
       out += "| " + markdown_text(method.name) + (method.of_class == ObservationClass::oracle ? " (oracle)" : "") +
              (method.training_tag.empty() ? "" : " (" + markdown_text(method.training_tag) + ")") + " |";
-      for (const Row* cell : row.cells) out += markdown_cell(cell, images, page.rule) + " |";
+      for (std::size_t i = 0; i < row.cells.size(); ++i)
+        out += markdown_cell(row.cells[i], images, page.rule, page.groups[part.domains[i]].scored_by) + " |";
       out += "\n";
     }
   }

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/scene_score.h"
 #include "records/specification.h"
 #include "report/methods.h"
 #include "report/page_numbers.h"
@@ -19,7 +20,7 @@
 
 namespace relign::report {
 
-// RMSE over the instances.
+// Score of the scene over the instances.
 struct Score {
   std::size_t n = 0;
   double median = kMissing, q25 = kMissing, q75 = kMissing;
@@ -70,7 +71,7 @@ struct RuleScore {
   double steps = kMissing;  // to specification; infinite if fewer than half of the instances meet it
 };
 
-// The RMSE above the instances' own optima after so many images, by each recommendation rule.
+// The score above the instances' own optima after so many images, by each recommendation rule.
 struct ExcessAfter {
   unsigned images = 0;
   statistics::ByRule<Score> rules;  // n is 0 if not recorded
@@ -172,7 +173,8 @@ struct Group {
   std::vector<Curve> curves;
   std::vector<Ecdf> ecdf;
   std::vector<Pair> pairs;
-  double own_optimum = kMissing;  // median RMSE at the instances' own optima
+  SceneScore scored_by;
+  double own_optimum = kMissing;  // median score at the instances' own optima
   double next_image = kMissing;   // Cramer-Rao bound of one more image
   records::Specification spec;
   statistics::Prices prices;

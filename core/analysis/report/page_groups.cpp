@@ -6,7 +6,6 @@
 #include <set>
 #include <tuple>
 
-#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/json_members.h"
 #include "base/shell_words.h"
@@ -80,8 +79,9 @@ std::map<GroupKey, Gathered> gather(const statistics::TrialTable& trials) {
   for (const statistics::TrialRow& trial : trials.rows) {
     Gathered& group = *group_of[trial.series];
     group.instances.insert(trial.instance);
-    const double start_mse = trial.start_commanded * trial.start_commanded;
-    if (const double excess = displayed_rmse(start_mse - trial.own_optimum_mse);
+    const SceneScore& score = trials.series_of(trial).score;
+    const double start = score.squared ? trial.start_commanded * trial.start_commanded : trial.start_commanded;
+    if (const double excess = score.shown(start - trial.own_optimum_mse);
         !std::isnan(excess) && with_excess[&group].insert(trial.instance).second)
       group.start_excess.push_back(excess);
     if ((std::isnan(trial.start_commanded) && std::isnan(trial.start_measured)) ||
@@ -119,6 +119,7 @@ std::vector<Group> page_groups(const LoadedResults& results, const statistics::S
     group.noise_level = found.noise_level;
     group.protocol = found.protocol;
     group.station = stations.count(group.scene) > 0;
+    group.scored_by = results.trials.series[found.series.front()].score;
     group.label = group_label(group, scenes.size() > 1, protocols.size() > 1);
     group.instances = trials.instances.size();
     group.same_instances = trials.same_instances;
@@ -193,7 +194,7 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
   row.yield = {share_of(study.in_spec, study.yield), std::nullopt};
   if (study.yield_uncured.n > 0) row.yield->uncured = share_of(study.in_spec_uncured, study.yield_uncured);
   // Without criteria of every step: MTF is not known per step.
-  if (spec.limits_criteria() ? study.to_specification.empty() : std::isnan(spec.rmse)) return;
+  if (spec.limits_criteria() ? study.to_specification.empty() : std::isnan(spec.score)) return;
   row.to_spec = time_of(study.expected_to_spec, study.steps_to_spec, study.seconds_to_spec);
   row.to_spec->cycle = shown_arrival(study.cycle_to_spec.estimate);
   for (const statistics::ArrivalStudy& arrival : study.to_specification)
@@ -249,7 +250,7 @@ Ecdf ecdf_of(const statistics::SeriesStudy& study) {
 
 records::Specification shown_spec(records::Specification spec) {
   for (double& limit : spec.limits.values) limit = shown(limit);
-  for (double* limit : {&spec.rmse, &spec.lp_per_mm, &spec.mtf_centre, &spec.mtf_corner}) *limit = shown(*limit);
+  for (double* limit : {&spec.score, &spec.lp_per_mm, &spec.mtf_centre, &spec.mtf_corner}) *limit = shown(*limit);
   return spec;
 }
 
@@ -287,7 +288,7 @@ void add_statistics(Group& group, const statistics::GroupStudy& found, const sta
   if (found.own_optimum.n > 0) {
     const double best = found.own_optimum.median;
     group.own_optimum = shown(best);
-    group.next_image = shown(std::sqrt(best * best + next_image));
+    if (group.scored_by.squared) group.next_image = shown(std::sqrt(best * best + next_image));
   }
   group.spec = shown_spec(found.spec);
   group.prices = study.prices;

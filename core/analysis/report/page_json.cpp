@@ -191,7 +191,8 @@ static void put_spec(Json& json, const Group& group) {
     if (std::isfinite(limit)) of[name] = limit;
   };
   const records::Specification& spec = group.spec;
-  put_limit(json, "spec_rmse", spec.rmse);
+  put_limit(json, group.scored_by.squared ? "spec_rmse" : "spec_score", spec.score);
+  if (!group.scored_by.squared) json["score"] = scene_score_json(group.scored_by);
   if (spec.measures_mtf()) {
     Json& mtf = json["spec_mtf"];
     put(mtf, "lp_per_mm", spec.lp_per_mm);
@@ -274,7 +275,7 @@ static void write(Json& json, const SceneAxis& axis) {
 }
 
 static void write(Json& json, const LandscapeLine& line) {
-  put(json, "axis", line.axis, "unit", line.unit, "away", line.away, "rmse", line.rmse);
+  put(json, "axis", line.axis, "unit", line.unit, "away", line.away, "rmse", line.score);
 }
 
 static void write(Json& json, const LandscapePlane::Axis& axis) {
@@ -282,7 +283,7 @@ static void write(Json& json, const LandscapePlane::Axis& axis) {
 }
 
 static void write(Json& json, const LandscapePlane& plane) {
-  put(json, "across", plane.across, "up", plane.up, "rmse", plane.rmse);
+  put(json, "across", plane.across, "up", plane.up, "rmse", plane.score);
 }
 
 static void write(Json& json, const SceneFacts& facts) {
@@ -329,8 +330,8 @@ static void write(Json& json, const AggregatePair& pair) {
 }
 
 static void write(Json& json, const Aggregate& aggregate) {
-  put(json, "protocol", aggregate.protocol, "resolution", statistics::kResolution, "strata", aggregate.strata,
-      "methods", aggregate.methods, "pairs", aggregate.pairs, "profile_places", shown(statistics::profile_places()));
+  put(json, "protocol", aggregate.protocol, "resolution", aggregate.resolution, "strata", aggregate.strata, "methods",
+      aggregate.methods, "pairs", aggregate.pairs, "profile_places", shown(statistics::profile_places()));
 }
 
 static void write(Json& json, const Source& source) {

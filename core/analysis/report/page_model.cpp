@@ -1,6 +1,7 @@
 #include "report/page_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -76,6 +77,21 @@ RunState state_of(const LoadedResults& results) {
 
 }  // namespace
 
+// Missing where the scenes' scores have different ones.
+static double common_resolution(const PageModel& page) {
+  double resolution = page.groups.empty() ? kMissing : page.groups.front().scored_by.resolution;
+  for (const Group& group : page.groups)
+    if (group.scored_by.resolution != resolution) resolution = kMissing;
+  return resolution;
+}
+
+SceneScore common_score(const PageModel& page) {
+  SceneScore score = page.groups.empty() ? SceneScore() : page.groups.front().scored_by;
+  const auto differs = [&score](const Group& group) { return group.scored_by != score; };
+  if (any_group(page, differs)) score.name = "score", score.unit.clear(), score.squared = false;
+  return score;
+}
+
 PageModel page_model(const LoadedResults& results) {
   return page_model(results, statistics::make_study(results.trials, study_options(results)));
 }
@@ -104,10 +120,12 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.methods = methods.list();
   label_methods(page.methods);
   page.rule = study.rule;
-  page.targets = options.targets.empty() ? statistics::default_targets() : options.targets;
+  page.targets = options.targets;
   page.resamples = study.resamples;
   page.smallest_relevant_ratio = options.smallest_relevant_ratio;
   page.groups = page_groups(results, study, methods, options.smallest_relevant_ratio);
+  if (const double resolution = common_resolution(page); page.targets.empty() && !std::isnan(resolution))
+    page.targets = statistics::default_targets(resolution);
   page.failures = failures_of(results.trials, page.methods);
   page.warnings = warnings_of(results.trials, page.methods);
   page.spec = object_of(manifest, "spec");
@@ -115,6 +133,7 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.without_suite = !records::has_suites(manifest);
   page.gates = quality_gates(page, results);
   page.aggregates = aggregates_of(results, study, page.methods);
+  for (Aggregate& aggregate : page.aggregates) aggregate.resolution = common_resolution(page);
   page.scene_facts = scene_facts(results.folder, manifest);
   page.training = training_costs(manifest, page.methods, page.groups);
   page.analysis = analysis_of(manifest, study.rule);

@@ -92,10 +92,10 @@ inline constexpr std::array kClockParameters = {
     ClockParameter{"settle_ms", " ms to settle"}, ClockParameter{"exposure_ms", " ms exposure"},
     ClockParameter{"readout_ms", " ms readout"}};
 
-// Noise-free RMSE of the nominal lens along an axis; `away` is the distance from the nominal pose, % of the travel.
+// Noise-free score of the nominal lens along an axis; `away` is the distance from the nominal pose, % of the travel.
 struct LandscapeLine {
   std::string axis, unit;
-  std::vector<double> away, rmse;
+  std::vector<double> away, score;
 };
 
 // The same over two axes, row by row from the lower ends.
@@ -105,7 +105,7 @@ struct LandscapePlane {
     std::vector<double> values;
   };
   Axis across, up;
-  std::vector<double> rmse;
+  std::vector<double> score;
 };
 
 struct SceneFacts {
@@ -113,6 +113,8 @@ struct SceneFacts {
   std::uint64_t width = 0, height = 0;  // of its images; 0: unknown
   std::array<double, kClockParameters.size()> clock = {kMissing, kMissing, kMissing, kMissing, kMissing};
   std::vector<SceneAxis> axes;
+  SceneScore scored_by;
+  std::vector<std::string> readings;     // instead of images
   std::vector<LandscapeLine> landscape;  // empty: unknown
   std::optional<LandscapePlane> plane;
 };
@@ -154,7 +156,8 @@ struct AggregatePair {
 // Over all scenes and noise levels of a protocol (docs/statistics.md).
 struct Aggregate {
   std::string protocol;
-  std::string label;  // of the folder, if the page has several
+  std::string label;             // of the folder, if the page has several
+  double resolution = kMissing;  // of the score, if its scenes have the same
   std::vector<Stratum> strata;
   std::vector<AggregateMethod> methods;  // best first
   std::vector<AggregatePair> pairs;
@@ -194,7 +197,7 @@ struct PageModel {
   std::vector<Failure> failures;
   std::vector<PluginWarning> warnings;
   statistics::Rule rule = statistics::Rule::own;  // behind everything named recommended, yield, to_spec, ecdf, pairs
-  std::vector<double> targets;                    // RMSE, descending
+  std::vector<double> targets;                    // scores, descending
   std::size_t resamples = 0;
   double smallest_relevant_ratio = 1;
   Json spec;                   // of the suite, as in the manifest
@@ -212,6 +215,9 @@ struct PageModel {
 
 PageModel page_model(const LoadedResults& results, const statistics::Study& study);
 PageModel page_model(const LoadedResults& results);  // computes the study
+
+// By what the groups are judged; "score" where they differ.
+SceneScore common_score(const PageModel& page);
 
 // `has` is a member or a function of Group, or of Row.
 template <class Has>

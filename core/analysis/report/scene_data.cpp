@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
 #include "base/inside.h"
@@ -40,8 +39,8 @@ const SceneAxis* named(const std::vector<SceneAxis>& axes, const std::string& na
   return nullptr;
 }
 
-double shown_rmse(const Json& mse) {
-  return mse.is_number() ? rounded(displayed_rmse(mse.get<double>()), kLandscapeDigits) : kMissing;
+double shown_score(const Json& value, const SceneScore& score) {
+  return value.is_number() ? rounded(score.shown(value.get<double>()), kLandscapeDigits) : kMissing;
 }
 
 // Shares of the travel in the unit of the axis; empty if one is outside 0 to 1, or if they do not ascend.
@@ -56,7 +55,7 @@ std::vector<double> in_units(const Json& shares, const SceneAxis& axis) {
   return values;
 }
 
-std::optional<LandscapePlane> plane_of(const Json& plane, const std::vector<SceneAxis>& axes) {
+std::optional<LandscapePlane> plane_of(const Json& plane, const std::vector<SceneAxis>& axes, const SceneScore& score) {
   const SceneAxis *across = named(axes, text_of(plane, "across")), *up = named(axes, text_of(plane, "up"));
   if (!across || !up) return {};
   LandscapePlane made = {{across->name, across->unit, in_units(list_of(plane, "across_shares"), *across)},
@@ -68,7 +67,7 @@ std::optional<LandscapePlane> plane_of(const Json& plane, const std::vector<Scen
     return {};
   for (const Json& value : mse) {
     if (!value.is_number()) return {};
-    made.rmse.push_back(shown_rmse(value));
+    made.score.push_back(shown_score(value, score));
   }
   return made;
 }
@@ -87,11 +86,11 @@ void add_landscape(SceneFacts& facts, const std::string& text, const std::vector
     for (std::size_t k = 0; k < shares.size(); ++k) {
       if (!shares[k].is_number()) continue;
       made.away.push_back(rounded(100 * (shares[k].get<double>() - pose[place].get<double>()), kLandscapeDigits));
-      made.rmse.push_back(shown_rmse(mse[k]));
+      made.score.push_back(shown_score(mse[k], facts.scored_by));
     }
     facts.landscape.push_back(std::move(made));
   }
-  if (!facts.landscape.empty()) facts.plane = plane_of(object_of(file, "plane"), axes);
+  if (!facts.landscape.empty()) facts.plane = plane_of(object_of(file, "plane"), axes, facts.scored_by);
 }
 
 // The parameters of simulated machine time: the scene's, with the suite's overrides. Stations have their own clock.
@@ -121,6 +120,11 @@ std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifes
     const Json& image = object_of(description, "image");
     facts.width = count_of(image, "width");
     facts.height = count_of(image, "height");
+    facts.scored_by = scene_score_of(scene);
+    for (const Json& reading : list_of(description, "readings")) {
+      const std::string unit = text_of(reading, "unit");
+      facts.readings.push_back(text_of(reading, "name") + (unit.empty() ? "" : " in " + unit));
+    }
     add_clock(facts, scene, manifest);
     if (const auto axes = all_axes.find(facts.scene); axes != all_axes.end()) {
       for (const SceneAxis& axis : axes->second)

@@ -123,14 +123,20 @@ void improvements(PageWriter& out, const Aggregate& entry) {
   out.unfold("Probability of improvement of every method over every other", "pairs").table(table).close();
 }
 
+std::string resolution_text(const PageModel& page) {
+  const SceneScore score = common_score(page);
+  const auto differs = [&score](const Group& group) { return group.scored_by.resolution != score.resolution; };
+  if (any_group(page, differs)) return "the resolution of the scene's score";
+  return (score.squared ? "an RMSE of " : "") + number_text(score.resolution, 1) + score.suffix();
+}
+
 }  // namespace
 
 void aggregate_section(PageWriter& out, const PageParts& parts) {
   const PageModel& page = parts.page;
   if (page.aggregates.empty()) return;
   out.heading(2, "Aggregate over all scenes and noise levels")
-      .text("Normalised error: 0 is the instance's own optimum (within an RMSE of " +
-                number_text(statistics::kResolution, 1) +
+      .text("Normalised error: 0 is the instance's own optimum (within " + resolution_text(page) +
                 "), 1 is no better than the start, and the scale between is logarithmic. Lower is better. Each "
                 "stratum, a scene at a noise level, has the same weight; a failed trial counts as 1. Intervals are "
                 "95 % confidence intervals by a stratified bootstrap over instances, and over trainings for methods "

@@ -48,7 +48,8 @@ std::string compared_words(const PageModel& page) {
 }
 
 Words introduction(const PageModel& page) {
-  Words words = "Which method aligns the lens best? ";
+  const SceneScore score = common_score(page);
+  Words words = score.squared ? "Which method aligns the lens best? " : "Which method aligns best? ";
   if (!every_group(page, &Group::station))
     words.add(std::string(page.parts.empty() ? "All" : "Within a folder, all") +
               " methods were given the same instances, which are draws of manufacturing errors, start pose and stage "
@@ -59,12 +60,17 @@ Words introduction(const PageModel& page) {
         "move and one image per step, but the harness cannot check that the station supplied them. ");
   words.add("Error", "strong");
   if (!every_group(page, &Group::measured_only))
-    words.add(std::string(" is the RMSE between the reference image and the image of the lens fixed at ") +
-              rule_text(page.rule) + ", without camera noise; lower is better, 0 is identical.");
+    words.add((score.squared
+                   ? std::string(" is the RMSE between the reference image and the image of the lens fixed at ")
+                   : " is the " + score.label() + " of the device fixed at ") +
+              rule_text(page.rule) +
+              (score.squared ? ", without camera noise; lower is better, 0 is identical."
+                             : ", without noise; lower is better."));
   if (any_group(page, &Group::measured_only))
     words.add(std::string(every_group(page, &Group::measured_only) ? "" : " marked \u201cmeasured only\u201d") +
-              " is the lowest measured RMSE between an image and the reference, camera noise included, since there is "
-              "no ground truth.");
+              " is the lowest measured " + score.label() +
+              (score.squared ? " between an image and the reference, camera noise included" : ", noise included") +
+              ", since there is no ground truth.");
   return words;
 }
 
@@ -88,8 +94,8 @@ Table verdict_table(const PageModel& page, std::size_t groups) {
   if (spec)
     table.heads.push_back({"in spec", "of instances (95 %)", "Yield at the final pose; failed trials miss", "number"});
   else
-    table.heads.push_back(
-        {"error", "RMSE, median (95 %)", "At the final pose; quartiles without an interval", "number"});
+    table.heads.push_back({"error", common_score(page).label() + ", median (95 %)",
+                           "At the final pose; quartiles without an interval", "number"});
   table.heads.push_back({"images", times ? "to spec" : "in all",
                          times ? "Moves, each with an image, until the specification is met; median" : "Step budget",
                          "number"});

@@ -84,8 +84,10 @@ Cell matrix_cell(const Group& group, const Row* row, const View& view) {
                                               : "no interval";
   hint += ", " + (fewer ? std::to_string(score->n) + " of " : "") + counted(group.instances, "instance");
   if (row->failed > 0) hint += ", " + counted(row->failed, "trial") + " failed";
-  Cell cell = {excess_text(score->median) + (fewer ? "*" : ""), std::nullopt,
-               "a" + std::to_string(excess_class(score->median, kExcessClasses)), hint};
+  Cell cell = {excess_text(score->median, group.scored_by) + (fewer ? "*" : ""), std::nullopt,
+               "a" + std::to_string(excess_class(score->median * SceneScore().resolution / group.scored_by.resolution,
+                                                 kExcessClasses)),
+               hint};
   if (!std::isfinite(share)) return cell;
   cell.kind += " b" + std::to_string(excess_class(share, kShareClasses));
   cell.words.add(" ").add(percent_text(share), "share");
@@ -122,13 +124,16 @@ Table matrix_table(const PageModel& page, const Matrix& matrix, const MatrixPart
 
 std::string explanation(const PageModel& page, const Matrix& matrix) {
   std::string text =
-      "Excess error: the noise-free RMSE above that of the instance's own optimum, at the pose of the rule (own: "
+      "Excess error: the noise-free " + common_score(page).label() +
+      " above that of the instance's own optimum, at the pose of the rule (own: "
       "recommended by the method; best: lowest measured error; current), median over the instances. Image k is step k; "
       "the capture at the start, step 0, does not count. ";
   if (matrix.shares && matrix.scenes > 1)
     text +=
-        "RMSE is in the brightness of each scene's images, so columns of different lenses are not comparable in "
-        "absolute terms: by default colours show the share of the excess at the start that remains. ";
+        std::string(common_score(page).squared ? "RMSE is in the brightness of each scene's images, so columns of "
+                                                 "different lenses are not comparable in absolute terms"
+                                               : "Scores of different scenes are not comparable in absolute terms") +
+        ": by default colours show the share of the excess at the start that remains. ";
   text += "Tooltips show intervals; column heads link to the curves; matrix.csv in the results folder has all numbers.";
   if (any_row(page, &Row::failed)) text += " *: fewer instances, since failed trials do not count.";
   if (matrix.domains < page.groups.size())
@@ -153,7 +158,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
     out.text("This page is large; matrix.csv has the other rules" +
                  std::string(images.size() == 1 ? " and numbers of images." : "."),
              "quiet");
-  std::vector<std::string> counts, names, units = {"RMSE"};
+  std::vector<std::string> counts, names, units = {common_score(page).name};
   for (const unsigned count : images) counts.push_back(images_text(matrix, count));
   for (const statistics::Rule rule : rules) names.emplace_back(statistics::rule_name(rule));
   if (matrix.shares) units.emplace_back("share of the start");
@@ -162,7 +167,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
       .choice("Images", "i", counts, counts.size() - 1)
       .choice("Rule", "r", names, place % rules.size())
       .choice("Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
-  legend(out, "classes of-error", "Excess RMSE:", kExcessClasses, false);
+  legend(out, "classes of-error", "Excess " + common_score(page).name + ":", kExcessClasses, false);
   if (matrix.shares) legend(out, "classes of-share", "Share of the excess at the start:", kShareClasses, true);
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t r = 0; r < rules.size(); ++r) {

@@ -76,6 +76,7 @@ std::string scene_words(const SceneFacts& facts) {
     if (std::isfinite(facts.clock[k]))
       clock += (clock.empty() ? "" : ", ") + sort_value(facts.clock[k]) + kClockParameters[k].unit;
   return (travel.empty() ? "" : "Travel: " + travel + ". ") +
+         (facts.readings.empty() ? "" : "Readings: " + join(facts.readings, ", ") + ". ") +
          (facts.width == 0
               ? ""
               : "Images of " + std::to_string(facts.width) + " x " + std::to_string(facts.height) + " pixels. ") +
@@ -95,7 +96,11 @@ void plane_map(PageWriter& out, const SceneFacts& facts) {
             "Error near the nominal pose over " + plane.across.name + " and " + plane.up.name +
                 " with all other axes fixed. Along a valley the error is insensitive to the pose.",
             {{"title", "Error near the nominal pose, " + facts.scene},
-             {"map", {{"across", axis(plane.across)}, {"up", axis(plane.up)}, {"rmse", plane.rmse}}}});
+             {"map",
+              {{"across", axis(plane.across)},
+               {"up", axis(plane.up)},
+               {"rmse", plane.score},
+               {"score", facts.scored_by.label()}}}});
 }
 
 }  // namespace

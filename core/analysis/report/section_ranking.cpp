@@ -43,6 +43,12 @@ std::string error_unit(const PageModel& page) {
   return quartiles == 0 ? "median (95 % interval)" : "median (95 % interval, else quartiles)";
 }
 
+// With what it compares: "RMSE to the reference image", "insertion loss in dB".
+std::string score_text(const PageModel& page) {
+  const SceneScore score = common_score(page);
+  return score.label() + (score.squared ? " to the reference image" : "");
+}
+
 // Columns without any value are left out, as are those of noise-free errors without ground truth.
 struct RankingColumns {
   const PageModel& page;
@@ -72,7 +78,7 @@ void RankingColumns::add_specification() {
   add(times,
       {{"moves to spec", "median (95 %)",
         std::string("Number of moves, each with an image, until the recommended pose first meets the specification") +
-            (mtf ? " of RMSE; an instance whose MTF misses it at the end counts as not reached. "
+            (mtf ? " of the score; an instance whose MTF misses it at the end counts as not reached. "
                  : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
             "'not reached': fewer than half of the instances reach it",
         "number"},
@@ -88,14 +94,12 @@ void RankingColumns::add_specification() {
 
 void RankingColumns::add_errors() {
   const bool ground_truth = !every_group(page, &Group::measured_only), spec = any_row(page, &Row::yield);
-  add(true,
-      {{ground_truth ? "final error" : "lowest measured error", error_unit(page),
-        ground_truth ? "Noise-free RMSE to the reference image at " + std::string(rule_text(page.rule)) +
-                           " after the last step. Lower is better, 0 is identical"
-                     : "Lowest RMSE between an image of the trial and the reference image, camera noise included. "
-                       "Lower is better",
-        "number"},
-       error_cell});
+  add(true, {{ground_truth ? "final error" : "lowest measured error", error_unit(page),
+              ground_truth ? "Noise-free " + score_text(page) + " at " + rule_text(page.rule) +
+                                 " after the last step. Lower is better, 0 is perfect"
+                           : "Lowest measured " + score_text(page) + ", noise included. Lower is better",
+              "number"},
+             error_cell});
   for (RankingColumn& column : final_columns(page)) list.push_back(std::move(column));
   add(any_row(page, &Row::mtf),
       {{"MTF", "centre / corner, median",
@@ -116,7 +120,8 @@ void RankingColumns::add_errors() {
                 return Cell{"", sort_value(row.score().median), "range"};
               }});
   add(!spec && ground_truth,
-      {{"last commanded pose", "median error", "Noise-free RMSE at the pose commanded last", "number"},
+      {{"last commanded pose", "median error", "Noise-free " + common_score(page).name + " at the pose commanded last",
+        "number"},
        [](const Row& row) { return row.has_score() ? number_cell(row.commanded.median) : no_cell(); }});
 }
 
@@ -267,7 +272,8 @@ void specification_section(PageWriter& out, const PageParts& parts) {
     for (const Row& row : group.rows)
       for (const CriterionScore& score : row.to_specification)
         table.add({method_cell(row.method, row.oracle(), row.training_tag),
-                   {criterion_words(score.name, group.spec), std::nullopt, "", criterion_meaning(score.name)},
+                   {criterion_words(score.name, group.spec, group.scored_by), std::nullopt, "",
+                    criterion_meaning(score.name)},
                    share_cell(score.share.share, score.share.interval),
                    arrival_cell(score.time.steps, score.time.interval),
                    arrival_cell(score.time.seconds, score.seconds)});

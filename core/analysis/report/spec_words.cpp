@@ -6,9 +6,14 @@
 
 namespace relign::report {
 
-std::string criterion_words(const std::string& name, const records::Specification& spec) {
+static std::string score_words(const records::Specification& spec, const SceneScore& score) {
   constexpr int kDigits = 3;
-  if (name == "rmse") return "RMSE " + significant(spec.rmse, kDigits);
+  return score.name + " " + significant(spec.score, kDigits) + score.suffix();
+}
+
+std::string criterion_words(const std::string& name, const records::Specification& spec, const SceneScore& score) {
+  constexpr int kDigits = 3;
+  if (name == "rmse") return score_words(spec, score);
   if (name == "all") return "all";
   const Criterion one = criterion_named(name);
   const CriterionEntry& entry = entry_of(one);
@@ -21,19 +26,19 @@ std::string criterion_meaning(const std::string& name) {
   return name == "rmse" || name == "all" ? "" : std::string(entry_of(criterion_named(name)).meaning);
 }
 
-static std::string criteria_words(const records::Specification& spec) {
+static std::string criteria_words(const records::Specification& spec, const SceneScore& score) {
   std::string words;
   for (const Criterion one : kCriteria)
     if (!std::isnan(spec.limits[one]))
-      words += (words.empty() ? "" : ", ") + criterion_words(std::string(entry_of(one).column), spec);
+      words += (words.empty() ? "" : ", ") + criterion_words(std::string(entry_of(one).column), spec, score);
   return words;
 }
 
-std::string spec_words(const records::Specification& spec) {
+std::string spec_words(const records::Specification& spec, const SceneScore& score) {
   constexpr int kSpecDigits = 3;
   std::string words;
-  if (std::isfinite(spec.rmse)) words = "RMSE " + significant(spec.rmse, kSpecDigits);
-  const std::string judged = criteria_words(spec);
+  if (std::isfinite(spec.score)) words = score_words(spec, score);
+  const std::string judged = criteria_words(spec, score);
   if (!judged.empty()) words += (words.empty() ? "" : ", ") + judged;
   if (!spec.limits_mtf()) return words;
   const bool centre = std::isfinite(spec.mtf_centre), corner = std::isfinite(spec.mtf_corner);
@@ -46,7 +51,7 @@ std::string spec_words(const records::Specification& spec) {
 std::string spec_sentence(const std::vector<Group>& groups) {
   std::string common;
   for (const Group& group : groups) {
-    const std::string words = spec_words(group.spec);
+    const std::string words = spec_words(group.spec, group.scored_by);
     if (words.empty() || (!common.empty() && words != common)) return "";
     common = words;
   }

@@ -9,10 +9,10 @@
 namespace relign::report {
 
 // "RMSE 0.0142, MTF at 20 lp/mm 0.5 in the centre and 0.35 in the corners". Empty without limits.
-std::string spec_words(const records::Specification& spec);
+std::string spec_words(const records::Specification& spec, const SceneScore& score);
 
 // One criterion with its limit: "position 2 um". name: of CriterionScore.
-std::string criterion_words(const std::string& name, const records::Specification& spec);
+std::string criterion_words(const std::string& name, const records::Specification& spec, const SceneScore& score);
 
 // What a criterion measures, for a tooltip; empty for "rmse" and "all".
 std::string criterion_meaning(const std::string& name);

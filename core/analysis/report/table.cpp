@@ -98,7 +98,7 @@ std::string group_lines(const Group& group, bool show_steps) {
   if (std::any_of(group.rows.begin(), group.rows.end(), one_training))
     out += "  * one training: another training of the method may give other results\n";
   if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
-  if (const std::string spec = spec_words(group.spec); extra.yield && !spec.empty())
+  if (const std::string spec = spec_words(group.spec, group.scored_by); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMaxColumns) + "\n";
   return out;
 }
@@ -116,13 +116,14 @@ std::string ranking_table(const PageModel& page) {
   for (const QualityGate& gate : page.gates)
     if (!gate.ok && gate.name != "ran" && gate.name != "failures")
       out += "FAILED " + gate.name + ": " + terminal_text(gate.text) + "\n";
+  const std::string score = common_score(page).label();
   if (!every_group(page, &Group::measured_only))
     out += (page.rule == statistics::Rule::own
-                ? std::string("Error: noise-free RMSE at the recommended pose after the last step")
-                : "Error: noise-free RMSE at " + std::string(rule_text(page.rule))) +
+                ? "Error: noise-free " + score + " at the recommended pose after the last step"
+                : "Error: noise-free " + score + " at " + rule_text(page.rule)) +
            ", median over instances\n";
   if (any_group(page, &Group::measured_only))
-    out += "Error, if measured only: lowest measured RMSE, since a station has no ground truth\n";
+    out += "Error, if measured only: lowest measured " + score + ", since a station has no ground truth\n";
   if (steps.least == steps.most) out += "steps: " + std::to_string(steps.most) + "   ";
   out += counts + "\n";
   for (const Group& group : page.groups) out += "\n" + group_lines(group, steps.least != steps.most);

@@ -15,8 +15,12 @@ std::string markdown_tables(const PageModel& page);
 
 // CSV: a header, and a row per method, scene, noise level and protocol with the numbers of the page
 // (results/README.md, "Ranking as CSV"). `folder` is the value of the first column, so that tables of several folders
-// can be concatenated. `cycle`: with the column of the cycle time, for folders of which one has a suite with a cycle.
-std::string ranking_csv_head(bool cycle = false);
-std::string ranking_csv_rows(const PageModel& page, const std::string& folder, bool cycle = false);
+// can be concatenated; all have the columns that one of them needs.
+struct MoreColumns {
+  bool cycle = false;  // seconds, for suites with a cycle
+  bool score = false;  // name and unit, for scenes that declare their score
+};
+std::string ranking_csv_head(const MoreColumns& more = {});
+std::string ranking_csv_rows(const PageModel& page, const std::string& folder, const MoreColumns& more = {});
 
 }  // namespace relign::report

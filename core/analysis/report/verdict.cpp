@@ -66,7 +66,7 @@ std::string lowest_error(const Subject& of) {
 }
 
 std::string yield_of_best(const Subject& of) {
-  const std::string spec = spec_words(of.group.spec);
+  const std::string spec = spec_words(of.group.spec, of.group.scored_by);
   if (!of.best().yield || spec.empty()) return "";
   const Yield& yield = *of.best().yield;
   std::string text = (of.by_yield ? of.best().method + " has the highest yield: " : "Yield: ") +
@@ -79,7 +79,8 @@ std::string yield_of_best(const Subject& of) {
     if (time->successes > yield.in) text += "; " + std::to_string(time->successes) + " met it at some step";
     // Step 0 is an image, too.
     const auto steps = static_cast<std::size_t>(std::ceil(time->steps));
-    text += std::string(", half of all instances") + (of.group.spec.limits_mtf() ? " by RMSE" : "") + " after " +
+    text += std::string(", half of all instances") +
+            (of.group.spec.limits_mtf() ? " by " + of.group.scored_by.name : "") + " after " +
             counted(steps + 1, "image") + (steps > 0 ? " (the one at the start included)" : " (the one at the start)");
     if (std::isfinite(time->seconds)) text += " and " + number_text(time->seconds) + " s of machine time";
   }
@@ -147,7 +148,7 @@ std::string sentences(const Subject& of) {
 }
 
 GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yield) {
-  const bool by_yield = primary_is_yield && !spec_words(group.spec).empty() &&
+  const bool by_yield = primary_is_yield && !spec_words(group.spec, group.scored_by).empty() &&
                         std::any_of(group.rows.begin(), group.rows.end(),
                                     [](const Row& row) { return row.yield && row.has_score() && !row.oracle(); });
   const Ranked all(group, by_yield);
@@ -366,8 +367,9 @@ std::vector<std::string> caveats(const PageModel& page) {
       {any_group(page, budgets_differ), {"Methods have different step budgets; see the column 'steps'."}},
       {true, oracle_caveats(page)},
       {any_group(page, &Group::measured_only),
-       {"Measured only: the error is the lowest measured RMSE, camera noise included. As a minimum over all images it "
-        "favours methods that take many. True poses, noise-free errors and the result of fixing the lens at the "
+       {"Measured only: the error is the lowest measured " + common_score(page).name +
+        ", noise included. As a minimum over all images it favours methods that take many. True poses, "
+        "noise-free errors and the result of fixing the lens at the "
         "recommended pose are unknown."}},
       {any_group(page, &Group::station),
        {"Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "

@@ -44,16 +44,16 @@ Json curves_json(const std::vector<Curve>& curves);
 // Calls `write` once per row, first with the header.
 void instances_csv(const TrialTable& table, const std::function<void(std::string_view)>& write);
 
-// One row of the ranking: an algorithm on one scene, noise level and protocol. Ranked by noise-free RMSE, or by the
-// lowest measured RMSE where no trial of the row has ground truth (hardware stations).
+// One row of the ranking: an algorithm on one scene, noise level and protocol. Ranked by noise-free score, or by the
+// lowest measured one where no trial of the row has ground truth (hardware stations).
 struct RankingRow {
   std::string scene, noise_level, protocol, algorithm;
   std::size_t trials = 0, failed = 0;
   unsigned step = 0;      // the last one
-  Quantiles recommended;  // noise-free RMSE at the pose recommended by the rule, last step
+  Quantiles recommended;  // noise-free score at the pose recommended by the rule, last step
   Quantiles commanded;
   bool measured_only = false;
-  Quantiles best_measured;  // lowest measured RMSE of each trial, camera noise included
+  Quantiles best_measured;  // lowest measured score of each trial, camera noise included
   const Quantiles& score() const { return measured_only ? best_measured : recommended; }
   double machine_seconds_median = 0;        // simulated, including the move to the recommended pose; on a station the
                                             // recorded time without that move; NaN without trials

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/displayed_rmse.h"
-
 namespace relign::statistics {
 
-std::vector<double> excess_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule) {
+std::vector<double> excess_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule,
+                                  const SceneScore& score) {
   std::vector<double> values = recommended_mse(steps, track_of(rule));
-  for (double& value : values) value = displayed_rmse(value - own_optimum_mse);
+  for (double& value : values) value = score.shown(value - own_optimum_mse);
   return values;
 }
 
@@ -29,7 +28,7 @@ ExcessColumns::ExcessColumns(const Series& series)
 
 void ExcessColumns::add(const ReadTrial& trial) {
   for (const Rule rule : kRules) {
-    const std::vector<double> values = excess_errors(trial.steps, trial.row.own_optimum_mse, rule);
+    const std::vector<double> values = excess_errors(trial.steps, trial.row.own_optimum_mse, rule, trial.series.score);
     for (std::size_t place = 0; place < images_.size(); ++place)
       values_[place][rule][trial.place] = values[std::min<std::size_t>(images_[place], values.size() - 1)];
   }

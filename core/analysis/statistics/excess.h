@@ -1,5 +1,5 @@
-// Excess error: the noise-free RMSE of a pose above that of the instance's own optimum, sqrt(max(0, MSE - MSE of the
-// own optimum)), after given numbers of images and by each recommendation rule (rules.h).
+// Excess error: the noise-free score of a pose above that of the instance's own optimum, for the RMSE
+// sqrt(max(0, MSE - MSE of the own optimum)), after given numbers of images and by each recommendation rule (rules.h).
 #pragma once
 
 #include <array>
@@ -10,16 +10,17 @@
 
 namespace relign::statistics {
 
-// One RMSE per step at the pose given by the rule; NaN where the scores or the own optimum are unknown. By Rule::own
+// One value per step at the pose given by the rule; NaN where the scores or the own optimum are unknown. By Rule::own
 // these are the values of Track::excess.
-std::vector<double> excess_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule);
+std::vector<double> excess_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule,
+                                  const SceneScore& score);
 
 // Numbers of images after which the excess is reported: those of 6, 12 and 50 below `last`, and `last`. Image k is step
 // k: the capture at the start, step 0, does not count.
 std::vector<unsigned> excess_images(unsigned last);
 
 struct ExcessScore {
-  Quantiles values;   // over the instances, RMSE
+  Quantiles values;   // over the instances
   Interval interval;  // of the median; NaN where not computed
 };
 

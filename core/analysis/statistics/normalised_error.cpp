@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/displayed_rmse.h"
 #include "statistics/band.h"
 #include "statistics/excess.h"
 
@@ -12,27 +11,30 @@ namespace relign::statistics {
 namespace {
 
 // Between start and resolution; NaN if the start is within the resolution.
-double decades_of(double start_excess) {
-  return start_excess > kResolution ? std::log(start_excess / kResolution) : kMissing;
+double decades_of(double start_excess, double resolution) {
+  return start_excess > resolution ? std::log(start_excess / resolution) : kMissing;
 }
 
-double share_of(double decades, double excess) {
+double share_of(double decades, double excess, double resolution) {
   if (std::isnan(excess) || std::isnan(decades)) return kMissing;
-  return std::clamp(std::log(std::max(excess, kResolution) / kResolution) / decades, 0.0, 1.0);
+  return std::clamp(std::log(std::max(excess, resolution) / resolution) / decades, 0.0, 1.0);
 }
 
 }  // namespace
 
-double normalised_error(double excess, double start_excess) { return share_of(decades_of(start_excess), excess); }
+double normalised_error(double excess, double start_excess, double resolution) {
+  return share_of(decades_of(start_excess, resolution), excess, resolution);
+}
 
-std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
-                                      Rule rule) {
+std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule,
+                                      const SceneScore& score) {
   std::vector<double> errors;
   errors.reserve(steps.size());
   if (steps.empty()) return errors;
-  const double decades =
-      steps.front().step == 0 ? decades_of(displayed_rmse(steps.front().commanded_mse - own_optimum_mse)) : kMissing;
-  for (const double excess : excess_errors(steps, own_optimum_mse, rule)) errors.push_back(share_of(decades, excess));
+  const double start = steps.front().step == 0 ? score.shown(steps.front().commanded_mse - own_optimum_mse) : kMissing;
+  const double decades = decades_of(start, score.resolution);
+  for (const double excess : excess_errors(steps, own_optimum_mse, rule, score))
+    errors.push_back(share_of(decades, excess, score.resolution));
   return errors;
 }
 

@@ -1,7 +1,7 @@
 // Normalised error: a trial's error on a scale common to all scenes and noise levels, so that trials can be pooled.
 //
-// With the excess error x = sqrt(max(0, MSE - MSE of the instance's own optimum)), the excess error x_start at the
-// start pose, and the resolution r = kResolution,
+// With the excess error x (excess.h), the excess error x_start at the start pose, and the resolution r of the scene's
+// score, 1e-4 for the RMSE,
 //
 //   e = clamp(log(max(x, r) / r) / log(x_start / r), 0, 1)
 //
@@ -14,21 +14,19 @@
 
 #include <vector>
 
+#include "base/scene_score.h"
 #include "records/step_numbers.h"
 #include "statistics/rules.h"
 
 namespace relign::statistics {
 
-// RMSE. Differences below this are within the error of the noise-free RMSE itself.
-inline constexpr double kResolution = 1e-4;
-
 // NaN if either excess is NaN, or if the start is within the resolution, where nothing can be measured.
-double normalised_error(double excess, double start_excess);
+double normalised_error(double excess, double start_excess, double resolution);
 
 // One per step, at the pose given by the rule (rules.h). The start is the commanded pose of step 0; without that step
 // all values are NaN. Empty without steps.
-std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse,
-                                      Rule rule = Rule::own);
+std::vector<double> normalised_errors(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Rule rule,
+                                      const SceneScore& score);
 
 // Area under the error curve: the mean of the normalised errors over steps 1 to `budget`, with the last one carried
 // forward. NaN for empty errors or budget 0.

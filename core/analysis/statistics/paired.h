@@ -1,7 +1,7 @@
 // Paired comparison of two algorithms on the same instances: effect size, interval, test and verdict.
 //
 // Computed from the differences per instance, first minus second, so that the difficulty of an instance cancels. Lower
-// values are better: RMSE, steps to a target.
+// values are better: scores, steps to a target.
 #pragma once
 
 #include <cstddef>

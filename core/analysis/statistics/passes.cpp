@@ -19,10 +19,10 @@ std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::si
     if (found == place.end()) continue;
     bool& passed = passes[found->second][row.instance];
     if (!row.counts()) continue;
-    const double rmse = row.last_of(track_of(rule));
+    const double score = row.last_of(track_of(rule));
     const records::MtfRecord& mtf = table.mtf_of(row).by[rule][Curing::after];
     Known& what = known[found->second];
-    what.truth = what.truth || !std::isnan(rmse);
+    what.truth = what.truth || !std::isnan(score);
     what.mtf = what.mtf || !std::isnan(mtf.centre);
     passed = table.meets(row, spec, rule);
   }

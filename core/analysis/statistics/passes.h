@@ -14,7 +14,7 @@ namespace relign::statistics {
 using Passes = std::map<std::uint64_t, bool>;  // by instance; empty if unknown
 
 // For each of `series` (indices into TrialTable::series), at the last recommendation by the rule. A failed trial does
-// not pass. Empty without a specification, or if no record has the noise-free RMSE or the MTF that it limits.
+// not pass. Empty without a specification, or if no record has the noise-free score or the MTF that it limits.
 std::vector<Passes> passes_of(const TrialTable& table, const std::vector<std::size_t>& series,
                               const records::Specification& spec, Rule rule);
 

@@ -14,7 +14,7 @@ using records::Rule;
 using records::rule_name;
 using records::rule_named;
 
-// The noise-free RMSE by the rule, per step.
+// The noise-free score by the rule, per step.
 inline Track track_of(Rule rule) {
   return rule == Rule::best      ? Track::recommended_best
          : rule == Rule::current ? Track::recommended_current

@@ -21,9 +21,10 @@ double criterion_at(const ReadTrial& trial, Criterion criterion, std::size_t ste
 std::vector<bool> met_by_step(const TrialTable& table, const records::Specification& spec, const ReadTrial& trial) {
   const records::MtfRecord& mtf = table.mtf_of(trial.row).by[Rule::own][Curing::after];
   std::vector<bool> met(trial.steps.size(), spec.mtf_met_by(mtf.centre, mtf.corner));
-  const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own));
+  const std::vector<double> scores =
+      track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own), trial.series.score);
   for (std::size_t step = 0; step < met.size(); ++step) {
-    met[step] = met[step] && (std::isnan(spec.rmse) || rmse[step] <= spec.rmse);
+    met[step] = met[step] && (std::isnan(spec.score) || scores[step] <= spec.score);
     for (const Criterion one : kCriteria)
       if (!std::isnan(spec.limits[one])) met[step] = met[step] && spec.meets(one, criterion_at(trial, one, step));
   }
@@ -34,7 +35,7 @@ SpecArrivals::SpecArrivals(const TrialTable& table, const Series& series, const 
                            const Cycle& cycle)
     : table_(table), spec_(spec), cycle_(cycle), failed_(series.failed) {
   if (!spec.limits_criteria()) return;
-  if (!std::isnan(spec.rmse)) arrivals_.emplace_back("rmse");
+  if (!std::isnan(spec.score)) arrivals_.emplace_back("rmse");
   for (const Criterion one : kCriteria)
     if (!std::isnan(spec.limits[one])) arrivals_.emplace_back(std::string(entry_of(one).column));
   arrivals_.emplace_back("all");
@@ -46,7 +47,7 @@ void SpecArrivals::arrive(Arrival& arrival, const std::vector<bool>& met, const 
   const bool reached = first < met.size();
   const double censored_at = std::max<double>(trial.row.budget, static_cast<double>(met.size() - 1));
   arrival.steps.push_back({reached ? static_cast<double>(first) : censored_at, reached});
-  double seconds = std::numeric_limits<double>::infinity();  // as for the RMSE: never, since budgets are in steps
+  double seconds = std::numeric_limits<double>::infinity();  // as for the score: never, since budgets are in steps
   if (reached) {
     const records::StepNumbers& step = trial.steps[first];
     seconds = std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
@@ -66,9 +67,10 @@ void SpecArrivals::add(const ReadTrial& trial) {
     for (std::size_t step = 0; step < met.size(); ++step) met[step] = meets(step);
     arrive(*arrival++, met, trial);
   };
-  if (!std::isnan(spec_.rmse)) {
-    const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own));
-    judge([&](std::size_t step) { return rmse[step] <= spec_.rmse; });
+  if (!std::isnan(spec_.score)) {
+    const std::vector<double> scores =
+        track_values(trial.steps, trial.row.own_optimum_mse, track_of(Rule::own), trial.series.score);
+    judge([&](std::size_t step) { return scores[step] <= spec_.score; });
   }
   for (const Criterion one : kCriteria) {
     if (std::isnan(spec_.limits[one])) continue;

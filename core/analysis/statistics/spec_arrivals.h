@@ -42,7 +42,7 @@ class SpecArrivals {
   const records::Specification& spec_;
   Cycle cycle_;
   std::size_t failed_;
-  std::vector<Arrival> arrivals_;  // RMSE and criteria as limited, then all; empty without criteria
+  std::vector<Arrival> arrivals_;  // score and criteria as limited, then all; empty without criteria
   std::vector<AtStep> curve_;
 };
 

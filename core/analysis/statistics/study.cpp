@@ -70,7 +70,7 @@ class Arrivals {
   Arrivals(const TrialTable& table, const Series& series, const StudyOptions& options,
            const records::Specification& spec)
       : table_(table),
-        targets_(options.targets),
+        targets_(options.targets.empty() ? default_targets(series.score.resolution) : options.targets),
         rule_(options.rule),
         cycle_(options.cycle),
         spec_(spec),
@@ -79,12 +79,13 @@ class Arrivals {
   void add(const ReadTrial& trial) {
     const double censored_at = std::max<double>(trial.row.budget, static_cast<double>(trial.steps.size() - 1));
     for (const Rule rule : kRules) {
-      const std::vector<double> rmse = track_values(trial.steps, trial.row.own_optimum_mse, track_of(rule));
+      const std::vector<double> scores =
+          track_values(trial.steps, trial.row.own_optimum_mse, track_of(rule), trial.series.score);
       if (rule == rule_)
-        for (const TargetTime& time : times_to_targets(rmse, targets_, censored_at))
+        for (const TargetTime& time : times_to_targets(scores, targets_, censored_at))
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
-      if (std::isnan(spec_.rmse) || spec_.limits_criteria()) continue;
-      TargetTime time = times_to_targets(rmse, {spec_.rmse}, censored_at).front();
+      if (std::isnan(spec_.score) || spec_.limits_criteria()) continue;
+      TargetTime time = times_to_targets(scores, {spec_.score}, censored_at).front();
       const records::MtfRecord& mtf = table_.mtf_of(trial.row).by[rule][Curing::after];
       if (!spec_.mtf_met_by(mtf.centre, mtf.corner)) time = {censored_at, false};
       steps_[rule].push_back(time);
@@ -131,7 +132,7 @@ class Arrivals {
   }
 
   const TrialTable& table_;
-  const std::vector<double>& targets_;
+  std::vector<double> targets_;
   Rule rule_;
   Cycle cycle_;
   records::Specification spec_;
@@ -268,8 +269,9 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   std::vector<std::vector<double>> columns;  // one per rule, then the commanded pose
   for (const Rule rule : kRules) {
     RuleScore& score = study.rules[rule];
-    const std::vector<double> rmse = last_values(table, series, track_of(rule));
-    const bool has_ground_truth = std::any_of(rmse.begin(), rmse.end(), [](double one) { return !std::isnan(one); });
+    const std::vector<double> scores = last_values(table, series, track_of(rule));
+    const bool has_ground_truth =
+        std::any_of(scores.begin(), scores.end(), [](double one) { return !std::isnan(one); });
     std::vector<double> centre, corner;
     for (const std::uint32_t trial : series.trials) {
       centre.push_back(table.mtf_of(table.rows[trial]).by[rule][Curing::after].centre);
@@ -280,7 +282,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     const bool by_own_rule = rule == Rule::own || !spec.limits_criteria();
     const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf && by_own_rule;
     if (has_yield) count_yield(table, series, spec, rule, score);
-    columns.push_back(draws.by_instance(table, series, rmse));
+    columns.push_back(draws.by_instance(table, series, scores));
     if (rule != options.rule) continue;
     study.mtf_centre = mtf_centre;
     study.mtf_corner = mtf_corner;
@@ -300,11 +302,11 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
   return study;
 }
 
-// RMSE at the last recommendation, one per instance; values below the resolution are raised to it.
+// Score at the last recommendation, one per instance; values below the resolution are raised to it.
 std::vector<double> score_column(const TrialTable& table, const Series& series, const Draws& draws, Rule rule) {
   std::vector<double> column = draws.by_instance(table, series, last_values(table, series, track_of(rule)));
-  for (double& rmse : column)
-    if (!std::isnan(rmse)) rmse = std::max(rmse, kResolution);
+  for (double& value : column)
+    if (!std::isnan(value)) value = std::max(value, series.score.resolution);
   return column;
 }
 
@@ -413,11 +415,12 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
 
 }  // namespace
 
-std::vector<double> default_targets() {
+std::vector<double> default_targets(double resolution) {
   constexpr int kCount = 31;
-  constexpr double kHighest = 0.05, kLowest = 0.0005;
+  constexpr double kHighest = 500, kLowest = 5;
   std::vector<double> targets;
-  for (int i = 0; i < kCount; ++i) targets.push_back(kHighest * std::pow(kLowest / kHighest, i / (kCount - 1.0)));
+  for (int i = 0; i < kCount; ++i)
+    targets.push_back(resolution * kHighest * std::pow(kLowest / kHighest, i / (kCount - 1.0)));
   return targets;
 }
 
@@ -434,7 +437,6 @@ std::vector<unsigned> band_steps(unsigned last) {
 Study make_study(const TrialTable& table, StudyOptions options) {
   Study study;
   if (table.rows.size() > kManyTrials) options.resamples = std::min(options.resamples, kResamplesOfMany);
-  if (options.targets.empty()) options.targets = default_targets();
   study.resamples = options.resamples;
   study.rule = options.rule;
   study.prices = options.prices;

@@ -40,12 +40,12 @@ inline constexpr std::size_t kMinCompared = 6;
 struct StudyOptions {
   std::uint64_t seed = 0;  // of the bootstrap
   std::size_t resamples = kResamples;
-  std::vector<double> targets;  // RMSE at the recommended pose
+  std::vector<double> targets;  // score at the recommended pose
   records::Specification spec;  // of scenes without an entry in spec_of_scene
   std::map<std::string, records::Specification> spec_of_scene;
   Cycle cycle;
   Prices prices;
-  double smallest_relevant_ratio = 1.1;  // of RMSE: methods within it are practically equal; >= 1
+  double smallest_relevant_ratio = 1.1;  // of scores: methods within it are practically equal; >= 1
   Rule rule = Rule::own;                 // which pose counts as recommended
   // Planned contrasts: pairs of method names, chosen before the run. Skipped in groups that lack one of the two.
   std::vector<std::pair<std::string, std::string>> contrasts;
@@ -59,19 +59,19 @@ struct StudyOptions {
   unsigned threads = 0;                  // 0: one per core. Results do not depend on it
 };
 // 31 levels from 0.05 down to 0.0005, equally spaced on a logarithmic scale.
-std::vector<double> default_targets();
+std::vector<double> default_targets(double resolution = SceneScore().resolution);
 // The steps with bands: 0, `last` and others between, at most kBandSteps in total.
 std::vector<unsigned> band_steps(unsigned last);
 
 // Scores that are reported for every recommendation rule.
 struct RuleScore {
-  Band median;  // of RMSE at the last recommendation; n is 0 if no trial has one
+  Band median;  // score at the last recommendation; n is 0 if no trial has one
   std::size_t in_spec = 0;
   Band yield;
   Band steps_to_spec;
 };
 
-// One criterion of a specification that is judged after every step, RMSE, or all of them together.
+// One criterion of a specification that is judged after every step, the score, or all of them together.
 struct ArrivalStudy {
   std::string name;         // column of a criterion, "rmse" or "all"
   std::size_t in_spec = 0;  // at the last recommendation
@@ -86,7 +86,7 @@ struct SeriesStudy {
   // At excess_images() of the largest budget; empty if no excess is known. With more than kManyTrials trials in the
   // folder only StudyOptions::rule has intervals.
   std::vector<ExcessAfter> excess;
-  // All following members use StudyOptions::rule. RMSE at the last step:
+  // All following members use StudyOptions::rule. Score at the last step:
   Band recommended_median, commanded_median;
   std::array<Band, kFinalStatistics.size()> finals;
   // Instances whose last recommendation meets the specification, noise-free.
@@ -96,8 +96,8 @@ struct SeriesStudy {
   std::size_t in_spec_uncured = 0;
   Band yield_uncured;
   Quantiles mtf_centre, mtf_corner;  // at the last recommendation after curing; n is 0 if not measured
-  // Time to specification by RMSE at each step; a trial whose MTF misses at its end counts as not reached. NaN if the
-  // specification does not limit RMSE.
+  // Time to specification by score at each step; a trial whose MTF misses at its end counts as not reached. NaN if the
+  // specification does not limit it.
   ExpectedSteps expected_to_spec;
   Band cycle_to_spec;                   // seconds of a whole cycle (cycle.h); NaN if StudyOptions::cycle states none
   Band steps_to_spec, seconds_to_spec;  // Kaplan-Meier medians; infinite if fewer than half of the instances reach it
@@ -136,7 +136,7 @@ struct AggregateStudy {
 
 struct PairStudy {
   std::size_t first = 0, second = 0;  // indices into Study::series; the better median first
-  PairedComparison comparison;        // logarithms of RMSE at the last recommendation
+  PairedComparison comparison;        // logarithms of the score at the last recommendation
   double corrected_p = kMissing;      // Holm, over the group's pairs
   PairedShares yields;                // n is 0 without a specification, or if unknown
   bool planned = false;               // one of StudyOptions::contrasts
@@ -148,10 +148,10 @@ struct GroupStudy {
   std::string scene, noise_level, protocol;
   std::vector<std::size_t> series;  // indices into Study::series
   std::vector<std::uint64_t> instances;
-  Quantiles own_optimum;  // RMSE at the instances' own optima
+  Quantiles own_optimum;  // score at the instances' own optima
   records::Specification spec;
-  // Infeasible instances: the own optimum (of RMSE) misses the specification. If MTF is limited, no method's last
-  // recommendation meets it either, since the pose of lowest RMSE need not be the one of highest MTF.
+  // Infeasible instances: the own optimum (of the score) misses the specification. If MTF is limited, no method's last
+  // recommendation meets it either, since the pose of lowest score need not be the one of highest MTF.
   std::size_t cannot_meet_spec = 0;
   std::vector<std::uint64_t> infeasible;  // the first ones
   Friedman friedman;

@@ -242,7 +242,8 @@ SeriesErrors::SeriesErrors(const Series& series, Rule by)
 }
 
 void SeriesErrors::add(const ReadTrial& trial) {
-  const std::vector<double> errors = normalised_errors(trial.steps, trial.row.own_optimum_mse, rule);
+  const std::vector<double> errors =
+      normalised_errors(trial.steps, trial.row.own_optimum_mse, rule, trial.series.score);
   const double under = area_under(errors, std::max(trial.row.budget, static_cast<unsigned>(errors.size()) - 1));
   if (std::isnan(under) || std::isnan(errors.front())) return;
   last[trial.place] = errors.back();

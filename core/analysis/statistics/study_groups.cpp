@@ -7,8 +7,6 @@
 #include <tuple>
 #include <utility>
 
-#include "base/displayed_rmse.h"
-
 namespace relign::statistics {
 namespace {
 
@@ -38,7 +36,7 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
     GroupStudy& group = groups[group_of[row.series]];
     group.instances.push_back(row.instance);
     if (!std::isnan(row.own_optimum_mse))
-      optima[group_of[row.series]].emplace_back(row.instance, displayed_rmse(row.own_optimum_mse));
+      optima[group_of[row.series]].emplace_back(row.instance, table.series_of(row).score.shown(row.own_optimum_mse));
   }
   for (std::size_t number = 0; number < groups.size(); ++number) {
     std::vector<std::uint64_t>& instances = groups[number].instances;
@@ -47,9 +45,9 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
     std::sort(optima[number].begin(), optima[number].end());
     const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
     optima[number].erase(std::unique(optima[number].begin(), optima[number].end(), same), optima[number].end());
-    std::vector<double> rmse;
-    for (const auto& [instance, own] : optima[number]) rmse.push_back(own);
-    groups[number].own_optimum = quantiles(std::move(rmse));
+    std::vector<double> scores;
+    for (const auto& [instance, own] : optima[number]) scores.push_back(own);
+    groups[number].own_optimum = quantiles(std::move(scores));
   }
   return groups;
 }
@@ -63,11 +61,11 @@ void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
       const TrialRow& row = table.rows[place];
       const TrialMtf& mtf = table.mtf_of(row);
       const bool has_mtf = !std::isnan(mtf.own_optimum.centre);
-      if (displayed_rmse(row.own_optimum_mse) > spec.rmse ||  // false when one is NaN
+      if (table.series[number].score.shown(row.own_optimum_mse) > spec.score ||  // false when one is NaN
           (has_mtf && !spec.mtf_met_by(mtf.own_optimum.centre, mtf.own_optimum.corner)) ||
           table.criteria_of(row).optimum_deficit > spec.limits[Criterion::field_mtf])
         found.insert(row.instance);
-      // The pose of lowest RMSE need not have the highest MTF: an instance that some method brought in is feasible.
+      // The pose of lowest score need not have the highest MTF: an instance that some method brought in is feasible.
       if ((spec.limits_mtf() || spec.limits_criteria()) && table.meets(row, spec, rule)) met.insert(row.instance);
     }
   for (const std::uint64_t instance : met) found.erase(instance);

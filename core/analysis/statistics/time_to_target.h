@@ -1,7 +1,7 @@
 // Steps to an error target, with censoring for trials that never reach it.
 //
-// Step 0 is the capture at the start pose, so that a start at or below the target takes 0 steps. Targets are RMSE
-// levels that are fixed in advance, not derived from the compared results.
+// Step 0 is the capture at the start pose, so that a start at or below the target takes 0 steps. Targets are scores
+// that are fixed in advance, not derived from the compared results.
 #pragma once
 
 #include <cstddef>

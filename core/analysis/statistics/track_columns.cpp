@@ -8,7 +8,7 @@ void for_each_trial(const TrialTable& table, const Series& series, const std::fu
   records::StoredSteps stored(table.folder);
   for (std::size_t place = 0; place < series.trials.size(); ++place) {
     const TrialRow& row = table.rows[series.trials[place]];
-    visit({place, row, stored.read(row.where), stored});
+    visit({place, series, row, stored.read(row.where), stored});
   }
 }
 
@@ -20,7 +20,8 @@ TrackColumns::TrackColumns(std::size_t trials, std::vector<Track> tracks, StepRa
 void TrackColumns::add(const ReadTrial& trial) {
   const std::size_t count = steps_.last - steps_.first + std::size_t{1};
   for (std::size_t track = 0; track < tracks_.size(); ++track) {
-    const std::vector<double> values = track_values(trial.steps, trial.row.own_optimum_mse, tracks_[track]);
+    const std::vector<double> values =
+        track_values(trial.steps, trial.row.own_optimum_mse, tracks_[track], trial.series.score);
     for (std::size_t step = 0; step < count; ++step)
       values_[(track * count + step) * trials_ + trial.place] =
           values[std::min(steps_.first + step, values.size() - 1)];

@@ -16,6 +16,7 @@ struct StepRange {
 // One trial of a series while it is read; valid until the next one.
 struct ReadTrial {
   std::size_t place = 0;  // in Series::trials
+  const Series& series;
   const TrialRow& row;
   const std::vector<records::StepNumbers>& steps;
   const records::StoredSteps& stored;

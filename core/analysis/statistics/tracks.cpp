@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "base/displayed_rmse.h"
-
 namespace relign::statistics {
 
 const char* track_name(Track track) {
@@ -50,10 +48,11 @@ std::vector<double> recommended_mse(const std::vector<records::StepNumbers>& ste
   return values;
 }
 
-std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track) {
+std::vector<double> track_values(const std::vector<records::StepNumbers>& steps, double own_optimum_mse, Track track,
+                                 const SceneScore& score) {
   if (track == Track::recommended || track == Track::recommended_best || track == Track::recommended_current) {
     std::vector<double> values = recommended_mse(steps, track);
-    for (double& value : values) value = displayed_rmse(value);
+    for (double& value : values) value = score.shown(value);
     return values;
   }
   std::vector<double> values;
@@ -69,10 +68,10 @@ std::vector<double> track_values(const std::vector<records::StepNumbers>& steps,
         values.push_back(best);
         break;
       case Track::commanded:
-        values.push_back(displayed_rmse(step.commanded_mse));
+        values.push_back(score.shown(step.commanded_mse));
         break;
       case Track::excess:
-        values.push_back(displayed_rmse(step.recommended_mse - own_optimum_mse));
+        values.push_back(score.shown(step.recommended_mse - own_optimum_mse));
         break;
       case Track::machine_seconds:
         values.push_back(step.machine_seconds);

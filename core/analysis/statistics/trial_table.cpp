@@ -7,8 +7,6 @@
 #include <tuple>
 #include <unordered_set>
 
-#include "base/displayed_rmse.h"
-
 namespace relign::statistics {
 namespace {
 
@@ -42,7 +40,7 @@ Harness harness_of(const records::TrialTimes& times) {
 
 class TableBuilder {
  public:
-  explicit TableBuilder(TrialTable& table) : table_(table) {
+  TableBuilder(TrialTable& table, const ScoresByScene& scores) : table_(table), scores_(scores) {
     for (const auto& [key, value] : records::tabled_values(records::TrialRecord())) table_.tabled.push_back(key);
   }
 
@@ -53,6 +51,7 @@ class TableBuilder {
     row.where = where;
     row.instance = closing.instance;
     row.series = series_of(closing);
+    const SceneScore& score = table_.series[row.series].score;
     row.end = text(closing.end);
     row.message = text(closing.message);
     row.budget = closing.budget;
@@ -84,16 +83,16 @@ class TableBuilder {
       row.tabled = records::tabled_values(last);
       row.recommendation = text(last.recommendation);
       if (std::isfinite(scores.uncured_mse[Rule::own]))
-        row.uncured = {{displayed_rmse(scores.uncured_mse[Rule::own]),
-                        displayed_rmse(scores.by_step[Rule::best].mse.empty() ? steps[best_step(steps)].commanded_mse
-                                                                              : scores.uncured_mse[Rule::best]),
-                        displayed_rmse(last.commanded_mse)}};
+        row.uncured = {{score.shown(scores.uncured_mse[Rule::own]),
+                        score.shown(scores.by_step[Rule::best].mse.empty() ? steps[best_step(steps)].commanded_mse
+                                                                           : scores.uncured_mse[Rule::best]),
+                        score.shown(last.commanded_mse)}};
       for (const Track track : kTracks)
-        row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track).back();
+        row.last[static_cast<std::size_t>(track)] = track_values(steps, row.own_optimum_mse, track, score).back();
       if (steps.front().step == 0) {
         const std::vector<records::StepNumbers> start(1, steps.front());
         row.start_measured = start.front().measured;
-        row.start_commanded = track_values(start, row.own_optimum_mse, Track::commanded).front();
+        row.start_commanded = track_values(start, row.own_optimum_mse, Track::commanded, score).front();
       }
     }
     Series& series = table_.series[row.series];
@@ -121,8 +120,13 @@ class TableBuilder {
                                trial.training,
                                {},
                                0,
-                               0});
+                               0,
+                               score_of(trial.scene)});
     return found->second;
+  }
+  SceneScore score_of(const std::string& scene) const {
+    const auto found = scores_.find(scene);
+    return found == scores_.end() ? SceneScore() : found->second;
   }
   std::uint32_t text(const std::string& words) {
     if (words.empty()) return 0;
@@ -137,6 +141,7 @@ class TableBuilder {
   }
 
   TrialTable& table_;
+  const ScoresByScene& scores_;
   std::map<std::tuple<std::string, std::string, std::string, std::string>, std::uint32_t> series_;
   std::unordered_map<std::string, std::uint32_t> texts_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> warnings_;
@@ -189,12 +194,12 @@ std::vector<double> last_values(const TrialTable& table, const Series& series, T
 }
 
 ReadTable read_trial_table(const fs::path& folder, const std::function<bool(const std::string&)>& wanted,
-                           records::FolderChecks* checks) {
+                           records::FolderChecks* checks, const ScoresByScene& scores) {
   ReadTable read;
   read.table.folder = folder;
   std::unordered_set<std::string_view> seen;  // point into the rows, whose addresses stay valid
   std::vector<std::string> incomplete;
-  TableBuilder builder(read.table);
+  TableBuilder builder(read.table, scores);
   records::for_each_with_steps(
       folder,
       [&](const records::TrialRecord& closing, const records::StoredTrial& where,

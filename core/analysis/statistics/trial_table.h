@@ -9,10 +9,12 @@
 #include <deque>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "base/scene_score.h"
 #include "records/folder_checks.h"
 #include "records/stored_trials.h"
 #include "statistics/band.h"
@@ -31,11 +33,11 @@ struct TrialRow {
   unsigned last_step = 0;  // number of the last one
   bool ended_well = false;
   double own_optimum_mse = kMissing;  // NaN: unknown
-  // RMSE before the adhesive cures, at the last recommendation by each rule; NaN without a cure shift.
+  // Score before the adhesive cures, at the last recommendation by each rule; NaN without a cure shift.
   ByRule<double> uncured = {{kMissing, kMissing, kMissing}};
   std::uint32_t mtf = 0;       // of TrialTable::mtf
   std::uint32_t criteria = 0;  // of TrialTable::criteria
-  // RMSE at step 0; NaN if missing.
+  // Score at step 0; NaN if missing.
   double start_measured = kMissing;
   double start_commanded = kMissing;
   std::array<double, kTracks.size()> last = {};             // of each track, at the last step
@@ -70,6 +72,7 @@ struct Series {
   std::vector<std::uint32_t> trials;  // rows with counts(), in the folder's order
   std::size_t failed = 0;
   unsigned largest_budget = 0;  // of these trials
+  SceneScore score;             // of the scene
 };
 
 class TrialTable {
@@ -119,16 +122,18 @@ class TrialTable {
 // One value per trial of the series, at its last step.
 std::vector<double> last_values(const TrialTable& table, const Series& series, Track track);
 
+using ScoresByScene = std::map<std::string, SceneScore>;
+
 struct ReadTable {
   TrialTable table;
   std::size_t left_out = 0;             // complete trials that are not wanted
   std::vector<std::string> incomplete;  // wanted trials with steps but no closing line
 };
 // Reads trials/ and times/ of a folder, line by line. `wanted` selects trials by id (empty: all). If a trial is
-// recorded twice, the first record is used. `checks` gets every trial and its times. Throws Error as
-// records::for_each_with_steps.
+// recorded twice, the first record is used. `scores` by scene, those of others are the RMSE. `checks` gets every trial
+// and its times. Throws Error as records::for_each_with_steps.
 ReadTable read_trial_table(const std::filesystem::path& folder,
                            const std::function<bool(const std::string& trial)>& wanted = {},
-                           records::FolderChecks* checks = nullptr);
+                           records::FolderChecks* checks = nullptr, const ScoresByScene& scores = {});
 
 }  // namespace relign::statistics

@@ -24,7 +24,7 @@ struct LandscapePlane {
 
 struct Landscape {
   std::string title, subtitle;
-  std::string measure;  // "RMSE"
+  std::string measure;  // "RMSE", "insertion loss in dB"
   int points = 0;       // on each axis, from lower to upper; at least 2
   std::vector<LandscapeAxis> axes;
   std::vector<LandscapePlane> planes;  // in the order of plane_axes

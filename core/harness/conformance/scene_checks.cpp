@@ -168,6 +168,31 @@ Finding check_same_pixels(const Subject& subject) {
   return ok();
 }
 
+// Of a score that the scene declares: in its unit, and lower where the perfect device is better. Empty if none.
+static std::string flaw_of_score(Opened& opened, MountedAssembly& perfect) {
+  const trials::SceneFacts& facts = opened.facts;
+  const SceneScore& score = facts.score;
+  const double best = perfect.noise_free_mse(facts.nominal_pose, 1).mse;
+  if (best < -score.resolution)
+    return "the score at the nominal pose is " + significant(best) + ", but scores are from 0";
+  for (const double away : {0.3, -0.3}) {
+    std::vector<double> pose = opened.pose_near_nominal(away);
+    for (double& coordinate : pose) coordinate = std::clamp(coordinate, 0.0, 1.0);
+    if (const double there = perfect.noise_free_mse(pose, 2).mse; there < best - score.resolution)
+      return "the perfect device scores " + significant(best) + score.suffix() + " at its nominal pose, but " +
+             significant(there) + score.suffix() +
+             " far from it, although the lower score is the better; declare what is missing, such as 1 - visibility";
+  }
+  std::vector<float> readings(std::size_t{facts.image_width} * facts.image_height);
+  if (!facts.score_reading || !perfect.render_noise_free(facts.nominal_pose, readings.data())) return "";
+  const double reading = readings[*facts.score_reading];
+  constexpr double kAllowed = 0.5, kResolutions = 10;
+  if (!(std::fabs(reading - best) <= kAllowed * std::max(std::fabs(reading), best) + kResolutions * score.resolution))
+    return "its noise-free reading '" + facts.readings[*facts.score_reading].name + "' is " + significant(reading) +
+           score.suffix() + " at the nominal pose, but the score there is " + significant(best) + score.suffix();
+  return "";
+}
+
 Finding check_truth(const Subject& subject) {
   constexpr int kSeeds = 16;
   Opened opened(subject.choice());
@@ -176,19 +201,21 @@ Finding check_truth(const Subject& subject) {
   MountedAssembly assembly = opened.scene.mount("{}");
   const std::vector<double> pose = opened.pose_near_nominal(0.03);
   double mean = 0;
-  double squares = 0;
   double stated_variance = 0;
+  std::vector<double> values;
   for (int seed = 1; seed <= kSeeds; ++seed) {
     const MountedAssembly::Truth truth = assembly.noise_free_mse(pose, static_cast<std::uint64_t>(seed));
     mean += truth.mse / kSeeds;
-    squares += truth.mse * truth.mse / kSeeds;
+    values.push_back(truth.mse);
     stated_variance += truth.standard_error * truth.standard_error / kSeeds;
   }
   const MountedAssembly::Truth once = assembly.noise_free_mse(pose, 1);
   const MountedAssembly::Truth again = assembly.noise_free_mse(pose, 1);
   if (once.mse != again.mse || once.standard_error != again.standard_error)
     return failed("the same pose and seed give another ground truth");
-  const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
+  double variance = 0;
+  for (const double value : values) variance += (value - mean) * (value - mean) / kSeeds;
+  const double spread = std::sqrt(variance);
   const double stated = std::sqrt(stated_variance);
   // A standard error of 0 is valid for an exact ground truth, which must not depend on the seed.
   if (stated == 0 && spread > 1e-12 * std::fabs(mean))
@@ -198,6 +225,10 @@ Finding check_truth(const Subject& subject) {
     return failed("its ground truth scatters by " + significant(spread) + ", " + significant(spread / stated) +
                   " times the stated standard error");
 
+  if (!opened.facts.score.squared) {
+    const std::string flaw = flaw_of_score(opened, assembly);
+    return flaw.empty() ? ok() : failed(flaw);
+  }
   std::vector<float> picture(std::size_t{opened.facts.image_width} * opened.facts.image_height);
   if (!assembly.render_noise_free(pose, picture.data())) return ok("it offers no noise-free image to compare with");
   if (!all_finite(picture)) return failed("the noise-free image has non-finite pixels");

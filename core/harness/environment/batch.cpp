@@ -110,14 +110,14 @@ struct Batch::Implementation {
       if (setup.on_gpu) return;
       float* frame = frames + pixels * named[k];
       slot.assembly->capture(slot.state.true_pose, capture_seed(slot), frame);
-      slot.state.measured_rmse = relign::images::rmse(frame, reference.data(), pixels);
+      slot.state.measured_error = facts.measured(frame, reference.data());
     });
     if (!setup.on_gpu) return;
     plugin_host::Scene::Batch batch;
     for (const unsigned number : named)
       add(batch, number, slots[number].state.true_pose.data(), capture_seed(slots[number]));
     const std::vector<double> rmse = scenes.front()->capture_batch(batch, named, frames);
-    for (std::size_t k = 0; k < named.size(); ++k) slots[named[k]].state.measured_rmse = rmse[k];
+    for (std::size_t k = 0; k < named.size(); ++k) slots[named[k]].state.measured_error = rmse[k];
   }
 
   static std::uint64_t capture_seed(const Slot& slot) {

@@ -93,7 +93,7 @@ class Batch {
     std::vector<double> commanded_pose;  // reached pose by the encoders, relative to the true start
     std::uint64_t limits_low = 0;        // of the last move: bit i, axis i met its limit
     std::uint64_t limits_high = 0;
-    double measured_rmse = 0;  // of the last frame against O*
+    double measured_error = 0;  // of the last frame against O*
   };
   const State& state(unsigned slot) const;
   // The last frames, slots() x image_height x image_width; the address never changes. On a GPU that of set_frames.

@@ -51,9 +51,12 @@ class SceneProcess {
   }
 
  private:
-  // 0 when the description has none, which trials/scene_facts.h reports together with other mistakes.
-  std::uint32_t side(const char* name) const {
+  // 0 when the description has none, which trials/scene_facts.h reports together with other mistakes. Readings are a
+  // row.
+  std::uint32_t side(const std::string& name) const {
     constexpr double kMaxSide = 20000;  // pixels
+    if (const auto readings = description_.find("readings"); readings != description_.end() && readings->is_array())
+      return name == "height" ? 1 : static_cast<std::uint32_t>(std::min<std::size_t>(readings->size(), kMaxSide));
     const auto image = description_.find("image");
     if (image == description_.end() || !image->is_object()) return 0;
     const auto found = image->find(name);

@@ -8,7 +8,6 @@
 #include <tuple>
 #include <utility>
 
-#include "base/displayed_rmse.h"
 #include "base/fault.h"
 #include "base/files.h"
 #include "base/seeds.h"
@@ -99,7 +98,8 @@ class Pictures {
       if (stopped()) return;
       const suites::PlannedTrial& trial = *planned_.at(one->record.trial);
       if (trial.scene != scene) write_scene(scene = trial.scene);
-      if (prepared_.scenes[trial.scene].owns_stage) continue;  // stored during the trial
+      if (prepared_.scenes[trial.scene].owns_stage) continue;         // stored during the trial
+      if (!prepared_.scenes[trial.scene].readings.empty()) continue;  // the steps have all that there is to see
       guarded([&] { capture(make_job(prepared_, trial), one->record); });
     }
     remove_strangers(chosen);
@@ -175,7 +175,7 @@ class Pictures {
         }
         if (!landscape.is_null()) write_file_atomically(own / "landscape.json", landscape.dump() + "\n");
       });
-    if (fs::exists(own / "reference.png") && fs::exists(shown)) return;
+    if (!facts.readings.empty() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
     guarded([&] {
       const images::Image reference = copy(runner_.scene(job).reference());
       fs::create_directories(shown.parent_path());
@@ -233,7 +233,7 @@ class Pictures {
   }
 
   // With the data shown beside each frame, so that a page does not need to read the records.
-  static Json film_index(const records::TrialRecord& record) {
+  static Json film_index(const records::TrialRecord& record, const SceneScore& score) {
     Json frames = Json::array();
     for (const std::size_t place : film_frames(record.steps.size())) {
       const records::StepRecord& step = record.steps[place];
@@ -241,8 +241,8 @@ class Pictures {
                         {"commanded_pose", step.commanded_pose},
                         {"true_pose", step.true_pose},
                         {"measured", step.measured},
-                        {"commanded", displayed_rmse(step.commanded_mse)},
-                        {"recommended", displayed_rmse(step.recommended_mse)},
+                        {"commanded", score.shown(step.commanded_mse)},
+                        {"recommended", score.shown(step.recommended_mse)},
                         {"machine_seconds", step.machine_seconds}});
     }
     return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};
@@ -251,16 +251,19 @@ class Pictures {
   void write_index(const std::vector<Chosen>& chosen) {
     Json trials = Json::array();
     for (const Chosen& one : chosen) {
+      const trials::SceneFacts& facts = prepared_.scenes[planned_.at(one.record.trial)->scene];
+      if (!facts.readings.empty()) continue;
       Json frames = Json::array();
       const auto add = [&](unsigned step) {
         const std::string file = one.record.trial + "/" + frame_name(step);
         if (fs::exists(results_ / "pictures" / file)) frames.push_back({{"step", step}, {"file", file}});
       };
-      const bool shows_last_capture = prepared_.scenes[planned_.at(one.record.trial)->scene].owns_stage;
+      const bool shows_last_capture = facts.owns_stage;
       add(0);
       if (one.record.steps.back().step > 0) add(one.record.steps.back().step);
       Json film = nullptr;
-      if (fs::exists(results_ / "pictures" / one.record.trial / film_name())) film = film_index(one.record);
+      if (fs::exists(results_ / "pictures" / one.record.trial / film_name()))
+        film = film_index(one.record, facts.score);
       trials.push_back({{"trial", one.record.trial},
                         {"scene", one.record.scene},
                         {"noise_level", one.record.noise_level},

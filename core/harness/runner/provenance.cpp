@@ -138,6 +138,7 @@ Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, co
     scene["folder"] = scene_folder(prepared, index);
     scene["machine_time"] = machine_time_json(prepared.scenes[index].machine_time);
     scene["spec"] = prepared.scenes[index].spec;
+    if (!prepared.scenes[index].score.squared) scene["score"] = scene_score_json(prepared.scenes[index].score);
     scene["owns_stage"] = prepared.scenes[index].owns_stage;
     scene["truth"] = prepared.scenes[index].truth;
     scene["replayable"] = !prepared.scenes[index].owns_stage;

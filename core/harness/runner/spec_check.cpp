@@ -47,10 +47,15 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
                     const trials::SceneFacts& facts) {
   const records::Specification spec = records::specification_of(suite.spec, facts.spec);
   check_rule(suite, spec);
-  if (!spec.limits_criteria()) return;
   const auto refuse = [&](const std::string& reason) {
     throw Error(ErrorKind::bad_input, "the 'spec' cannot be judged on the scene '" + name + "': " + reason);
   };
+  const Json& limits = suite.spec.is_object() && !suite.spec.empty() ? suite.spec : facts.spec;
+  const char *right = facts.score.squared ? "rmse" : "score", *wrong = facts.score.squared ? "score" : "rmse";
+  if (limits.is_object() && limits.contains(wrong))
+    refuse("it limits '" + std::string(wrong) + "', but the scene is judged by its " + facts.score.label() + "; use '" +
+           right + "'");
+  if (!spec.limits_criteria()) return;
   const auto needs = [&](CriterionNeeds what) {
     return std::any_of(kCriteria.begin(), kCriteria.end(),
                        [&](Criterion one) { return !std::isnan(spec.limits[one]) && entry_of(one).needs == what; });

@@ -140,9 +140,9 @@ class SuiteReader {
         if (one.is_number()) targets.push_back(one.get<double>());
     const bool falling = std::adjacent_find(targets.begin(), targets.end(), std::less_equal<>()) == targets.end();
     if (!value->is_array() || value->empty() || value->size() > kMaxTargets || targets.size() != value->size() ||
-        !falling || !(targets.back() > 0) || !(targets.front() <= 1))
+        !falling || !(targets.back() > 0))
       top_.complain("targets", "expected a descending list of 1 to " + std::to_string(kMaxTargets) +
-                                   " RMSE targets between 0 and 1, for example [0.02, 0.01, 0.005]");
+                                   " targets above 0 for the score, for example [0.02, 0.01, 0.005]");
     return targets;
   }
 

@@ -1,9 +1,11 @@
 #include "trials/scene_facts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "base/characters.h"
+#include "images/score.h"
 
 namespace relign::trials {
 namespace {
@@ -83,6 +85,29 @@ std::vector<std::string> read_texts(ObjectReader& reader, const std::string& key
   return list->get<std::vector<std::string>>();
 }
 
+std::vector<Reading> read_readings(const JsonSource& source, ObjectReader& top, std::vector<Problem>& problems) {
+  constexpr std::size_t kMaxReadings = 1000;
+  std::vector<Reading> readings;
+  const Json* list = top.get("readings");
+  if (!list) return readings;
+  if (!list->is_array() || list->empty() || list->size() > kMaxReadings) {
+    top.complain("readings", "expected a list of 1 to " + std::to_string(kMaxReadings) + " readings");
+    return readings;
+  }
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ObjectReader reader(source, "/readings/" + std::to_string(i), problems);
+    Reading reading = {reader.required_string("name"), reader.string("unit", "")};
+    reader.reject_unknown();
+    const auto same = [&reading](const Reading& other) { return other.name == reading.name; };
+    if (reader.has("name") && (reading.name.empty() || !line_mistake(reading.name).empty() ||
+                               std::any_of(readings.begin(), readings.end(), same)))
+      reader.complain("name", "expected a name in one line that no other reading has, found '" + reading.name + "'");
+    if (!line_mistake(reading.unit).empty()) reader.complain("unit", "expected a unit in one line");
+    readings.push_back(std::move(reading));
+  }
+  return readings;
+}
+
 SceneFacts read(const JsonSource& source) {
   std::vector<Problem> problems;
   SceneFacts facts;
@@ -108,8 +133,13 @@ SceneFacts read(const JsonSource& source) {
   for (const double value : facts.nominal_pose)
     if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must be from 0 to 1");
 
-  if (!top.has("image")) {
-    top.complain_missing("image", "{\"width\": ..., \"height\": ..., \"white\": ...}");
+  facts.readings = read_readings(source, top, problems);
+  if (!facts.readings.empty()) {
+    if (top.has("image")) top.complain("image", "expected either an image or readings, found both");
+    facts.image_width = static_cast<unsigned>(facts.readings.size());
+    facts.image_height = 1;
+  } else if (!top.has("image")) {
+    top.complain_missing("image", "{\"width\": ..., \"height\": ..., \"white\": ...}, or \"readings\": [...]");
   } else {
     constexpr std::int64_t largest_side = 20000;
     ObjectReader image(source, "/image", problems);
@@ -130,6 +160,11 @@ SceneFacts read(const JsonSource& source) {
     if (std::find(facts.elements.begin(), name, *name) != name)
       top.complain("elements", "duplicate element '" + *name + "'");
   facts.uncertain = read_uncertain(source, top, facts.elements, problems);
+  if (top.get("score")) {
+    facts.score = read_scene_score(source, facts.readings, facts.score_reading, problems);
+  } else if (!facts.readings.empty()) {
+    top.complain_missing("score", R"({"name": ..., "unit": ..., "resolution": ..., "reading": ...})");
+  }
   facts.files = read_texts(top, "files", false);
   if (top.get("machine_time"))
     facts.machine_time = changed_by(read_machine_time(source, "/machine_time", problems), facts.machine_time);
@@ -202,6 +237,13 @@ MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
   times.exposure_ms = given.exposure_ms.value_or(times.exposure_ms);
   times.readout_ms = given.readout_ms.value_or(times.readout_ms);
   return times;
+}
+
+double SceneFacts::measured(const float* pixels, const float* reference) const {
+  const std::size_t count = std::size_t{image_width} * image_height;
+  if (!score_reading) return images::rmse(pixels, reference, count);
+  const bool all_finite = std::all_of(pixels, pixels + count, [](float value) { return std::isfinite(value); });
+  return all_finite ? double{pixels[*score_reading]} : std::numeric_limits<double>::quiet_NaN();
 }
 
 SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id) {

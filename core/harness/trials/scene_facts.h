@@ -1,11 +1,14 @@
 // The checked description of a scene: the JSON of relign_scene_interface::describe.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/json_source.h"
 #include "base/pixel_region.h"
+#include "base/scene_score.h"
 #include "base/shared_keys.h"
 #include "images/edge_fields.h"
 
@@ -56,12 +59,18 @@ struct SceneFacts {
   images::EdgeFields fields;  // places with slanted edges; may be empty
   std::vector<std::string> elements;
   std::vector<UncertainQuantity> uncertain;
+  std::vector<Reading> readings;  // instead of an image; they are a row of pixels, one each
+  SceneScore score;
   MachineTime machine_time;
-  Json spec;                       // as in the description, null when absent
-  std::vector<std::string> files;  // data files the image depends on
-  bool owns_stage = false;         // a station: relative moves, no W, no true pose
-  bool truth = true;               // the scene computes noise-free errors
-  std::string text;                // the description verbatim
+  Json spec;                                 // as in the description, null when absent
+  std::vector<std::string> files;            // data files the image depends on
+  bool owns_stage = false;                   // a station: relative moves, no W, no true pose
+  bool truth = true;                         // the scene computes noise-free errors
+  std::string text;                          // the description verbatim
+  std::optional<std::size_t> score_reading;  // place of the reading that measures the score; without it, the RMSE does
+
+  // What a capture measures of the score, noise included; not finite where a pixel is not. Both have all pixels.
+  double measured(const float* pixels, const float* reference) const;
 };
 
 // Throws Error(plugin_failed) that lists every mistake in the description. A station may omit

@@ -9,7 +9,6 @@
 
 #include "base/error.h"
 #include "base/seeds.h"
-#include "images/score.h"
 
 namespace relign::trials {
 namespace {
@@ -223,14 +222,15 @@ void TrialHost::capture() {
   const bool whole = pending_.regions.empty();
   pending_.machine_seconds += stage_->capture(pending_.step, pending_.regions, pixels_.data());
   pending_.simulation_seconds = seconds_since(start);
-  const double rmse = whole ? images::rmse(pixels_.data(), reference_.data(), pixels_.size()) : score_regions();
-  if (!std::isfinite(rmse))
+  const double measured = whole ? setup_->scene.measured(pixels_.data(), reference_.data()) : score_regions();
+  if (!std::isfinite(measured))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
-                                              std::to_string(pending_.step) + " has non-finite pixels");
-  pending_.measured = whole ? rmse : std::numeric_limits<double>::quiet_NaN();
-  pending_.merit = rmse;
+                                              std::to_string(pending_.step) + " has non-finite " +
+                                              (setup_->scene.readings.empty() ? "pixels" : "readings"));
+  pending_.measured = whole ? measured : std::numeric_limits<double>::quiet_NaN();
+  pending_.merit = measured;
   if (rules_.merit == Merit::combined)
-    pending_.merit = combined_merit(rmse, pending_.true_pose, setup_->scene.nominal_pose);
+    pending_.merit = combined_merit(measured, pending_.true_pose, setup_->scene.nominal_pose);
   else if (field_merit_)
     pending_.merit = field_merit_->of(view_of(image_), shown_scene().fields);
   if (!whole) return;  // regions are not comparable with other regions

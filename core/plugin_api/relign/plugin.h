@@ -232,7 +232,8 @@ typedef struct relign_scene_interface {
    *   "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, ...]   pose 0..1 maps to lower..upper; units other
    *                                                                         than mm and deg need "speed_per_s"
    *   "nominal_pose": [0.5, ...]
-   *   "image": {"width": 200, "height": 200, "white": 0.115}                white = display value of a lit pixel
+   *   "image": {"width": 200, "height": 200, "white": 0.115}                white = display value of a lit pixel; or
+   *   "readings": [{"name": "loss", "unit": "dB"}, ...]                     instead: an image of one row, a pixel each
    *   "elements": ["L1", ...]                                               those that a noise level may offset
    * and optionally
    *   "machine_time": {"speed_mm_per_s": 5, ...}, "spec": {...}             defaults for suites
@@ -241,6 +242,9 @@ typedef struct relign_scene_interface {
    *                             ...}}
    *   "uncertain": [{"name": "waist", "unit": "um",                         what noise levels draw besides the
    *                  "law": {"law": "normal", "sigma": 0.1}}, ...]          offsets of elements
+   *   "score": {"name": "insertion loss", "unit": "dB",                     what poses are judged by instead of the
+   *             "scale": "linear" (or "log"), "resolution": 0.01,           RMSE, required with readings: from 0, lower
+   *             "reading": "loss"}                                          is better; the reading that measures it
    *   "files": ["/abs/path", ...]                                           data files that determine the image
    *   "summary": "..."
    * [object-thread] */
@@ -257,7 +261,8 @@ typedef struct relign_scene_interface {
   relign_status (*capture)(relign_assembly* assembly, const double* true_pose, uint32_t axes, uint64_t frame_seed,
                            float* pixels);
   /* Writes an unbiased estimate of the noise-free MSE against O* at a true pose (may be slightly negative), and its
-   * standard error, both in squared pixel values. `seed` selects a random stream that no capture uses.
+   * standard error, both in squared pixel values; of a scene with a "score" that score, not squared, in its unit.
+   * `seed` selects a random stream that no capture uses.
    * RELIGN_UNSUPPORTED: the scene has no ground truth ("truth": false in its description). [object-thread] */
   relign_status (*noise_free_mse)(relign_assembly* assembly, const double* true_pose, uint32_t axes, uint64_t seed,
                                   double* mse, double* standard_error);

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "base/json_members.h"
+#include "base/scene_score.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "records/difference.h"
@@ -98,10 +99,12 @@ FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& fo
     for (std::string& finding : odd_line_files(folder / lines)) trials_.add(std::move(finding));
   for (const Json& entry : list_of(manifest, "scenes")) {
     const Json& times = object_of(entry, "machine_time");
-    scenes_.emplace(entry_name(entry),
-                    Scene{scenes_.size(), !member(entry, "truth").is_boolean() || flag_of(entry, "truth"),
-                          flag_of(entry, "owns_stage"),
-                          (number_of(times, "settle_ms") + number_of(times, "exposure_ms")) / 1000, 0});
+    const SceneScore score = scene_score_of(entry);
+    scenes_.emplace(
+        entry_name(entry),
+        Scene{scenes_.size(), !member(entry, "truth").is_boolean() || flag_of(entry, "truth"),
+              flag_of(entry, "owns_stage"), (number_of(times, "settle_ms") + number_of(times, "exposure_ms")) / 1000,
+              score.squared, score.resolution, 0});
   }
   for (const Json& entry : list_of(manifest, "noise_levels")) levels_.emplace(entry_name(entry), levels_.size());
   for (const Json& entry : list_of(manifest, "algorithms")) {
@@ -206,6 +209,8 @@ void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<St
                             scene.is_station,
                             method == methods_.end() || method->second.merit_has_rmse,
                             scene.axes,
+                            scene.squared,
+                            scene.resolution,
                             scene.step_seconds};
   if (const std::string flaw = flaw_of_scores(closing, steps, terms); !flaw.empty())
     return scores_.add(trial_text(closing) + " " + flaw);

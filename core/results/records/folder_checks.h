@@ -74,6 +74,8 @@ class FolderChecks {
     std::size_t place = 0;
     bool has_truth = true, is_station = false;
     double step_seconds = 0;  // at least: of settling and exposure
+    bool squared = true;      // its score is the RMSE
+    double resolution = 0;    // of the score
     std::size_t axes = 0;     // of its first trial; 0: none yet
   };
   using Place = std::tuple<std::size_t, std::size_t, std::size_t, std::uint64_t>;  // scene, level, method, instance

@@ -132,7 +132,9 @@ constexpr void step_columns(Visit&& visit, Step&... s) {
   visit(Column{"limits_low", "", "bit i: axis i is at its lower limit"}, s.limits_low...);
   visit(Column{"limits_high", "", "bit i: axis i is at its upper limit"}, s.limits_high...);
   visit(Column{"merit", "", "as shown to the algorithm, if it observes the merit"}, s.merit...);
-  visit(Column{"measured", "RMSE", "of the capture against the reference; null for a capture of regions"},
+  visit(Column{"measured", "score",
+               "of the capture: its RMSE against the reference, or the reading of the scene's score; null for a "
+               "capture of regions"},
         s.measured...);
   visit(Column{"regions", "px", "column, row, columns and rows of what the capture reads out; absent for whole frames",
                kOptional},
@@ -146,7 +148,9 @@ constexpr void step_columns(Visit&& visit, Step&... s) {
         s.recommended_seconds...);
   visit(Column{"recommended_true_pose", "travel", "of the lens glued at the recommendation, for each axis"},
         s.recommended_true_pose...);
-  visit(Column{"commanded_mse", "MSE", "noise-free, unbiased, signed"}, s.commanded_mse...);
+  visit(Column{"commanded_mse", "MSE or score",
+               "noise-free, unbiased, signed; of a scene with another score than the RMSE that score"},
+        s.commanded_mse...);
   visit(Column{"commanded_mse_error", "MSE", "standard error"}, s.commanded_mse_error...);
   visit(Column{"recommended_mse", "MSE", "noise-free, unbiased, signed, after curing"}, s.recommended_mse...);
   visit(Column{"recommended_mse_error", "MSE", "standard error"}, s.recommended_mse_error...);

@@ -17,6 +17,8 @@ constexpr double kSlack = 1e-9;  // rounding of a sum, relative
 // Pixels are from 0 to 1. Noise-free errors are signed estimates; of a dim scene of few rays they may be some 1e-4
 // below 0.
 constexpr double kLowestMse = -1e-2, kHighestMse = 1;
+// Of other scores, whose values are from 0 in any unit.
+constexpr double kHighestScore = std::numeric_limits<double>::max();
 // How far an estimate may be below what it estimates: standard errors, themselves estimates of few samples, and an MSE.
 constexpr double kStandardErrors = 10, kNoise = 1e-5;
 constexpr double kShareBelow = 0.1;  // of an instance's own optimum, which is the result of a search
@@ -25,19 +27,30 @@ struct Mse {
   double mse, error;
 };
 
+struct Bounds {
+  explicit Bounds(const ScoreTerms& terms)
+      : lowest(terms.squared ? kLowestMse : -kHighestScore),
+        highest(terms.squared ? kHighestMse : kHighestScore),
+        noise(terms.squared ? kNoise : terms.resolution),
+        what(terms.squared ? "a mean squared error is from 0 to " + shortest(kHighestMse) : "a score is from 0") {}
+  bool contain(double value) const { return value >= lowest && value <= highest; }
+
+  double lowest, highest, noise;
+  std::string what;
+};
+
 // As the end of "has 'commanded_mse' 3 at step 2 with the standard error 1e-7"; empty: a value that can be.
-std::string flaw_of(const Mse& value) {
-  if (!(value.mse >= kLowestMse && value.mse <= kHighestMse))
-    return "; a mean squared error is from 0 to " + shortest(kHighestMse);
-  if (!(value.error >= 0 && value.error <= kHighestMse))
+std::string flaw_of(const Mse& value, const Bounds& bounds) {
+  if (!bounds.contain(value.mse)) return "; " + bounds.what;
+  if (!(value.error >= 0 && value.error <= bounds.highest))
     return std::string(" with the standard error ") + (std::isnan(value.error) ? "null" : shortest(value.error));
-  if (value.mse < -std::max(kNoise, kStandardErrors * value.error))
+  if (value.mse < -std::max(bounds.noise, kStandardErrors * value.error))
     return ", which is below 0 by more than " + shortest(kStandardErrors) + " standard errors";
   return "";
 }
 
-std::string below(const Mse& value, double optimum) {
-  const double margin = std::max({kNoise, kShareBelow * optimum, kStandardErrors * value.error});
+std::string below(const Mse& value, double optimum, const Bounds& bounds) {
+  const double margin = std::max({bounds.noise, kShareBelow * optimum, kStandardErrors * value.error});
   return optimum - std::max(value.mse, 0.0) > margin ? ", clearly below 'own_optimum_mse' " + shortest(optimum) : "";
 }
 
@@ -71,17 +84,19 @@ bool same_pose(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // Two estimates of the error at the same true pose. Of few samples a standard error may be too small by chance.
-bool agree(const Mse& a, const Mse& b) {
+bool agree(const Mse& a, const Mse& b, const Bounds& bounds) {
   constexpr double kApart = 0.05;
-  const double noise = std::max(kNoise, kStandardErrors * std::hypot(a.error, b.error));
+  const double noise = std::max(bounds.noise, kStandardErrors * std::hypot(a.error, b.error));
   return !(std::abs(a.mse - b.mse) > noise + kApart * std::abs(b.mse));
 }
 
 // `best`: the step of the lowest merit so far. `repeats`: a command always leads to the same pose.
-std::string flaw_of_recommendation(const StepNumbers& step, const StepNumbers& best, bool repeats) {
+std::string flaw_of_recommendation(const StepNumbers& step, const StepNumbers& best, bool repeats,
+                                   const Bounds& bounds) {
   for (const StepNumbers* other : {&step, &best})
     if (other->true_pose == step.recommended_true_pose &&
-        !agree({step.recommended_mse, step.recommended_mse_error}, {other->commanded_mse, other->commanded_mse_error}))
+        !agree({step.recommended_mse, step.recommended_mse_error}, {other->commanded_mse, other->commanded_mse_error},
+               bounds))
       return "has 'recommended_mse' " + shortest(step.recommended_mse) + at(step) + ", but 'commanded_mse' " +
              shortest(other->commanded_mse) + at(*other) + " at the same true pose";
   if (step.recommendation == "own") return "";
@@ -100,20 +115,22 @@ std::array<std::pair<Mse, const char*>, 2> errors_of(const StepNumbers& step) {
            {{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}}};
 }
 
-std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, const ScoreTerms& terms) {
+std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, const ScoreTerms& terms,
+                         const Bounds& bounds) {
   for (const auto& [value, what] : errors_of(step)) {
     if (terms.has_truth && std::isnan(value.mse)) return "lacks " + in_quotes(what) + at(step);
     if (terms.known && !terms.has_truth && !std::isnan(value.mse))
       return "has " + in_quotes(what) + at(step) + ", but its scene has no ground truth";
     if (std::isnan(value.mse)) continue;
-    if (const std::string flaw = flaw_of(value); !flaw.empty())
+    if (const std::string flaw = flaw_of(value, bounds); !flaw.empty())
       return "has " + in_quotes(what) + " " + shortest(value.mse) + at(step) + flaw;
   }
   if (terms.known && std::isnan(step.measured) == step.regions.empty())
     return (step.regions.empty() ? "lacks 'measured'" : "has 'measured' of an image of regions") + at(step);
-  if (step.measured < 0 || step.measured * step.measured > kHighestMse)
+  if (terms.squared && (step.measured < 0 || step.measured * step.measured > kHighestMse))
     return "has 'measured' " + shortest(step.measured) + at(step);
-  if (terms.merit_has_rmse && (step.merit < 0 || step.merit < step.measured * (1 - kSlack)))
+  if (terms.merit_has_rmse &&
+      ((terms.squared && step.merit < 0) || step.merit < step.measured - kSlack * std::abs(step.measured)))
     return "has 'merit' " + shortest(step.merit) + at(step) +
            (step.merit < 0 ? ", below 0" : ", below the measured error, which it includes");
   const double clock = before ? before->machine_seconds : 0;
@@ -129,10 +146,10 @@ std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, con
 }
 
 // One value per step, of a rule.
-std::string flaw_of_errors(const StepErrors& errors, const char* what, double optimum) {
+std::string flaw_of_errors(const StepErrors& errors, const char* what, double optimum, const Bounds& bounds) {
   for (std::size_t i = 0; i < errors.mse.size(); ++i) {
     const Mse value = {errors.mse[i], i < errors.error.size() ? errors.error[i] : kUnknown};
-    const std::string flaw = flaw_of(value) + below(value, optimum);
+    const std::string flaw = flaw_of(value, bounds) + below(value, optimum, bounds);
     if (!flaw.empty())
       return "has " + in_quotes(what) + " " + shortest(value.mse) + " at step " + std::to_string(i) + flaw;
   }
@@ -143,6 +160,7 @@ std::string flaw_of_errors(const StepErrors& errors, const char* what, double op
 
 std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps, const ScoreTerms& terms) {
   const double optimum = closing.own_optimum.mse;
+  const Bounds bounds(terms);
   const StepNumbers* before = nullptr;
   const StepNumbers* best = nullptr;
   // A trial that failed has no scores from which this could be seen.
@@ -154,23 +172,23 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
       lowest = step.merit;
       best = &step;
     }
-    std::string flaw = flaw_of_step(step, before, terms);
-    if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best, repeats);
+    std::string flaw = flaw_of_step(step, before, terms, bounds);
+    if (flaw.empty() && best) flaw = flaw_of_recommendation(step, *best, repeats, bounds);
     if (!flaw.empty()) return flaw;
     for (const auto& [value, what] : errors_of(step))
-      if (const std::string too_low = below(value, optimum); !too_low.empty())
+      if (const std::string too_low = below(value, optimum, bounds); !too_low.empty())
         return "has " + in_quotes(what) + " " + shortest(value.mse) + at(step) + too_low;
     before = &step;
   }
   const Scores& scores = closing.scores;
   for (const auto& [rule, what] : {std::pair(Rule::current, "glued_mse"), {Rule::best, "best_mse"}})
-    if (const std::string flaw = flaw_of_errors(scores.by_step[rule], what, optimum); !flaw.empty()) return flaw;
+    if (const std::string flaw = flaw_of_errors(scores.by_step[rule], what, optimum, bounds); !flaw.empty())
+      return flaw;
   if (!std::isnan(scores.uncured_mse[Rule::own]) && scores.by_step[Rule::current].mse.empty() && !steps.empty())
     return "has 'uncured_mse', but lacks 'glued_mse'";
   if (terms.known && !terms.has_truth && !std::isnan(optimum))
     return "has 'own_optimum_mse', but its scene has no ground truth";
-  if (!std::isnan(optimum) && !(optimum >= kLowestMse && optimum <= kHighestMse))
-    return "has 'own_optimum_mse' " + shortest(optimum);
+  if (!std::isnan(optimum) && !bounds.contain(optimum)) return "has 'own_optimum_mse' " + shortest(optimum);
   if (const std::vector<double>& pose = closing.own_optimum.pose; !pose.empty() && !steps.empty()) {
     if (std::any_of(pose.begin(), pose.end(), [](double at) { return std::isnan(at); }))
       return "has 'own_optimum_pose' with an unknown value";

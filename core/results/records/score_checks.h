@@ -17,7 +17,9 @@ struct ScoreTerms {
   bool station = false;        // with a clock and a stage of its own
   bool merit_has_rmse = true;  // as a summand: it is not below the measured RMSE
   std::size_t axes = 0;
-  double step_seconds = 0;  // that a step takes at least
+  bool squared = true;       // the score is the RMSE, of pixels from 0 to 1
+  double resolution = 1e-4;  // of another score
+  double step_seconds = 0;   // that a step takes at least
 };
 
 // The first flaw, as the end of a sentence about the trial: "has 'measured' -1 at step 3"; empty: there is none.

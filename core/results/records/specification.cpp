@@ -31,7 +31,7 @@ bool at_least(double value, double limit) { return std::isnan(limit) || value >=
 
 bool Specification::limits_mtf() const { return measures_mtf() && !(std::isnan(mtf_centre) && std::isnan(mtf_corner)); }
 
-bool Specification::limits_anything() const { return limits_mtf() || limits_criteria() || !std::isnan(rmse); }
+bool Specification::limits_anything() const { return limits_mtf() || limits_criteria() || !std::isnan(score); }
 
 bool Specification::limits_criteria() const {
   return std::any_of(limits.values.begin(), limits.values.end(), [](double limit) { return !std::isnan(limit); });
@@ -49,15 +49,15 @@ bool Specification::mtf_met_by(double centre, double corner) const {
   return !limits_mtf() || (at_least(centre, mtf_centre) && at_least(corner, mtf_corner));
 }
 
-bool Specification::met_by(double of_rmse, double centre, double corner) const {
-  return (std::isnan(rmse) || of_rmse <= rmse) && mtf_met_by(centre, corner);
+bool Specification::met_by(double of_score, double centre, double corner) const {
+  return (std::isnan(score) || of_score <= score) && mtf_met_by(centre, corner);
 }
 
 Specification specification_of(const Json& of_suite, const Json& of_scene) {
   Specification found;
   const Json& spec = of_suite.is_object() && !of_suite.empty() ? of_suite : of_scene;
   if (!spec.is_object()) return found;
-  found.rmse = number(spec, "rmse");
+  found.score = number(spec, spec.contains("score") ? "score" : "rmse");
   for (const Criterion criterion : kCriteria)
     if (criterion != Criterion::field_mtf)
       found.limits[criterion] = number(spec, std::string(entry_of(criterion).key).c_str());

@@ -18,7 +18,7 @@ struct FieldLimits {
 
 // Limits for the lens after curing. NaN: not required.
 struct Specification {
-  double rmse = std::numeric_limits<double>::quiet_NaN();       // noise-free, at most
+  double score = std::numeric_limits<double>::quiet_NaN();      // the scene's (base/scene_score.h), noise-free, at most
   double lp_per_mm = std::numeric_limits<double>::quiet_NaN();  // frequency of the measured MTF, with limits or without
   double mtf_centre = std::numeric_limits<double>::quiet_NaN(), mtf_corner = mtf_centre;  // at least
   bool diffraction = false;  // the MTF that is measured includes it
@@ -44,7 +44,7 @@ struct Specification {
   bool limits_mtf() const;
   bool limits_anything() const;
   bool mtf_met_by(double centre, double corner) const;  // NaN misses a limit
-  bool met_by(double of_rmse, double centre, double corner) const;
+  bool met_by(double of_score, double centre, double corner) const;
 };
 
 // The suite's specification if it has one, else the scene's; no limits if neither has. The scene decides whether the

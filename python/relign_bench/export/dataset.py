@@ -17,6 +17,7 @@ import tempfile
 from typing import TYPE_CHECKING, Any
 
 from .._json import unique_keys
+from .._score import score_of
 from ..program import find_program
 from ..results import ENDED_WELL
 from .croissant import described
@@ -38,7 +39,7 @@ SUITE_KEYS = ("name", "seed", "commitment", "scenes", "noise_levels", "algorithm
 GROUP = {"scene": "scenes", "noise_level": "noise_levels", "algorithm": "algorithms"}
 DATASET = re.compile(r"[-\w]{2,}(/[-\w]+)*/[-\w]+-v\d+", re.ASCII)
 COLUMNS = {"episode": "Integer", "instance": "Integer", "steps": "Integer", "end": "Text", "return": "Float",
-           "recommended_rmse": "Float"}
+           "recommended_error": "Float"}
 LARGEST_DIFFERENCE = 1e-5  # of the RMSE of an image, relative to that of the record, which is a sum in another order
 
 
@@ -212,7 +213,7 @@ def _episodes(source: _Source, trials: Trials, sha: Any, rows: list[str]) -> Ite
             sha.update(f"{instance} {name} {values.dtype.str} {values.shape}\n".encode() + values.tobytes())
         yield EpisodeBuffer(options={"instance": instance, "instances": "benchmark"}, **{name: arrays[name] for name in own},
                             infos={name: values for name, values in arrays.items() if name not in own})
-        recommended = arrays.get("recommended_rmse")
+        recommended = arrays.get("recommended_error")
         numbers = (len(rows) - 1, instance, len(steps) - 1, closing["end"], float(arrays["rewards"].sum()),
                    "" if recommended is None else float(recommended[-1]))
         rows.append(",".join(map(str, numbers)))
@@ -235,7 +236,7 @@ class _Source:
             (one["use"], one.get("parameters", {})) if isinstance(one, dict) else (one, {})
             for one in (suite["scenes"][0], suite["noise_levels"][0]))
         self.bench = Bench(scene, level, seed, limits, scene_parameters, level_parameters)
-        self._batch = self.bench.batch(1)
+        self._batch, self._score = self.bench.batch(1), score_of(self.bench.description)
         self._arguments = {"scene": scene, "scene_parameters": scene_parameters, "noise_level": level,
                            "noise_level_parameters": level_parameters, "suite_seed": seed, "clipping": limits,
                            "instances": "benchmark", "action": "absolute"}
@@ -283,10 +284,10 @@ class _Source:
             "rewards": rewards("paper", score[:-1], score[1:], score[1:], true[1:], None),
             "terminations": last & (closing["end"] == "finished"), "truncations": last & (closing["end"] == "budget_spent"),
             "commanded_pose": commanded, "true_pose": true, "recommended_pose": column("recommended_pose"),
-            "measured_rmse": measured}
+            "measured_error": measured}
         for name in ("commanded", "recommended"):
             if steps[0][f"{name}_mse"] is not None:
-                arrays[f"{name}_rmse"] = np.sqrt(np.maximum(0, column(f"{name}_mse")))
+                arrays[f"{name}_error"] = self._score.shown(column(f"{name}_mse"))
         return arrays
 
     def _frames(self, closing: dict[str, Any], steps: Steps) -> Any:
@@ -304,10 +305,10 @@ class _Source:
                 raise ValueError(f"{where} has captures of regions, which are not whole images; leave the method out with "
                                  "--only algorithm=NAME")
             frame = self._batch.capture_at([0], [step["true_pose"]], [frame_seed(seed, step["step"])])[0]
-            rmse = float(np.sqrt(np.mean((frame.astype(np.float64) - self.bench.reference) ** 2)))
-            if not math.isclose(rmse, step["measured"], rel_tol=LARGEST_DIFFERENCE, abs_tol=1e-9):
-                raise ValueError(f"{where} cannot be rendered again: the image of step {step['step']} has an RMSE of "
-                                 f"{rmse:.8g}, recorded {step['measured']:.8g}; export with the version that ran it")
+            measured = self._score.measured(frame, self.bench.reference)
+            if not math.isclose(measured, step["measured"], rel_tol=LARGEST_DIFFERENCE, abs_tol=1e-9):
+                raise ValueError(f"{where} cannot be rendered again: the image of step {step['step']} has a score of "
+                                 f"{measured:.8g}, recorded {step['measured']:.8g}; export with the version that ran it")
             frames.append(frame)
         return np.stack(frames)
 

@@ -6,6 +6,7 @@ import json
 import subprocess
 from typing import TYPE_CHECKING, Any
 
+from .._score import score_of
 from ..program import find_program
 from .runs import file_names, new_folder, parse_only
 
@@ -88,10 +89,12 @@ def _draw(axes: Any, group: dict[str, Any], curves: list[dict[str, Any]], error:
             axes.fill_between(*zip(*band), alpha=0.2, linewidth=0, **look)
         line = [(capture, value) for capture, value in zip(captures, track["median"]) if value is not None]
         axes.plot(*zip(*line), DASHES[place // len(COLOURS) % len(DASHES)], label=curve["method"], **look)
-    if group.get("spec_rmse") is not None:
-        axes.axhline(group["spec_rmse"], color="0.4", linewidth=0.8, linestyle=(0, (4, 3)), label="specification")
+    limit = group.get("spec_rmse", group.get("spec_score"))
+    if limit is not None:
+        axes.axhline(limit, color="0.4", linewidth=0.8, linestyle=(0, (4, 3)), label="specification")
     axes.set_yscale("log")
     axes.set_xlabel("captures")
-    axes.set_ylabel("measured RMSE" if error == "measured" else "noise-free RMSE")
+    score = score_of(group).label
+    axes.set_ylabel(f"measured {score}" if error == "measured" else f"noise-free {score}")
     axes.grid(True, which="major", alpha=0.25, linewidth=0.5)
     axes.legend(frameon=False, fontsize=7)

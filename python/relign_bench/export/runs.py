@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import pathlib
 import re
@@ -12,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from .._errors import check_name
+from .._score import Score, score_of
 from ..results import ENDED_WELL, read_manifest, read_trials
 
 if TYPE_CHECKING:
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 #: What the exported number is, by the name of the error.
 ERRORS = {
-    "recommended": "noise-free RMSE at the recommended pose, after gluing",
-    "commanded": "noise-free RMSE at the commanded pose",
-    "measured": "RMSE of the capture against the reference, camera noise included",
+    "recommended": "noise-free {score} at the recommended pose, after gluing",
+    "commanded": "noise-free {score} at the commanded pose",
+    "measured": "{score} as the capture measures it, noise included",
 }
 ONLY_KEYS = ("scene", "noise_level", "algorithm", "protocol", "instance")
 
@@ -33,7 +33,7 @@ class Run:
     Attributes:
         instance: Number of the instance in the suite, from 0.
         poses: One commanded pose per evaluation, shares of the travel.
-        errors: One RMSE per evaluation, not negative.
+        errors: One score of the scene per evaluation; the noise-free ones are not negative.
         seconds: Simulated machine seconds until each evaluation was done.
     """
 
@@ -73,6 +73,7 @@ class Study:
     Attributes:
         suite: Name of the suite.
         error: One of ERRORS.
+        score: Name and unit of the score of its scenes.
         runs: Runs by (algorithm, function), in the order of the suite. With several protocols, an algorithm's name has its
             protocol.
         left_out: Number of failed trials, which are not exported.
@@ -81,6 +82,7 @@ class Study:
 
     suite: str
     error: str
+    score: str
     runs: dict[tuple[str, Function], list[Run]] = field(default_factory=dict)
     left_out: int = 0
     missing: int = 0
@@ -119,7 +121,10 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
     pairs = [(scene["name"], level if isinstance(level, str) else level["name"])
              for scene in manifest["scenes"] for level in manifest["noise_levels"]]
     functions = {pair: Function(number, *pair) for number, pair in enumerate(pairs, 1)}
-    study = Study(str(manifest["suite_name"]), error, missing=missing)
+    scores = {scene["name"]: score_of(scene) for scene in manifest["scenes"]}
+    labels = {score.label for score in scores.values()}
+    score = labels.pop() if len(labels) == 1 else "score of each scene"
+    study = Study(str(manifest["suite_name"]), error, score, missing=missing)
     for closing, steps in trials:
         if closing["end"] not in ENDED_WELL:
             study.left_out += 1
@@ -129,7 +134,7 @@ def read_study(folder: str | os.PathLike[str], error: str = "recommended", only:
         if function is None:
             raise ValueError(f"trial '{closing['trial']}' is of scene '{closing['scene']}' at noise level "
                              f"'{closing['noise_level']}', which '{pathlib.Path(folder) / 'manifest.json'}' does not have")
-        study.runs.setdefault((name, function), []).append(_run(closing, steps, error))
+        study.runs.setdefault((name, function), []).append(_run(closing, steps, error, scores[closing["scene"]]))
     if not study.runs:
         raise ValueError(f"'{folder}' has no trial to export: {study.left_out} failed, and no other was chosen")
     return study
@@ -173,7 +178,7 @@ def parse_only(only: Iterable[str]) -> dict[str, set[str]]:
     return wanted
 
 
-def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str) -> Run:
+def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str, score: Score) -> Run:
     column = "measured" if error == "measured" else error + "_mse"
     errors = []
     for step in steps:
@@ -181,7 +186,7 @@ def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str) -> Ru
             raise ValueError(f"trial '{closing['trial']}' has no {error} error at step {step['step']}: "
                              + ("the capture was one of regions; export --error recommended" if error == "measured" else
                                 "a station has no ground truth; export --error measured"))
-        errors.append(step[column] if error == "measured" else math.sqrt(max(0.0, step[column])))
+        errors.append(step[column] if error == "measured" else float(score.shown(step[column])))
     pose = "recommended_pose" if error == "recommended" else "commanded_pose"
     return Run(int(closing["instance"]), [step[pose] for step in steps], errors,
                [step["machine_seconds"] for step in steps])
@@ -189,7 +194,8 @@ def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str) -> Ru
 
 def readme(study: Study, template: str, prefix: str = "", **more: Any) -> str:
     """A format's README: its template, with the study's facts, and the functions, whose numbers have a prefix."""
-    text = template.format(suite=study.suite, meaning=ERRORS[study.error], error=study.error, left_out=study.left_out, **more)
+    meaning = ERRORS[study.error].format(score=study.score)
+    text = template.format(suite=study.suite, meaning=meaning, error=study.error, left_out=study.left_out, **more)
     return text + "".join(f"{prefix + str(function.number):<8}  {function.scene}, {function.noise_level}\n"
                           for function in study.functions)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from .ability import number_of, pose_of, values_of
 from .ability_classes import ABILITIES
 from .images import numpy_or_none
-from .pixels import ImageFile, float32_bytes
+from .pixels import ImageFile, float32_bytes, readings_bytes
 from .scenes import Moved, Scene, Station
 from .service import Stopped
 from .trial import Trial
@@ -58,6 +58,7 @@ class NoiseLevelHandler:
 class _AnySceneHandler:
     _file: ImageFile
     _image: Any
+    _readings: Any
 
     def __init__(self, plugin: Scene) -> None:
         self._plugin = plugin
@@ -66,7 +67,7 @@ class _AnySceneHandler:
         description = _dictionary(self._plugin.describe(), "describe()")
         if isinstance(self._plugin, Station):
             description = dict(description, owns_stage=True, truth=False)
-        self._image = description.get("image")
+        self._image, self._readings = description.get("image"), description.get("readings")
         self._file = ImageFile(message["image_file"])
         return {"message": "described", "description": description, "abilities": self._abilities()}
 
@@ -78,6 +79,9 @@ class _AnySceneHandler:
         return []
 
     def _share(self, images: list[Any], giver: str) -> None:
+        if self._readings:
+            self._file.write(b"".join(readings_bytes(values, len(self._readings), giver) for values in images))
+            return
         height, width = int(self._image["height"]), int(self._image["width"])
         self._file.write(b"".join(float32_bytes(pixels, height, width, giver) for pixels in images))
 

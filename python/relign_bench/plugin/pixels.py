@@ -43,6 +43,23 @@ def float32_bytes(pixels: Any, height: int, width: int, giver: str) -> bytes:
     return view.tobytes()
 
 
+def readings_bytes(values: Any, count: int, giver: str) -> bytes:
+    """Readings as float32 in the machine's byte order.
+
+    Raises:
+        TypeError: They are not a list of numbers, or a 1-D numpy array.
+        ValueError: They are more or fewer than `count`.
+    """
+    expected = f"expected {count} reading" + ("s" if count > 1 else "")
+    try:
+        found = array.array("f", values)
+    except TypeError:
+        raise TypeError(f"{giver} returned {type(values).__name__}, {expected} as a list of numbers") from None
+    if len(found) != count:
+        raise ValueError(f"{giver} returned {len(found)} readings, {expected}")
+    return found.tobytes()
+
+
 def _rows(pixels: Any, height: int, width: int, giver: str, expected: str) -> bytes:
     try:
         rows = list(pixels)

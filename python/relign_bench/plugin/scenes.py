@@ -28,14 +28,14 @@ class Scene(SceneAbilities, Plugin):
     kind = "scene"
 
     def describe(self) -> dict[str, Any]:
-        """The scene's description: name, axes, nominal_pose, image, elements.
+        """The scene's description: name, axes, nominal_pose, image or readings and score, elements.
 
         The keys are those of relign_scene_interface::describe in plugin.h.
         """
         raise self._missing("describe(self)")
 
     def reference(self) -> Any:
-        """Pixels of the reference O*, the noise-free image of the perfect lens at the nominal pose. Called once."""
+        """Pixels or readings of the reference O*, noise-free, of the perfect device at the nominal pose. Called once."""
         raise self._missing("reference(self)")
 
     def mount(self, offsets: Offsets) -> Assembly:
@@ -60,7 +60,7 @@ class Assembly(AssemblyAbilities):
     """
 
     def capture(self, true_pose: Pose, frame_seed: int) -> Any:
-        """Pixels of a noisy capture. Equal arguments must give equal pixels."""
+        """Pixels or readings of a noisy capture. Equal arguments must give equal ones."""
         raise NotImplementedError(f"{type(self).__name__} has no capture(self, true_pose, frame_seed)")
 
     def noise_free_mse(self, true_pose: Pose, seed: int) -> tuple[float, float]:
@@ -72,7 +72,20 @@ class Assembly(AssemblyAbilities):
             true_pose: True pose.
             seed: Seed of the estimate's random numbers; they must differ from those of captures.
         """
-        raise NotImplementedError(f"{type(self).__name__} has no noise_free_mse(self, true_pose, seed)")
+        return self.score(true_pose, seed)
+
+    def score(self, true_pose: Pose, seed: int) -> tuple[float, float]:
+        """Ground truth of a scene whose description declares a "score", in place of noise_free_mse.
+
+        Args:
+            true_pose: True pose.
+            seed: Of random numbers, if it needs any.
+
+        Returns:
+            The score without noise, the better the lower it is and from 0, and its standard error: 0 if it is exact.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no noise_free_mse(self, true_pose, seed), nor a score(self, "
+                                  "true_pose, seed) as the description declares it")
 
 
 class Station(Scene):

@@ -62,7 +62,7 @@ inline PageModel with_statistics(PageModel page) {
   page.spec_text = "RMSE 0.0142 at the final pose";
   page.gates = {{"A/A", true, "A/A"}, {"replay", true, "replay 10/10"}};
   for (Group& group : page.groups) {
-    group.spec.rmse = 0.0142;
+    group.spec.score = 0.0142;
     group.own_optimum = 0.0018;
     group.next_image = 0.0031;
     group.ecdf.clear();

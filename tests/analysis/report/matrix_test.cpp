@@ -88,8 +88,8 @@ TEST_F(MatrixReport, ClassesIncludeTheirLimits) {
   EXPECT_EQ(excess_class(0.01, kExcessClasses), 3);
   EXPECT_EQ(excess_class(0.011, kExcessClasses), 4);
   EXPECT_EQ(excess_class(std::nan(""), kExcessClasses), -1);
-  EXPECT_EQ(excess_text(0.00001), "<0.0001");
-  EXPECT_EQ(excess_text(0.0001), "0.000100");
+  EXPECT_EQ(excess_text(0.00001, SceneScore()), "<0.0001");
+  EXPECT_EQ(excess_text(0.0001, SceneScore()), "0.000100");
 }
 
 TEST_F(MatrixReport, ShowsEveryNumberOfImagesAndRuleWithoutScripts) {

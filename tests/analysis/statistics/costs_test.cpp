@@ -62,7 +62,7 @@ class CostStudyTest : public MadeTable {
   }
   static StudyOptions options() {
     StudyOptions made;
-    made.spec.rmse = 0.05;
+    made.spec.score = 0.05;
     made.prices = prices();
     made.prices.baseline = "b";
     made.cycle = {5, false};

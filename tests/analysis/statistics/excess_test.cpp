@@ -7,6 +7,7 @@
 
 #include "statistics/bootstrap.h"
 #include "statistics/made_table.h"
+#include "statistics/rmse.h"
 #include "statistics/study.h"
 
 namespace relign::statistics {
@@ -71,17 +72,17 @@ TEST_F(Excess, IsAboveTheOwnOptimumAtThePoseOfTheRule) {
     steps[i].recommended_mse = recommended[i] * recommended[i];
   }
   const double start = std::sqrt(0.42);  // 0.65 above 0.05
-  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::own),
+  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::own, kRmse),
               ElementsAre(DoubleEq(start), DoubleEq(start), DoubleEq(0.12), 0));
-  EXPECT_EQ(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::own),
-            track_values(steps, kToyOptimum * kToyOptimum, Track::excess));
-  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::best),
+  EXPECT_EQ(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::own, kRmse),
+            track_values(steps, kToyOptimum * kToyOptimum, Track::excess, kRmse));
+  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::best, kRmse),
               ElementsAre(DoubleEq(start), DoubleEq(0.12), DoubleEq(0.12), DoubleEq(0.12)));
-  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::current),
+  EXPECT_THAT(excess_errors(steps, kToyOptimum * kToyOptimum, Rule::current, kRmse),
               ElementsAre(DoubleEq(start), DoubleEq(0.12), 0, 0))
       << "below the optimum, within the error of the estimate, counts as 0";
   for (const Rule rule : kRules)
-    EXPECT_THAT(excess_errors(steps, kNoOptimum, rule), ElementsAre(IsNan(), IsNan(), IsNan(), IsNan()));
+    EXPECT_THAT(excess_errors(steps, kNoOptimum, rule, kRmse), ElementsAre(IsNan(), IsNan(), IsNan(), IsNan()));
 }
 
 TEST_F(Excess, OfASeriesIsThatOfItsStepsAndRules) {

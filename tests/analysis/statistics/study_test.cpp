@@ -57,7 +57,7 @@ class StudyTest : public MadeTable {
 
 TEST_F(StudyTest, ComputesYieldAndStepsToSpecification) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   records::TrialRecord failed = trial("a", 3, {0.1}, 4);
   failed.end = "timeout";
   const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.02, 0.01, 0.01}, 4), trial("a", 1, {0.1, 0.015}, 4),
@@ -84,7 +84,7 @@ TEST_F(StudyTest, ComputesYieldAndStepsToSpecification) {
 // Limits: deficit 0, centre 2 px, RMSE 0.05.
 TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
   StudyOptions options;
-  options.spec.rmse = 0.05;
+  options.spec.score = 0.05;
   options.spec.limits[Criterion::field_mtf] = 0;
   options.spec.limits[criterion_named("centre_px")] = 2;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.05, 0.02, 0.01}, 3),
@@ -147,7 +147,7 @@ TEST_F(StudyTest, CountsImagesToEachCriterionAndToAllAtOnce) {
 
 TEST_F(StudyTest, YieldNeedsRmseAndMtf) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   options.spec.lp_per_mm = 20;
   options.spec.mtf_centre = 0.5;
   options.spec.mtf_corner = 0.3;
@@ -178,20 +178,20 @@ TEST_F(StudyTest, YieldNeedsRmseAndMtf) {
       << "instance 0 misses at its own optimum, but a method brought it in";
   EXPECT_THAT(study.groups.at(0).infeasible, ElementsAre(2));
 
-  options.spec.rmse = kMissing;
+  options.spec.score = kMissing;
   const Study of_mtf_alone = make_study(table(trials), options);
   EXPECT_EQ(of_mtf_alone.series.at(0).in_spec, 2U);
   EXPECT_EQ(of_mtf_alone.series.at(0).expected_to_spec.trials, 0U) << "MTF is not known per step";
 
   options.spec = {};
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   options.spec.lp_per_mm = 20;  // measured, without a limit
   EXPECT_EQ(make_study(table(trials), options).series.at(0).in_spec, 4U);
 }
 
 TEST_F(StudyTest, HasNoYieldWithoutTheRequiredMtf) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   options.spec.lp_per_mm = 20;
   options.spec.mtf_centre = 0.5;
   EXPECT_EQ(make_study(table({trial("a", 0, {0.1, 0.01}, 1)}), options).series.at(0).yield.n, 0U);
@@ -199,7 +199,7 @@ TEST_F(StudyTest, HasNoYieldWithoutTheRequiredMtf) {
 
 TEST_F(StudyTest, HasNoYieldWithoutGroundTruth) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.1, 0.01}, 1), trial("a", 1, {0.1, 0.01}, 1)};
   for (records::TrialRecord& each : trials)
     for (records::StepRecord& step : each.steps) step.commanded_mse = step.recommended_mse = kMissing;
@@ -208,7 +208,7 @@ TEST_F(StudyTest, HasNoYieldWithoutGroundTruth) {
 
 TEST_F(StudyTest, HasYieldZeroIfAllTrialsFail) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   std::vector<records::TrialRecord> trials = {trial("a", 0, {0.01}, 3), trial("a", 1, {0.01}, 3)};
   for (records::TrialRecord& each : trials) each.end = "timeout";
   const Study study = make_study(table(trials), options);
@@ -220,7 +220,7 @@ TEST_F(StudyTest, HasYieldZeroIfAllTrialsFail) {
 // One of four reaches the specification after a second; the others give up earlier or run out of steps later.
 TEST_F(StudyTest, DoesNotRewardGivingUpEarly) {
   StudyOptions options;
-  options.spec.rmse = 0.02;
+  options.spec.score = 0.02;
   const Study study = make_study(table({trial("a", 0, {0.1, 0.05, 0.01, 0.01}, 3), trial("a", 1, {0.1, 0.05}, 3),
                                         trial("a", 2, {0.1, 0.05}, 3), trial("a", 3, {0.1, 0.05, 0.05, 0.05}, 3)}),
                                  options);

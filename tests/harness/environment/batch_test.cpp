@@ -90,7 +90,7 @@ TEST_P(BatchAt, MatchesFramesPosesAndGroundTruthOfATrial) {
     for (std::size_t i = 0; i < own.size(); ++i) other_pixels += own[i] != frames[k][i] ? 1 : 0;
     EXPECT_LE(other_pixels, k == 0 ? 0 : own.size() / 200) << "step " << k;
     EXPECT_THAT(state.true_pose, Pointwise(DoubleNear(1e-12), step.true_pose));
-    EXPECT_NEAR(state.measured_rmse, step.measured, 1e-5);
+    EXPECT_NEAR(state.measured_error, step.measured, 1e-5);
     EXPECT_NEAR(batch.truths({1}).front().mse, step.commanded_mse, 1e-9);
     if (k + 1 == result.steps.size()) break;
     std::vector<double> move = result.steps[k + 1].commanded_pose;

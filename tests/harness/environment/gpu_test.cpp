@@ -54,7 +54,7 @@ struct Pair {
       EXPECT_EQ(here.true_pose, there.true_pose);
       EXPECT_EQ(here.commanded_pose, there.commanded_pose);
       EXPECT_EQ(here.limits_low, there.limits_low);
-      EXPECT_EQ(here.measured_rmse, there.measured_rmse);
+      EXPECT_EQ(here.measured_error, there.measured_error);
       EXPECT_TRUE(std::equal(frames.begin() + static_cast<std::ptrdiff_t>(slot * gpu.frame_pixels()),
                              frames.begin() + static_cast<std::ptrdiff_t>((slot + 1) * gpu.frame_pixels()),
                              cpu.frames() + slot * cpu.frame_pixels()))
@@ -125,7 +125,7 @@ TEST_F(BatchOnGpu, HasTheBitsOfTheCpuWithImagingErrors) {
                     {2, SeedDomain::tuning, 7},
                     {3, SeedDomain::benchmark, 1}});
     pair.expect_equal();
-    EXPECT_NE(pair.gpu.state(0).measured_rmse, ideal.state(0).measured_rmse);
+    EXPECT_NE(pair.gpu.state(0).measured_error, ideal.state(0).measured_error);
     const std::vector<double> moves = {0.01, -0.02, 0.03, 0, 0.1, -0.1, 0.02, 0.03, 0.04, 0.05};
     for (Batch* batch : {&pair.cpu, &pair.gpu}) batch->move_by({3, 1}, moves.data());
     pair.expect_equal();
@@ -153,8 +153,8 @@ TEST_F(BatchOnGpu, CapturesReflections) {
   pair.memory.download(frames.data(), pair.bytes(pair.gpu.slots()));
   for (unsigned slot = 0; slot < pair.gpu.slots(); ++slot) {
     EXPECT_EQ(pair.cpu.state(slot).true_pose, pair.gpu.state(slot).true_pose);
-    EXPECT_NEAR(pair.cpu.state(slot).measured_rmse, pair.gpu.state(slot).measured_rmse,
-                0.1 * pair.cpu.state(slot).measured_rmse);
+    EXPECT_NEAR(pair.cpu.state(slot).measured_error, pair.gpu.state(slot).measured_error,
+                0.1 * pair.cpu.state(slot).measured_error);
     EXPECT_EQ(pair.cpu.truths({slot}).front().mse, pair.gpu.truths({slot}).front().mse);
     const auto first = frames.begin() + static_cast<std::ptrdiff_t>(slot * pair.gpu.frame_pixels());
     EXPECT_GT(*std::max_element(first, first + static_cast<std::ptrdiff_t>(pair.gpu.frame_pixels())), 0);

@@ -1,7 +1,7 @@
 // Charts as SVG from declarative specifications, as chart_json (svg_chart.h) writes them:
 //   {title, x: AXIS, y: AXIS, series: [{name, style, drawn, x, y, low, high}], levels: [{label, y, dotted}], height}
 //   AXIS: {title, log, whole, categories, low, high}; drawn: line, steps, marks, marked_line
-//   {title, map: {across: {name, unit, values}, up: {...}, rmse}}: a colour map
+//   {title, map: {across: {name, unit, values}, up: {...}, rmse, score}}: a colour map
 // A chart has the colours of the page; a saved one has those of the files of 'report --figures', on white.
 'use strict';
 
@@ -197,7 +197,7 @@ const relignChart = (() => {
     }
 
     // A value per cell, which the browser interpolates. Dark is low; colours stay distinguishable in greyscale.
-    drawMap({across, up, rmse}) {
+    drawMap({across, up, rmse, score}) {
       const columns = across.values.length, rows = up.values.length, low = Math.min(...rmse), high = Math.max(...rmse);
       const shade = (value) => VIRIDIS[Math.min(VIRIDIS.length - 1, Math.floor(VIRIDIS.length * (value - low) / (high - low || 1)))];
       const canvas = make('canvas', {width: columns, height: rows}), context = canvas.getContext('2d');
@@ -211,7 +211,7 @@ const relignChart = (() => {
       const step = side / VIRIDIS.length, bar = this.right + 22;
       this.root.append(...VIRIDIS.map((fill, i) => svg('rect', {x: bar, y: this.bottom - (i + 1) * step, width: 14, height: step, fill})),
         this.group('axis', INK, this.text(bar + 19, this.bottom, number(low), 'start'), this.text(bar + 19, this.top + 9, number(high), 'start'),
-          this.text(bar, this.bottom + 16, 'RMSE', 'start')));
+          this.text(bar, this.bottom + 16, score, 'start')));
     }
   }
 

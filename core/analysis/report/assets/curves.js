@@ -11,7 +11,7 @@ const relignCurves = (() => {
     ['recommended', 'error at the recommended pose'],
     ['commanded', 'error at the commanded pose'],
     ['best', 'lowest measured error so far'],  // ranks stations: their first track
-    ['measured', 'measured error (with camera noise)'],
+    ['measured', 'measured error (with noise)'],
     ['excess', 'error in excess of the own optimum'],
     ['recommended_best', 'error at the pose with the lowest measured error'],
     ['recommended_current', 'error at the current pose'],
@@ -66,7 +66,7 @@ const relignCurves = (() => {
     const levels = !NOISE_FREE.includes(view.track) ? []
       : [['specification', group.spec, false], ['own optimum', floor.own_optimum, false], ['bound of one more image', floor.next_image, true]]
         .filter(([, y]) => known(y) && (!view.log || y > 0)).map(([label, y, dotted]) => ({label, y, dotted}));
-    return {title: group.label, height, series: series.slice(0, most), levels, y: {title: axis, log: view.log},
+    return {title: group.label, height, series: series.slice(0, most), levels, y: {title: group.score ? axis + ', ' + group.score : axis, log: view.log},
             x: {title: CLOCKS.find(([id]) => id === view.clock)[1], log: view.logx, whole: view.clock === 'step'}};
   }
 
@@ -113,8 +113,9 @@ const relignCurves = (() => {
     const everyCurve = data.groups.flatMap((group) => group.curves);
     const has = (key) => everyCurve.some((curve) => Object.values(curve.tracks).some((track) => (track[key] || []).some(known)));
     const bands = [...BANDS.filter(([, , low]) => has(low)), ['none', 'no bands']];
-    const view = {track: data.track, clock: 'step', log: true, logx: false, visible: methods.map(() => true), defaultBands: bands[0][0],
+    const view = {track: data.track, clock: 'step', log: !data.groups.some((group) => group.linear), logx: false, visible: methods.map(() => true), defaultBands: bands[0][0],
                   bands: methods.length <= FEW_METHODS ? bands[0][0] : 'none'};
+    byId('scale').value = view.log ? 'log' : 'linear';
     const charts = new Map();  // card element -> Chart, once drawn
     const groupOf = (card) => data.groups[card.id.slice('group-'.length)];
     const cards = [...document.querySelectorAll('.card')], legend = byId('legend');

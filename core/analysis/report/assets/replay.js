@@ -33,9 +33,9 @@ const relignReplay = (() => {
   function facts(frame, axes) {
     if (!frame) return [];
     const errors = make('table', {}, make('tbody', {}, ...[
-      ['error at this pose', frame.commanded, 'noise-free RMSE at the commanded pose'],
-      ['error at the recommended pose', frame.recommended, 'noise-free RMSE at the pose that the method recommends after this step'],
-      ['measured error', frame.measured, 'RMSE of this image, camera noise included'],
+      ['error at this pose', frame.commanded, 'noise-free, at the commanded pose'],
+      ['error at the recommended pose', frame.recommended, 'noise-free, at the pose that the method recommends after this step'],
+      ['measured error', frame.measured, 'of this image, noise included'],
       ['machine time, s', frame.seconds, 'since the start'],
     ].map(([name, value, title]) => make('tr', {title}, make('th', {scope: 'row', textContent: name}), make('td', {className: 'number', textContent: number(value)})))));
     const pose = make('table', {}, make('thead', {}, make('tr', {}, make('th', {textContent: 'axis'}), make('th', {className: 'number', textContent: 'true pose'}),

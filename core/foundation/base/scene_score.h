@@ -1,0 +1,47 @@
+// What a scene judges a pose by: a number that is the better the lower it is, 0 for a perfect pose.
+//
+// Scenes that compare images are judged by the RMSE against the reference image. Others declare "score" in their
+// description: {"name": "insertion loss", "unit": "dB", "scale": "linear", "resolution": 0.01, "reading": "loss"}.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/displayed_rmse.h"
+#include "base/json_source.h"
+
+namespace relign {
+
+struct SceneScore {
+  std::string name = "RMSE";
+  std::string unit;          // empty: none
+  bool logarithmic = true;   // how charts scale it
+  double resolution = 1e-4;  // smaller differences are within its error
+  // Whether records keep its square, as the RMSE is kept as an MSE, which can be estimated without bias.
+  bool squared = true;
+
+  // Of a recorded value, or of the difference of two: never negative, since an estimate near 0 may be. NaN stays NaN.
+  double shown(double recorded) const { return squared || recorded <= 0 ? displayed_rmse(recorded) : recorded; }
+  // "RMSE", "insertion loss in dB"
+  std::string label() const { return unit.empty() ? name : name + " in " + unit; }
+  // " dB" behind a number
+  std::string suffix() const { return unit.empty() ? "" : " " + unit; }
+  bool operator==(const SceneScore&) const = default;
+};
+
+// A reading of an instrument that a scene gives instead of an image.
+struct Reading {
+  std::string name, unit;
+};
+
+// Of a description with "score"; `reading` gets the place of the reading that measures it, of `readings`, and stays as
+// it is without one.
+SceneScore read_scene_score(const JsonSource& source, const std::vector<Reading>& readings,
+                            std::optional<std::size_t>& reading, std::vector<Problem>& problems);
+// As the manifest keeps it, and back. Of other JSON: the RMSE.
+Json scene_score_json(const SceneScore& score);
+SceneScore scene_score_of(const Json& scene);
+
+}  // namespace relign

@@ -1,0 +1,148 @@
+// Scenes that declare their score, and readings instead of an image: from a run to its report, and mistakes.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/program.h"
+#include "resealed.h"
+
+namespace relign::cli_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class CliScores : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+    for (const char* file : {"fibre.py", "coupling.py"})
+      fs::copy_file(fs::path(RELIGN_SOURCE_DIR "/examples/fibre") / file, place_.path(file));
+    place_.write("suite.json", suite(R"("score": 1.0)"));
+  }
+  static std::string suite(const std::string& spec) {
+    return R"({"name": "fibre", "scenes": ["./fibre.py"], "noise_levels": ["declared"], "protocol": "blind",
+               "algorithms": ["nlopt-neldermead", "coordinate-walk"], "instances": 3, "steps": 12, "spec": {)" +
+           spec + "}}";
+  }
+  Outcome call(const std::vector<std::string>& arguments) { return relign_bench(place_, arguments); }
+  // The example with a replacement, as scene.py.
+  void scene_with(const std::string& text, const std::string& other) {
+    std::string source = place_.read("fibre.py");
+    const std::size_t at = source.find(text);
+    ASSERT_NE(at, std::string::npos) << text;
+    place_.write("scene.py", source.replace(at, text.size(), other));
+  }
+  std::string found_by_the_checks(const std::string& text, const std::string& other) {
+    scene_with(text, other);
+    const Outcome outcome = call({"plugin", "check", "./scene.py"});
+    EXPECT_NE(outcome.exit_code, 0) << outcome.out;
+    return outcome.out + outcome.err;
+  }
+
+  Workplace place_;
+};
+
+TEST_F(CliScores, AreNamedFromTheTrialToTheReport) {
+  const Outcome tried = call({"try", "coordinate-walk", "--scene", "./fibre.py", "--noise-level", "declared",
+                              "--protocol", "blind", "--steps", "3"});
+  EXPECT_EQ(tried.exit_code, 0) << tried.err;
+  EXPECT_THAT(tried.err, AllOf(HasSubstr("insertion loss in dB; commanded"), Not(HasSubstr("RMSE"))));
+
+  const Outcome run = call({"run", "suite.json", "-o", "out"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("noise-free insertion loss in dB"), HasSubstr("spec: insertion loss 1.00 dB")));
+  const json manifest = json::parse(place_.read("out/manifest.json"));
+  EXPECT_EQ(manifest["scenes"][0]["score"]["name"], "insertion loss");
+  const std::string page = place_.read("out/report.html");
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("insertion loss in dB"), Not(HasSubstr("RMSE")), Not(HasSubstr("reference image"))));
+  for (const char* format : {"csv", "md", "json"}) {
+    const Outcome report = call({"report", "out", "--format", format});
+    EXPECT_EQ(report.exit_code, 0) << report.err;
+    EXPECT_THAT(report.out, AllOf(HasSubstr("insertion loss"), Not(HasSubstr("RMSE")), Not(HasSubstr("nan"))))
+        << format;
+  }
+  const json group = json::parse(call({"report", "out", "--format", "json"}).out)["results"][0]["groups"][0];
+  EXPECT_EQ(group["score"]["unit"], "dB");
+  EXPECT_EQ(group["spec_score"], 1.0);
+}
+
+TEST_F(CliScores, AreShownAsRecordedAndInExcessByDifference) {
+  ASSERT_EQ(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
+  const json row = json::parse(call({"report", "out", "--format", "json"}).out)["results"][0]["groups"][0]["rows"][0];
+  std::vector<double> scores, excess;
+  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
+  json last;
+  for (std::string line; std::getline(lines, line);) {
+    const json read = json::parse(line);
+    if (!read.contains("end")) {
+      last = read;
+    } else if (read["algorithm"] == row["method"]) {
+      scores.push_back(last["recommended_mse"]);
+      excess.push_back(scores.back() - read["own_optimum_mse"].get<double>());
+      EXPECT_GT(excess.back(), -1e-6);
+    }
+  }
+  ASSERT_EQ(scores.size(), 3U);
+  std::sort(scores.begin(), scores.end());
+  std::sort(excess.begin(), excess.end());
+  EXPECT_NEAR(row["recommended"]["median"].get<double>(), scores[1], 1e-4 * scores[1]) << row;
+  EXPECT_NEAR(row["excess"].back()["own"]["median"].get<double>(), excess[1], 1e-3 * excess[1]) << row["excess"];
+}
+
+TEST_F(CliScores, AreMergedVerifiedAndChecked) {
+  ASSERT_EQ(call({"plan", "suite.json", "-o", "plan.json", "--shards", "2"}).exit_code, 0);
+  for (const char* shard : {"0/2", "1/2"})
+    ASSERT_EQ(call({"run", "--plan", "plan.json", "--shard", shard}).exit_code, 0);
+  ASSERT_EQ(call({"merge", "results/fibre", "-o", "merged"}).exit_code, 0);
+  const Outcome verified = call({"verify", "merged"});
+  EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
+  std::string trials = place_.read("merged/trials/0000.jsonl");
+  const std::size_t at = trials.find("\"recommended_mse\":");
+  const std::size_t value = at + sizeof "\"recommended_mse\":" - 1;
+  trials.replace(value, trials.find(',', value) - value, "-3");
+  place_.write("merged/trials/0000.jsonl", records::resealed(trials));
+  const Outcome forged = call({"report", "merged"});
+  EXPECT_NE(forged.exit_code, 0);
+  EXPECT_THAT(forged.out + forged.err, HasSubstr("'recommended_mse' -3"));
+}
+
+TEST_F(CliScores, SpecificationOfAnotherScoreIsRefused) {
+  place_.write("suite.json", suite(R"("rmse": 0.01)"));
+  const Outcome outcome = call({"validate", "suite.json"});
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+  EXPECT_THAT(outcome.err,
+              HasSubstr("it limits 'rmse', but the scene is judged by its insertion loss in dB; use 'score'"));
+  place_.write("suite.json", suite(R"("rmse": 0.01, "score": 1)"));
+  EXPECT_EQ(call({"validate", "suite.json"}).exit_code, 2);
+  place_.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["random"],
+                                 "instances": 1, "steps": 1, "spec": {"score": 1}})");
+  EXPECT_THAT(call({"validate", "suite.json"}).err, HasSubstr("the scene is judged by its RMSE; use 'rmse'"));
+}
+
+TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {
+  EXPECT_EQ(call({"plugin", "check", "./fibre.py"}).exit_code, 0);
+  EXPECT_THAT(found_by_the_checks("return loss_db(self.share(true_pose)), 0.0", "return self.share(true_pose), 0.0"),
+              HasSubstr("although the lower score is the better; declare what is missing"));
+  EXPECT_THAT(found_by_the_checks(R"("resolution": 0.01, "reading": "loss")", R"("resolution": 0.01)"),
+              HasSubstr("missing key 'reading'"));
+  EXPECT_THAT(found_by_the_checks(R"([{"name": "loss", "unit": "dB"}])", R"([{"name": "loss", "unit": "mW"}])"),
+              HasSubstr("is 'dB', but that of the reading 'loss' is 'mW'"));
+  EXPECT_THAT(found_by_the_checks("return loss_db(self.share(true_pose)), 0.0",
+                                  "return 100 * loss_db(self.share(true_pose)), 0.0"),
+              HasSubstr("its noise-free reading 'loss' is"));
+  EXPECT_THAT(found_by_the_checks("return [loss_db(abs(share + DARK + noise))]", "return [math.nan]"),
+              HasSubstr("non-finite"));
+  EXPECT_THAT(found_by_the_checks("return [loss_db(abs(share + DARK + noise))]", "return [1.0, 2.0]"),
+              HasSubstr("capture() returned 2 readings, expected 1 reading"));
+}
+
+}  // namespace
+}  // namespace relign::cli_test
