@@ -14,8 +14,9 @@ TRAINED = "ppo-exact-200 (rho0.25-seed-0)"
 # Panel: (method, recommended pose, colour, line, marker).
 PANELS = {
     "images and design": (("sensitivity", OWN, BLUE, "-", "o"), ("tolerance-fit", OWN, RED, "-", "s")),
-    "images": (("imitation-ppo", OWN, BLUE, "-", "o"), ("imitation", OWN, SKY, "-", "^"), ("through-focus", OWN, GREEN, "-", "D"),
-               (TRAINED, OWN, RED, "-", "s"), (TRAINED, LAST, RED, ":", "s"), ("ppo-paper", OWN, PINK, "-", "v"),
+    "images": (("imitation-ppo", OWN, BLUE, "-", "o"), ("imitation", OWN, SKY, "-", "^"),
+               ("through-focus", OWN, GREEN, "-", "D"), (TRAINED, OWN, RED, "-", "s"),
+               (TRAINED, LAST, RED, ":", "s"), ("ppo-paper", OWN, PINK, "-", "v"),
                ("ppo-paper", LAST, PINK, ":", "v"), ("ceres-image", OWN, ORANGE, "-", "X")),
     "merit": (("nlopt-bobyqa", OWN, BLUE, "-", "o"), ("transfer-gp", OWN, GREEN, "-", "D"),
               ("transfer-gp-authors", OWN, SKY, "-", "^"), ("bo-gp-tuned", OWN, PINK, "-", "v"), ("bo-gp", OWN, RED, "-", "s"),
