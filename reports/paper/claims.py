@@ -1,20 +1,23 @@
 """Tables of docs/study.md, for tables.py: the paper's claims with their evidence, and the methods with their tuning.
 
 A claim "A ends ahead of B" is "same" at a noise level if A's error is lower by the rules `own` and `best`, "different" if it
-is higher by both, else "not shown". A claim about a recipe also needs trainings (docs/reproduction.md, "How verdicts are
-reached"). Standard library only.
+is higher by both, "no difference found" if both are practically equal by either rule, else "not shown". A claim about a recipe
+also needs trainings (docs/reproduction.md, "How verdicts are reached"). Standard library only.
 """
+
+import re
 
 from cells import FLOOR, LEVELS, NETWORKS, captures, read, rounded, table
 
 TRAININGS = 3  # that a claim about a recipe needs at each level
-NOT_SHOWN = "not shown"
+NOT_SHOWN, EQUAL = "not shown", "no difference found"
+OF_RULES = {"better": "same", "worse": "different", "practically equal": EQUAL}
 MOVES = 10
 
 
 def verdict(by_rule):
     """Of a claim that the first method ends ahead, from its verdicts by the rules `own` and `best` at one level."""
-    return {"better": "same", "worse": "different"}.get(by_rule[0], NOT_SHOWN) if by_rule[0] == by_rule[1] else NOT_SHOWN
+    return OF_RULES.get(by_rule[0], NOT_SHOWN) if by_rule[0] == by_rule[1] else NOT_SHOWN
 
 
 def summed_up(verdicts):
@@ -54,6 +57,17 @@ class Evidence:
         return [verdict([self.contrasts[first, second, rule, level]["verdict"] for rule in ("own", "best")])
                 for level in LEVELS]
 
+    def summed_up(self, first, second):
+        """The verdicts in one cell; where no difference is found, with the outer ends of both rules' intervals."""
+        verdicts = self.verdicts(first, second)
+        text = summed_up(verdicts)
+        for level, of_level in zip(LEVELS, verdicts):
+            if of_level == EQUAL:
+                rows = [self.contrasts[first, second, rule, level] for rule in ("own", "best")]
+                low, high = min(float(row["lo95"]) for row in rows), max(float(row["hi95"]) for row in rows)
+                text = re.sub(rf"{level}(?=[,;]|$)", f"{level} ({low:.2f} to {high:.2f})", text, count=1)
+        return text
+
     def medians(self, names, column, step):
         """Lowest and highest median of some methods at each level."""
         found = [[float(self.curves[name, level][step][f"{column}_median"]) for name in names] for level in LEVELS]
@@ -79,7 +93,7 @@ def claims():
 
     def ahead(claim, first, second, trainings):
         rows = [found.contrasts[first, second, "own", level] for level in LEVELS]
-        for rule, start in (("own", (claim, summed_up(found.verdicts(first, second)))), ("best", ("", ""))):
+        for rule, start in (("own", (claim, found.summed_up(first, second))), ("best", ("", ""))):
             yield (*start, f"`{first}` : `{second}`, {rule}", *found.ratios(first, second, rule), instances(rows), trainings)
 
     def recipe(start, measured, cells, rows):

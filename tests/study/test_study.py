@@ -17,7 +17,7 @@ PAPER = TREE / "reports" / "paper"
 sys.path.insert(0, str(PAPER))
 
 from cells import named  # noqa: E402
-from claims import verdict  # noqa: E402
+from claims import Evidence, verdict  # noqa: E402
 
 QUICK = TREE / "reports" / "quick" / "instances.csv"
 PAGE_WORDS = 800  # of docs/study.md, without its tables
@@ -71,8 +71,14 @@ class Published(unittest.TestCase):
 
     def test_a_claim_is_the_same_or_different_if_both_rules_decide(self):
         for own, best, wanted in (("better", "better", "same"), ("worse", "worse", "different"), ("better", "worse", "not shown"),
-                                  ("better", "undecided", "not shown"), ("practically equal", "practically equal", "not shown")):
+                                  ("better", "undecided", "not shown"), ("undecided", "undecided", "not shown"),
+                                  ("practically equal", "undecided", "not shown"),
+                                  ("practically equal", "practically equal", "no difference found")):
             self.assertEqual(verdict([own, best]), wanted)
+
+    def test_no_difference_is_stated_with_its_interval(self):
+        self.assertEqual(Evidence().summed_up("bo-rf", "random"),
+                         "**no difference found** at rho0 (0.92 to 1.07); **not shown** at rho0.25, rho0.5")
 
     def test_the_tables_of_pages_are_those_of_their_files(self):
         for page in ("leaderboard", "camera_module"):
