@@ -77,6 +77,13 @@ TEST_F(ForgedFolders, OptimaAreOfTheInstance) {
          last["recommended_mse"] = last["recommended_mse"].get<double>() / 100;
        },
        "at the same true pose"},
+      {"the same, at a true pose that nothing equals",
+       [](Results& of) {
+         Json& last = of.of("random")[0]->steps.back();
+         last["recommended_mse"] = last["recommended_mse"].get<double>() / 100;
+         last["recommended_true_pose"][0] = nullptr;
+       },
+       "has 'recommended_true_pose' with an unknown value at step 4"},
       {"optimum", closing("own_optimum_mse", 1e-3), "has another 'own_optimum_mse' than"},
       {"its pose", [](Results& of) { of.of(kRival)[0]->closing["own_optimum_pose"][0] = 0.25; },
        "has another 'own_optimum_pose' than"},

@@ -135,6 +135,16 @@ const std::vector<Forgery>& forgeries() {
       {"kind", of_rival("kind", "scene"), "'kind' of the algorithm 'nlopt-bobyqa' is"},
       {"replayable", [](Results& of) { of.manifest["scenes"][0]["replayable"] = false; },
        "'replayable' of the scene 'gaussian_spot' is false in the manifest"},
+      {"observations removed", [](Results& of) { of.method(kRival).erase("observes"); },
+       "observes null by the manifest"},
+      {"merit removed", [](Results& of) { of.method(kRival).erase("merit"); },
+       "'merit' of 'nlopt-bobyqa' (protocol paper) is null in the manifest"},
+      {"budget removed", of_rival("steps", nullptr), "'steps' of 'nlopt-bobyqa' (protocol paper) is null"},
+      {"mark of an oracle removed", [](Results& of) { of.method("home").erase("oracle"); },
+       "'oracle' of 'home' (protocol paper) is null in the manifest"},
+      {"suite with an empty entry",
+       [](Results& of) { change_suite(of, [](Json& suite) { suite["algorithms"][1] = nullptr; }); },
+       "the suite has the entry null in 'algorithms'"},
       {"plugin", of_rival("plugin", "random"), "'plugin' of the algorithm 'nlopt-bobyqa' is \"random\""},
       {"instance set", manifest_member("instance_set", std::string(16, '0')), "'instance_set' is '0000000000000000'"},
       // records against the manifest
@@ -211,13 +221,18 @@ const std::vector<Forgery>& forgeries() {
       {"clock turned back", last_step("machine_seconds", 0.001), "has 'machine_seconds' 0.001 at step 4 after"},
       {"negative clock", [](Results& of) { of.of(kOwn)[0]->steps[0]["machine_seconds"] = -5; },
        "has 'machine_seconds' -5 at step 0"},
-      {"recommendation before its step", last_step("recommended_seconds", 0.001), "before the step itself"},
+      {"recommendation before its step", last_step("recommended_seconds", 0.001),
+       "; the move to the recommendation begins at"},
+      {"recommendation without a time", last_step("recommended_seconds", nullptr), "has 'recommended_seconds' null"},
       {"rule of the recommendation", last_step("recommendation", "best"), "has the recommendation 'best' at step 4"},
       {"far below zero", last_step("recommended_mse", -9e-5), "below 0 by more than 10 standard errors"},
       {"no standard error", last_step("commanded_mse_error", nullptr), "with the standard error null"},
       {"negative standard error", last_step("recommended_mse_error", -1e-7), "with the standard error -1e-07"},
       {"huge standard error", last_step("recommended_mse_error", 1e300), "with the standard error 1e+300"},
       {"merit below the error", last_step("merit", 1e-9), "below the measured error, which it includes"},
+      {"no merit", last_step("merit", nullptr), "has 'merit' null at step 4; a merit is a number from 0 to"},
+      {"huge merit", last_step("merit", 1e308), "has 'merit' 1e+308 at step 4; a merit is a number from 0 to"},
+      {"no clock", last_step("machine_seconds", nullptr), "has 'machine_seconds' null at step 4 after"},
       {"clock stands still",
        [](Results& of) {
          for (Json& step : of.of(kOwn)[0]->steps) step["machine_seconds"] = step["recommended_seconds"] = 0;
@@ -225,6 +240,8 @@ const std::vector<Forgery>& forgeries() {
        "has 'machine_seconds' 0 at step 1 after 0, but a step takes at least"},
       // poses
       {"pose of other axes", last_step("true_pose", {0.5}), "has 'true_pose' of 1 instead of"},
+      {"pose without a value", [](Results& of) { of.of(kRival)[0]->steps.back()["commanded_pose"][0] = nullptr; },
+       "has 'commanded_pose' with an unknown value at step 4"},
       {"pose outside the travel", [](Results& of) { of.of(kRival)[0]->steps.back()["true_pose"][0] = 1.5; },
        "has 'true_pose' outside the travel at step 4"},
       {"limit of no axis", last_step("limits_low", 4096), "at a limit of an axis that its scene does not have"},
@@ -248,7 +265,15 @@ const std::vector<Forgery>& forgeries() {
       // members that no record has
       {"member of a step", last_step("score", 1), "it has 'score', which this version does not write"},
       {"member of a trial", closing("rank", 1), "it has 'rank', which this version does not write"},
-      {"negative host time", [](Results& of) { of.times[0]["algorithm_seconds"][0] = -1; }, "are negative"},
+      {"negative host time", [](Results& of) { of.times[0]["algorithm_seconds"][0] = -1; },
+       "in times/ has 'algorithm_seconds' -1, which is not from 0 to 1e+09 s"},
+      {"endless host time", [](Results& of) { of.times[0]["harness_seconds"] = 1e308; },
+       "in times/ has 'harness_seconds' 1e+308, which is not from 0 to"},
+      {"endless move", last_step("recommended_seconds", 1e308), "has 'recommended_seconds' 1e+308, which is not"},
+      {"error before curing", closing("uncured_mse", -5), "has 'uncured_mse' -5; a mean squared error is from 0"},
+      {"distance below 0", closing("pose_um", {0, 0, 0, 0, -5}), "has 'pose_um' -5 at step 4; it is from 0"},
+      {"MTF above 1", closing("field_mtf_deficit", {0, 0, 0, 0, -2}), "has 'field_mtf_deficit' -2 at step 4"},
+      {"MTF of the optimum above 1", closing("criterion_optimum_deficit", -2), "has 'criterion_optimum_deficit' -2"},
   };
   return all;
 }

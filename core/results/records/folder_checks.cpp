@@ -112,7 +112,7 @@ FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& fo
     const std::string merit = text_of(entry, "merit");
     methods_.emplace(std::pair(entry_name(entry), text_of(entry, "protocol")),
                      Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
-                            number_in(entry, "steps"), merit != "mtf" && merit != "edge_energy"});
+                            number_in(entry, "steps"), merit != "mtf" && merit != "edge_energy", merit == "rmse"});
   }
   several_suites_ = list_of(manifest, "suites").size() > 1;
   sealed_ = !text_of(manifest, "commitment").empty();
@@ -208,6 +208,7 @@ void FolderChecks::check_scores(const TrialRecord& closing, const std::vector<St
                             scene.has_truth && !scene.is_station,
                             scene.is_station,
                             method == methods_.end() || method->second.merit_has_rmse,
+                            method != methods_.end() && method->second.merit_is_rmse,
                             scene.axes,
                             scene.squared,
                             scene.resolution,
@@ -229,9 +230,9 @@ void FolderChecks::add(const TrialTimes& times) {
     if (known.ended_well && values->size() != known.steps)
       return steps_.add("the times of trial " + times.trial + " are of " + counted(values->size(), "step") +
                         ", but it has " + std::to_string(known.steps));
-    if (std::any_of(values->begin(), values->end(), [](double seconds) { return seconds < 0; }))
-      return scores_.add("the times of trial " + times.trial + " are negative");
   }
+  if (const std::string flaw = flaw_of_times(times); !flaw.empty())
+    scores_.add("the line of trial " + times.trial + " in times/ " + flaw);
 }
 
 Checks FolderChecks::result(Check plan, bool all_times) {

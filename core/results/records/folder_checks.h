@@ -68,7 +68,7 @@ class FolderChecks {
     std::size_t place = 0;
     std::string id, list, training;
     std::optional<std::uint64_t> steps;
-    bool merit_has_rmse = true;
+    bool merit_has_rmse = true, merit_is_rmse = false;
   };
   struct Scene {
     std::size_t place = 0;

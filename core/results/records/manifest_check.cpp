@@ -20,6 +20,7 @@
 namespace relign::records {
 namespace {
 
+constexpr std::size_t kShownEntry = 60;                                     // characters
 constexpr const char* kLists[] = {"scenes", "noise_levels", "algorithms"};  // that a suite must have
 
 std::vector<std::string> texts_of(const Json& manifest) {
@@ -32,6 +33,20 @@ std::vector<std::string> texts_of(const Json& manifest) {
 bool is_suite(const Json& suite) {
   return std::none_of(std::begin(kLists), std::end(kLists),
                       [&](const char* key) { return list_of(suite, key).empty(); });
+}
+
+// What name_in_suite can read. Without this check an entry without a name would stand for every method without a list.
+bool is_entry(const Json& entry) {
+  return entry.is_string() ? !entry.get_ref<const std::string&>().empty()
+                           : !text_of(entry, "use").empty() || !text_of(entry, "name").empty();
+}
+
+void check_entries(std::vector<std::string>& found, const Json& suite) {
+  for (const char* key : kLists)
+    for (const Json& entry : list_of(suite, key))
+      if (!is_entry(entry))
+        found.push_back("the suite has the entry " + entry.dump().substr(0, kShownEntry) + " in " + in_quotes(key) +
+                        "; expected an id or an object with 'use'");
 }
 
 // The suite texts of a folder as JSON; without any, one without members.
@@ -319,6 +334,7 @@ void require_consistent(const Json& manifest, const std::filesystem::path& folde
     check_commitment(found, suite, commitment);
     check_number(found, suite, manifest, "instances", kDefaultInstances);
     check_number(found, suite, manifest, "first_instance", kDefaultFirstInstance);
+    check_entries(found, suite);
     check_lists(found, suite, manifest);
     for (const char* key : {"scenes", "noise_levels"}) check_places(found, suite, manifest, key);
     if (!is_suite(suite)) continue;

@@ -21,11 +21,14 @@ constexpr double kLowestMse = -1e-2, kHighestMse = 1;
 constexpr double kHighestScore = std::numeric_limits<double>::max();
 // How far an estimate may be below what it estimates: standard errors, themselves estimates of few samples, and an MSE.
 constexpr double kStandardErrors = 10, kNoise = 1e-5;
-constexpr double kShareBelow = 0.1;  // of an instance's own optimum, which is the result of a search
+constexpr double kMostSeconds = 1e9;  // 30 years
+constexpr double kShareBelow = 0.1;   // of an instance's own optimum, which is the result of a search
 
 struct Mse {
   double mse, error;
 };
+
+std::string number_text(double number) { return std::isnan(number) ? "null" : shortest(number); }
 
 struct Bounds {
   explicit Bounds(const ScoreTerms& terms)
@@ -43,7 +46,7 @@ struct Bounds {
 std::string flaw_of(const Mse& value, const Bounds& bounds) {
   if (!bounds.contain(value.mse)) return "; " + bounds.what;
   if (!(value.error >= 0 && value.error <= bounds.highest))
-    return std::string(" with the standard error ") + (std::isnan(value.error) ? "null" : shortest(value.error));
+    return " with the standard error " + number_text(value.error);
   if (value.mse < -std::max(bounds.noise, kStandardErrors * value.error))
     return ", which is below 0 by more than " + shortest(kStandardErrors) + " standard errors";
   return "";
@@ -54,11 +57,18 @@ std::string below(const Mse& value, double optimum, const Bounds& bounds) {
   return optimum - std::max(value.mse, 0.0) > margin ? ", clearly below 'own_optimum_mse' " + shortest(optimum) : "";
 }
 
-std::string flaw_of_pose(const std::vector<double>& pose, std::size_t axes, bool of_lens) {
+std::string flaw_of_pose(const std::vector<double>& pose, std::size_t axes, bool of_lens, bool may_be_unknown) {
   if (pose.size() != axes) return "of " + std::to_string(pose.size()) + " instead of " + std::to_string(axes) + " axes";
+  if (!may_be_unknown && std::any_of(pose.begin(), pose.end(), [](double at) { return std::isnan(at); }))
+    return "with an unknown value";
   const auto outside = [](double at) { return at < -kSlack || at > 1 + kSlack; };  // false for NaN
   if (of_lens && std::any_of(pose.begin(), pose.end(), outside)) return "outside the travel";
   return "";
+}
+
+std::string out_of_range(const char* what, double seconds) {
+  return "has " + in_quotes(what) + " " + shortest(seconds) + ", which is not from 0 to " + shortest(kMostSeconds) +
+         " s";
 }
 
 std::string at(const StepNumbers& step) { return " at step " + std::to_string(step.step); }
@@ -68,7 +78,7 @@ std::string flaw_of_poses(const StepNumbers& step, const ScoreTerms& terms) {
                                             {&step.true_pose, "true_pose", true},
                                             {&step.recommended_pose, "recommended_pose", false},
                                             {&step.recommended_true_pose, "recommended_true_pose", true}})
-    if (const std::string flaw = flaw_of_pose(*pose, terms.axes, of_lens); !flaw.empty())
+    if (const std::string flaw = flaw_of_pose(*pose, terms.axes, of_lens, of_lens && terms.station); !flaw.empty())
       return "has " + in_quotes(what) + " " + flaw + at(step);
   if ((step.limits_low & step.limits_high) != 0) return "is at both limits of an axis" + at(step);
   if (step.step == 0 && !terms.station && (step.limits_low | step.limits_high) != 0)
@@ -115,6 +125,24 @@ std::array<std::pair<Mse, const char*>, 2> errors_of(const StepNumbers& step) {
            {{step.recommended_mse, step.recommended_mse_error}, "recommended_mse"}}};
 }
 
+// The measured score; of images an RMSE, or the sum of one and the distance to the nominal pose, or a merit by field,
+// from 0 to 1.
+std::string flaw_of_merit(const StepNumbers& step, const ScoreTerms& terms) {
+  const auto flaw = [&step](const std::string& why) {
+    return "has 'merit' " + number_text(step.merit) + at(step) + why;
+  };
+  const double most = 1 + (terms.merit_has_rmse ? std::sqrt(static_cast<double>(terms.axes)) : 0);
+  if (terms.squared && step.merit < 0) return flaw(", below 0");
+  if (std::isnan(step.merit) || (terms.squared && step.merit > most * (1 + kSlack)))
+    return flaw("; a merit is a number from 0 to " + shortest(most));
+  const double slack = kSlack * std::abs(step.measured);
+  if (terms.merit_has_rmse && step.merit < step.measured - slack)
+    return flaw(", below the measured error, which it includes");
+  if (terms.merit_is_rmse && step.merit > step.measured + slack)
+    return flaw(", but it is the measured error, " + shortest(step.measured));
+  return "";
+}
+
 std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, const ScoreTerms& terms,
                          const Bounds& bounds) {
   for (const auto& [value, what] : errors_of(step)) {
@@ -129,19 +157,20 @@ std::string flaw_of_step(const StepNumbers& step, const StepNumbers* before, con
     return (step.regions.empty() ? "lacks 'measured'" : "has 'measured' of an image of regions") + at(step);
   if (terms.squared && (step.measured < 0 || step.measured * step.measured > kHighestMse))
     return "has 'measured' " + shortest(step.measured) + at(step);
-  if (terms.merit_has_rmse &&
-      ((terms.squared && step.merit < 0) || step.merit < step.measured - kSlack * std::abs(step.measured)))
-    return "has 'merit' " + shortest(step.merit) + at(step) +
-           (step.merit < 0 ? ", below 0" : ", below the measured error, which it includes");
+  if (const std::string flaw = flaw_of_merit(step, terms); !flaw.empty()) return flaw;
   const double clock = before ? before->machine_seconds : 0;
   if (!(step.machine_seconds >= clock * (1 - kSlack)))
-    return "has 'machine_seconds' " + shortest(step.machine_seconds) + at(step) + " after " + shortest(clock);
+    return "has 'machine_seconds' " + number_text(step.machine_seconds) + at(step) + " after " + shortest(clock);
+  for (const auto& [seconds, what] :
+       {std::pair(step.machine_seconds, "machine_seconds"), {step.recommended_seconds, "recommended_seconds"}})
+    if (seconds > kMostSeconds) return out_of_range(what, seconds) + at(step);
   if (before && !terms.station && step.machine_seconds - clock < terms.step_seconds * (1 - kSlack) - kSlack * clock)
     return "has 'machine_seconds' " + shortest(step.machine_seconds) + at(step) + " after " + shortest(clock) +
            ", but a step takes at least " + shortest(terms.step_seconds);
-  if (step.recommended_seconds < step.machine_seconds * (1 - kSlack))
-    return "has 'recommended_seconds' " + shortest(step.recommended_seconds) + at(step) +
-           ", before the step itself at " + shortest(step.machine_seconds);
+  if (!(step.recommended_seconds >= step.machine_seconds * (1 - kSlack)) &&
+      !(terms.station && std::isnan(step.recommended_seconds)))
+    return "has 'recommended_seconds' " + number_text(step.recommended_seconds) + at(step) +
+           "; the move to the recommendation begins at " + shortest(step.machine_seconds);
   return flaw_of_poses(step, terms);
 }
 
@@ -156,7 +185,35 @@ std::string flaw_of_errors(const StepErrors& errors, const char* what, double op
   return "";
 }
 
+// Distances are not below 0. By how much the MTF of a field is below its limit is a difference of two numbers from 0
+// to 1. NaN: not measurable.
+std::string flaw_of_criteria(const TrialRecord& closing) {
+  constexpr double kMostDistance = 1e9;
+  for (const Criterion criterion : kCriteria) {
+    const bool mtf = criterion == Criterion::field_mtf;
+    const double least = mtf ? -1 : 0, most = mtf ? 1 : kMostDistance;
+    const std::vector<double>& values = closing.criteria[criterion];
+    for (std::size_t i = 0; i < values.size(); ++i)
+      if (values[i] < least || values[i] > most)
+        return "has " + in_quotes(std::string(entry_of(criterion).column)) + " " + shortest(values[i]) + " at step " +
+               std::to_string(i) + "; it is from " + shortest(least) + " to " + shortest(most);
+  }
+  return std::abs(closing.criterion_optimum_deficit) > 1
+             ? "has 'criterion_optimum_deficit' " + shortest(closing.criterion_optimum_deficit) + "; it is from -1 to 1"
+             : "";
+}
+
 }  // namespace
+
+std::string flaw_of_times(const TrialTimes& times) {
+  for (const auto& [values, what] : {std::pair(&times.algorithm_seconds, "algorithm_seconds"),
+                                     {&times.simulation_seconds, "simulation_seconds"},
+                                     {&times.truth_seconds, "truth_seconds"}})
+    for (const double seconds : *values)
+      if (seconds < 0 || seconds > kMostSeconds) return out_of_range(what, seconds);
+  const double harness = times.harness_seconds;
+  return harness < 0 || harness > kMostSeconds ? out_of_range("harness_seconds", harness) : "";
+}
 
 std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNumbers>& steps, const ScoreTerms& terms) {
   const double optimum = closing.own_optimum.mse;
@@ -181,6 +238,10 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
     before = &step;
   }
   const Scores& scores = closing.scores;
+  for (const auto& [rule, what] : {std::pair(Rule::own, "uncured_mse"), {Rule::best, "best_uncured_mse"}})
+    if (const double mse = scores.uncured_mse[rule]; mse < bounds.lowest || mse > bounds.highest)
+      return "has " + in_quotes(what) + " " + shortest(mse) + "; " + bounds.what;
+  if (const std::string flaw = flaw_of_criteria(closing); !flaw.empty()) return flaw;
   for (const auto& [rule, what] : {std::pair(Rule::current, "glued_mse"), {Rule::best, "best_mse"}})
     if (const std::string flaw = flaw_of_errors(scores.by_step[rule], what, optimum, bounds); !flaw.empty())
       return flaw;
@@ -190,9 +251,7 @@ std::string flaw_of_scores(const TrialRecord& closing, const std::vector<StepNum
     return "has 'own_optimum_mse', but its scene has no ground truth";
   if (!std::isnan(optimum) && !bounds.contain(optimum)) return "has 'own_optimum_mse' " + shortest(optimum);
   if (const std::vector<double>& pose = closing.own_optimum.pose; !pose.empty() && !steps.empty()) {
-    if (std::any_of(pose.begin(), pose.end(), [](double at) { return std::isnan(at); }))
-      return "has 'own_optimum_pose' with an unknown value";
-    if (const std::string flaw = flaw_of_pose(pose, terms.axes, true); !flaw.empty())
+    if (const std::string flaw = flaw_of_pose(pose, terms.axes, true, false); !flaw.empty())
       return "has 'own_optimum_pose' " + flaw;
   }
   std::string flaw;

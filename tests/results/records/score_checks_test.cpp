@@ -73,8 +73,36 @@ TEST(ScoreChecks, MeritsIncludeTheMeasuredError) {
     const auto change = [&](TrialRecord& of) { of.steps[1].merit = merit; };
     EXPECT_THAT(flaw_with(change),
                 HasSubstr("has 'merit' " + std::string(merit < 0 ? "-0.1" : "0.001") + " at step 1"));
-    EXPECT_EQ(flaw_with(change, by_field), "");
+    EXPECT_EQ(flaw_with(change, by_field).empty(), merit > 0);
   }
+}
+
+TEST(ScoreChecks, MeritsAreNumbersThatTheirKindCanHave) {
+  const auto with = [](double merit, const ScoreTerms& of = terms()) {
+    return flaw_with([&](TrialRecord& trial) { trial.steps[1].merit = merit; }, of);
+  };
+  EXPECT_EQ(with(kUnknown), "has 'merit' null at step 1; a merit is a number from 0 to 2.414213562373095");
+  EXPECT_THAT(with(1e300), HasSubstr("a merit is a number from 0 to"));
+  EXPECT_EQ(with(2.4), "") << "1 and the longest distance in two axes";
+  ScoreTerms other = terms();
+  other.merit_has_rmse = false;
+  EXPECT_EQ(with(1, other), "");
+  EXPECT_EQ(with(1.5, other), "has 'merit' 1.5 at step 1; a merit is a number from 0 to 1");
+  other = terms();
+  other.merit_is_rmse = true;
+  EXPECT_EQ(with(0.02, other), "");
+  EXPECT_EQ(with(0.5, other), "has 'merit' 0.5 at step 1, but it is the measured error, 0.02");
+}
+
+TEST(ScoreChecks, ClocksAreKnown) {
+  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[1].machine_seconds = kUnknown; }),
+            "has 'machine_seconds' null at step 1 after 0");
+  const auto no_move = [](TrialRecord& of) { of.steps[1].recommended_seconds = kUnknown; };
+  EXPECT_EQ(flaw_with(no_move),
+            "has 'recommended_seconds' null at step 1; the move to the recommendation begins at 0.1");
+  ScoreTerms station = terms();
+  station.station = true;
+  EXPECT_EQ(flaw_with(no_move, station), "") << "which does not state what a move would take";
 }
 
 TEST(ScoreChecks, PosesAreOfTheSceneAndWithinItsTravel) {
@@ -82,7 +110,13 @@ TEST(ScoreChecks, PosesAreOfTheSceneAndWithinItsTravel) {
             "has 'true_pose' of 3 instead of 2 axes at step 2");
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[2].true_pose[0] = -0.2; }),
             "has 'true_pose' outside the travel at step 2");
-  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[2].true_pose[0] = kUnknown; }), "") << "as of a station";
+  const auto unknown = [](TrialRecord& of) { of.steps[2].true_pose[0] = kUnknown; };
+  EXPECT_EQ(flaw_with(unknown), "has 'true_pose' with an unknown value at step 2");
+  ScoreTerms station = terms();
+  station.station = true;
+  EXPECT_EQ(flaw_with(unknown, station), "");
+  EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[2].recommended_pose[0] = kUnknown; }),
+            "has 'recommended_pose' with an unknown value at step 2");
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.steps[2].commanded_pose[0] = -0.2; }), "") << "relative to the start";
   EXPECT_EQ(flaw_with([](TrialRecord& of) { of.own_optimum.pose = {0.5}; }),
             "has 'own_optimum_pose' of 1 instead of 2 axes");
