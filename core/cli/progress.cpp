@@ -56,6 +56,31 @@ std::string duration_text(double seconds) {
   return std::to_string(whole / 3600) + " h " + std::to_string(whole % 3600 / 60) + " min";
 }
 
+namespace {
+
+struct Rounded {
+  std::string number, unit;
+};
+
+// With the accuracy that an estimate has.
+Rounded rounded(double seconds) {
+  const auto to = [seconds](int step) { return step * std::llround(seconds / step); };
+  if (seconds < 97.5) return {std::to_string(std::max(5LL, to(5))), "s"};
+  if (seconds < 5970) return {std::to_string(to(60) / 60), "min"};
+  return {significant(static_cast<double>(to(1800)) / 3600, 3), "h"};
+}
+
+}  // namespace
+
+std::string time_left_text(const runner::Outlook& left) {
+  if (left.most < 5) return "less than 5 s left";
+  const Rounded about = rounded(left.seconds), least = rounded(left.least), most = rounded(left.most);
+  constexpr double kWide = 1.8;
+  if (left.most < kWide * std::max(left.least, 5.0)) return "about " + about.number + " " + about.unit + " left";
+  return least.number + (least.unit == most.unit ? "" : " " + least.unit) + " to " + most.number + " " + most.unit +
+         " left";
+}
+
 std::string trials_text(std::size_t count) { return std::to_string(count) + (count == 1 ? " trial" : " trials"); }
 
 ProgressPrinter::ProgressPrinter(ProgressMode mode, const char* counted)
@@ -75,6 +100,7 @@ void ProgressPrinter::update(const runner::Progress& progress) {
     done_at_phase_start_ = progress.done;
   }
   progress_ = progress;
+  updated_ = Clock::now();
   started_ = true;
   if (new_phase && mode_ == ProgressMode::plain) print_plain();
   if (mode_ == ProgressMode::json && (new_phase || seconds_since(last_printed_) >= 1)) print_json();
@@ -135,13 +161,26 @@ double ProgressPrinter::per_second() const {
   return done_here >= kMinForEstimate && elapsed > 0 ? static_cast<double>(done_here) / elapsed : 0;
 }
 
-std::string ProgressPrinter::outlook_text() const {
+// The caller's estimate, or without one an estimate by the rate.
+std::optional<runner::Outlook> ProgressPrinter::left() const {
+  runner::Outlook left;
+  if (progress_.estimates) {
+    if (!progress_.left) return std::nullopt;
+    left = *progress_.left;
+    const double passed = seconds_since(updated_);
+    for (double* of : {&left.seconds, &left.least, &left.most}) *of = std::max(0.0, *of - passed);
+    return left;
+  }
   const double rate = per_second();
-  if (rate <= 0 || progress_.done >= progress_.total) return "";
-  const std::string speed =
-      rate >= 1 ? significant(rate, 2) + " per second" : significant(60 * rate, 2) + " per minute";
-  return ", " + speed + ", about " + duration_text(static_cast<double>(progress_.total - progress_.done) / rate) +
-         " left";
+  if (rate <= 0) return std::nullopt;
+  left.seconds = left.least = left.most = static_cast<double>(progress_.total - progress_.done) / rate;
+  return left;
+}
+
+std::string ProgressPrinter::outlook_text() const {
+  if (progress_.done >= progress_.total) return "";
+  if (const std::optional<runner::Outlook> outlook = left()) return ", " + time_left_text(*outlook);
+  return progress_.estimates ? ", measuring the time left" : "";
 }
 
 void ProgressPrinter::print_plain() {
@@ -160,10 +199,11 @@ void ProgressPrinter::print_json() {
   const double rate = per_second();
   nlohmann::json line = {{"doing", progress_.doing},   {"done", progress_.done},     {"total", progress_.total},
                          {"failed", progress_.failed}, {"reused", progress_.reused}, {"seconds", progress_.seconds},
-                         {"per_second", nullptr},      {"seconds_left", nullptr}};
-  if (rate > 0) {
-    line["per_second"] = rate;
-    line["seconds_left"] = static_cast<double>(progress_.total - progress_.done) / rate;
+                         {"per_second", nullptr},      {"seconds_left", nullptr},    {"seconds_left_range", nullptr}};
+  if (rate > 0) line["per_second"] = rate;
+  if (const std::optional<runner::Outlook> outlook = left()) {
+    line["seconds_left"] = outlook->seconds;
+    if (progress_.estimates) line["seconds_left_range"] = {outlook->least, outlook->most};
   }
   print_line(line);
   last_printed_ = Clock::now();

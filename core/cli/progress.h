@@ -1,7 +1,7 @@
 // Prints the progress of a run to stderr: one repainted line on a terminal, a plain line every 10 seconds
 // elsewhere, JSON lines for programs, or nothing. A JSON line is {"doing", "done", "total", "failed",
-// "reused", "seconds", "per_second", "seconds_left"}, the last two null until there is an estimate,
-// or {"message"}.
+// "reused", "seconds", "per_second", "seconds_left", "seconds_left_range"}, the last three null until there is
+// an estimate, or {"message"}. The range, of two numbers, is null for work without a range.
 #pragma once
 
 #include <chrono>
@@ -43,6 +43,7 @@ class ProgressPrinter {
   void print_json();
   static void print_line(const nlohmann::json& line);
   double per_second() const;
+  std::optional<runner::Outlook> left() const;
   std::string outlook_text() const;
 
   const ProgressMode mode_;
@@ -52,6 +53,7 @@ class ProgressPrinter {
   runner::Progress progress_;
   std::string last_phase_;
   std::chrono::steady_clock::time_point phase_since_;
+  std::chrono::steady_clock::time_point updated_;
   std::chrono::steady_clock::time_point last_printed_;
   std::size_t done_at_phase_start_ = 0;
   bool started_ = false;
@@ -62,6 +64,9 @@ class ProgressPrinter {
 
 // "12 s", "3 min 20 s", "2 h 5 min".
 std::string duration_text(double seconds);
+
+// A rounded time that is left: "about 40 s left", "1 to 4 min left", "less than 5 s left".
+std::string time_left_text(const runner::Outlook& left);
 
 // "1 trial", "2 trials".
 std::string trials_text(std::size_t count);

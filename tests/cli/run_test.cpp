@@ -91,7 +91,7 @@ TEST(CliRun, PrintsProgressAsJsonLines) {
   while (std::getline(lines, line)) ASSERT_NO_THROW(last = json::parse(line)) << line;
   EXPECT_EQ(last.at("total"), 12);
   EXPECT_EQ(last.at("done"), 12);
-  for (const char* key : {"doing", "failed", "reused", "seconds", "per_second", "seconds_left"})
+  for (const char* key : {"doing", "failed", "reused", "seconds", "per_second", "seconds_left", "seconds_left_range"})
     EXPECT_TRUE(last.contains(key)) << key;
   // Messages are JSON objects too.
   place.write("results/tiny/trials/0000.jsonl", place.read("results/tiny/trials/0000.jsonl") + "{\"trial\":\"half");
@@ -100,6 +100,19 @@ TEST(CliRun, PrintsProgressAsJsonLines) {
   bool has_message = false;
   while (std::getline(first, line)) has_message = has_message || json::parse(line).contains("message");
   EXPECT_TRUE(has_message) << again.err;
+}
+
+TEST(CliRun, SaysHowLongItTakes) {
+  const Workplace place;
+  const auto run = [&place](const char* instances) {
+    place.write("suite.json", std::string(R"({"name": "longer", "scenes": ["gaussian_spot"], "noise_levels": ["rho0"],
+      "algorithms": ["random", "home"], "steps": 8, "instances": )") +
+                                  instances + "}");
+    return relign_bench(place, {"run", "suite.json", "--progress", "plain"}).err;
+  };
+  EXPECT_THAT(run("2"), HasSubstr("trials: 0 of 4 trials, 0 s, measuring the time left\n"));
+  // With the times of the trials that there are.
+  EXPECT_THAT(run("4"), HasSubstr("trials: 4 of 8 trials (4 reused), 0 s, less than 5 s left\n"));
 }
 
 // Sends a signal once the first trial is recorded; false if the run ends first.

@@ -211,6 +211,33 @@ class Generators(unittest.TestCase):
             with self.subTest(space=space), self.assertRaisesRegex(ValueError, message):
                 self.generator(self.vocs(**space), "random")
 
+    @unittest.skipIf(importlib.util.find_spec("libensemble") is None,
+                     "libEnsemble is not installed (tests/python/requirements-others.txt)")
+    def test_libensemble_drives_a_method(self):
+        from libensemble import Ensemble
+        from libensemble.alloc_funcs.start_only_persistent import only_persistent_gens
+        from libensemble.specs import AllocSpecs, ExitCriteria, GenSpecs, LibeSpecs, SimSpecs
+
+        vocs = self.vocs(variables={"x": [-0.5, 0.5], "y": [0, 3]}, objectives={"f": "MINIMIZE"})
+        generator = self.generator(vocs, "nlopt-bobyqa", steps=30)
+
+        def measure(point, **_):
+            return {"f": (point["x"] - 0.2) ** 2 + (point["y"] - 2) ** 2}
+
+        with tempfile.TemporaryDirectory() as folder:
+            ensemble = Ensemble(
+                libE_specs=LibeSpecs(nworkers=1, comms="threads", gen_on_manager=True, disable_log_files=True,
+                                     workflow_dir_path=folder),
+                gen_specs=GenSpecs(generator=generator, vocs=vocs, batch_size=1, initial_batch_size=1),
+                sim_specs=SimSpecs(simulator=measure, vocs=vocs), alloc_specs=AllocSpecs(alloc_f=only_persistent_gens),
+                exit_criteria=ExitCriteria(sim_max=25))
+            history, _, flag = ensemble.run()
+        self.assertEqual((flag, int(history["sim_ended"].sum())), (0, 25))
+        pose, value = generator.method.best
+        self.assertEqual(value, history["f"].min())
+        self.assertAlmostEqual(pose["x"], 0.2, 3)
+        self.assertAlmostEqual(pose["y"], 2, 3)
+
 
 if __name__ == "__main__":
     unittest.main()

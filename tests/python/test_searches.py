@@ -13,7 +13,8 @@ from support import relign_bench
 
 METHODS = pathlib.Path(__file__).resolve().parents[2] / "examples" / "methods"
 PACKAGES = {"optuna": ["optuna", "cmaes"], "nevergrad": ["nevergrad"], "cma": ["cma"], "scipy": ["scipy"],
-            "pybobyqa": ["pybobyqa"], "cobyqa": ["cobyqa"], "xopt": ["xopt"], "ax": ["ax"]}
+            "pybobyqa": ["pybobyqa"], "cobyqa": ["cobyqa"], "xopt": ["xopt"], "ax": ["ax"],
+            "libensemble": ["libensemble", "mpmath", "scipy"]}
 
 SLOW = ("xopt", "ax")  # seconds a step
 NUMBERS = itertools.count()
@@ -99,6 +100,22 @@ class Search(GeneratorSearch):
 """)
         self.assertEqual(trial.end, "budget_spent")
         self.assertEqual(trial.steps[-1]["recommended_pose"], [0.5] * 5)
+
+    def test_generator_is_finalized(self):
+        trial = self.run_class("""
+class Last:
+    def suggest(self, number):
+        return []
+    def ingest(self, results):
+        pass
+    def finalize(self):
+        raise RuntimeError("finalized")
+class Search(GeneratorSearch):
+    def generator(self, space):
+        return Last()
+""")
+        self.assertEqual(trial.end, "failed")
+        self.assertIn("finalized", trial.message)
 
     def test_unusable_points_fail_the_trial_with_their_reason(self):
         for point, message in (("{'x': 0.5}", "lacks y"), ("{**space.point(space.start), 'x': float('nan')}", "not finite")):

@@ -135,6 +135,15 @@ class Running(Files):
         self.assertTrue(table[3].endswith("| 0.0400 | 0.0160 |"), table[3])  # one seed: no interval
         self.assertTrue(files[2].read_bytes().startswith(b"\x89PNG"))
 
+    def test_logs_are_those_of_every_training(self):
+        jobs = self.read([{"name": "a", "settings": TOTAL, "seeds": [0, 1]}])
+        with mock.patch("relign_bench.training.logs.import_module"):  # as if both packages were installed
+            self.run_stub(jobs, loggers=["tensorboard", "mlflow"])
+        for job in jobs:
+            self.assertIn("--log tensorboard --log mlflow", (job.folder / "started").read_text())
+        with self.assertRaisesRegex(ValueError, "unknown log 'tensorbord'; did you mean 'tensorboard'"):
+            Sweep(jobs, 1, loggers=["tensorbord"])
+
     def test_failure_of_one_leaves_the_others(self):
         jobs = self.read([{"name": name, "settings": TOTAL, "seeds": [0]} for name in ("broken", "b")])
         failures, lines = self.run_stub(jobs)

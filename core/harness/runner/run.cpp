@@ -39,6 +39,7 @@ class Run {
     if (writer_.repaired() > 0)
       reporter_.message("the previous run ended while writing; half-written trials are dropped and run again");
     for (const records::Damage& damage : writer_.dropped()) reporter_.message("dropped: " + records::to_string(damage));
+    remember_times();
     // First, because trials made with other pretrained data run again.
     learnt_.prepare(selected_, [this](const std::string& algorithm) { reporter_.begin("pretraining " + algorithm); });
     pretraining_worker_.reset();
@@ -77,6 +78,14 @@ class Run {
             hash(suite_.algorithms[trial.algorithm].choice), learnt ? hash_of(*learnt) : ""};
   }
 
+  // Before outdated trials are removed: they tell how long new ones take.
+  void remember_times() {
+    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
+    for (const std::size_t place : selected_)
+      if (const auto found = finished.find(prepared_.plan.trials[place].id); found != finished.end())
+        earlier_seconds_[place] = found->second.step_seconds;
+  }
+
   // Returns the positions of the trials that are still to be run.
   std::vector<std::size_t> continue_earlier_run() {
     EarlierRun earlier(prepared_, options_, selected_, writer_, reporter_);
@@ -94,13 +103,12 @@ class Run {
   }
 
   void run_trials(const std::vector<std::size_t>& todo) {
-    reporter_.begin("trials");
-    if (todo.empty()) return;
+    if (todo.empty()) return reporter_.begin("trials");
     std::error_code code;
     fs::remove(options_.results / "verify.json", code);  // an earlier verification does not cover new trials
     WorkerTeam team(prepared_, learnt_, factory_, reporter_, options_.stop,
                     [this](std::size_t place, WorkedTrial& worked) { record(place, worked); });
-    team.run(todo, options_.workers);
+    team.run(todo, options_.workers, earlier_seconds_);
   }
 
   void record(std::size_t place, WorkedTrial& worked) {
@@ -168,6 +176,7 @@ class Run {
   RunReporter reporter_;  // first of the parts: it has the run's clock
   std::vector<std::size_t> selected_;
   records::ResultsWriter writer_;
+  std::map<std::size_t, double> earlier_seconds_;  // in steps, of trials of an earlier run, by position
   LibraryHashes hashes_;
   WorkerFactory factory_;
   std::unique_ptr<ProcessWorker> pretraining_worker_;

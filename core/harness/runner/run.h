@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "plugin_host/catalog.h"
+#include "runner/time_left.h"
 #include "suites/plan.h"
 #include "trials/scene_facts.h"
 
@@ -23,6 +25,8 @@ struct Progress {
   std::size_t reused = 0;  // finished before
   double seconds = 0;      // since the start
   std::string doing;       // current activity: "trials", "pictures"
+  bool estimates = false;  // `left` is the time left of `doing`, or nothing while it is being measured
+  std::optional<Outlook> left;
 };
 
 struct RunOptions {

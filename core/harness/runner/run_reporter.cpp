@@ -1,6 +1,14 @@
 #include "runner/run_reporter.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace relign::runner {
+namespace {
+
+constexpr double kSecondsBetweenEstimates = 0.5;  // an estimate runs through all remaining trials
+
+}  // namespace
 
 void RunReporter::message(const std::string& text) {
   if (!options_.on_message) return;
@@ -12,9 +20,13 @@ std::function<void(const std::string&)> RunReporter::on_message() {
   return [this](const std::string& text) { message(text); };
 }
 
-void RunReporter::begin(const std::string& activity) {
+void RunReporter::begin(const std::string& activity, std::optional<TimeLeft> estimate) {
   const std::lock_guard<std::mutex> hold(progress_mutex_);
   progress_.doing = activity;
+  progress_.estimates = estimate.has_value();
+  progress_.left.reset();
+  estimate_ = std::move(estimate);
+  estimated_at_ = -kSecondsBetweenEstimates;
   report();
 }
 
@@ -25,11 +37,23 @@ void RunReporter::set_trials(std::size_t total, std::size_t reused, std::size_t 
   progress_.failed = failed;
 }
 
-void RunReporter::trial_finished(bool well) {
+void RunReporter::trial_begun(std::size_t worker, std::size_t place) {
+  const std::lock_guard<std::mutex> hold(progress_mutex_);
+  begun_at_[worker] = seconds();
+  if (estimate_) estimate_->begin(worker, place, begun_at_[worker]);
+}
+
+void RunReporter::trial_finished(std::size_t worker, bool well, const records::TrialTimes& times) {
   const std::lock_guard<std::mutex> hold(progress_mutex_);
   ++progress_.done;
   if (!well) ++progress_.failed;
+  if (estimate_) estimate_->end(worker, spent_time(times, seconds() - begun_at_[worker]));
   report();
+}
+
+void RunReporter::refresh() {
+  const std::lock_guard<std::mutex> hold(progress_mutex_);
+  if (estimate_ && seconds() - estimated_at_ >= kSecondsBetweenEstimates) report();
 }
 
 double RunReporter::seconds() const {
@@ -42,7 +66,16 @@ Progress RunReporter::progress() const {
 }
 
 void RunReporter::report() {
-  progress_.seconds = seconds();
+  const double now = seconds();
+  if (estimate_ && now - estimated_at_ >= kSecondsBetweenEstimates) {
+    progress_.left = estimate_->at(now);
+    estimated_at_ = now;
+  } else if (progress_.left) {
+    const double passed = now - progress_.seconds;
+    for (double* of : {&progress_.left->seconds, &progress_.left->least, &progress_.left->most})
+      *of = std::max(0.0, *of - passed);
+  }
+  progress_.seconds = now;
   if (options_.on_progress) options_.on_progress(progress_);
 }
 

@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <functional>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "runner/run.h"
@@ -20,10 +22,14 @@ class RunReporter {
   // For the options of parts that send messages; valid as long as this object.
   std::function<void(const std::string&)> on_message();
 
-  void begin(const std::string& activity);  // "trials", "pictures"
+  // `activity`: "trials", "pictures". The estimate, if any, is reported until the next begin().
+  void begin(const std::string& activity, std::optional<TimeLeft> estimate = std::nullopt);
   // Before the first trial: `reused` trials are finished already, `failed` of them with a failure.
   void set_trials(std::size_t total, std::size_t reused, std::size_t failed);
-  void trial_finished(bool well);
+  void trial_begun(std::size_t worker, std::size_t place);
+  void trial_finished(std::size_t worker, bool well, const records::TrialTimes& times);
+  // Reports the time left again if the last report is old.
+  void refresh();
 
   double seconds() const;
   Progress progress() const;
@@ -36,6 +42,9 @@ class RunReporter {
   std::mutex message_mutex_;
   mutable std::mutex progress_mutex_;
   Progress progress_;
+  std::optional<TimeLeft> estimate_;
+  double estimated_at_ = 0;
+  std::map<std::size_t, double> begun_at_;  // by worker
 };
 
 }  // namespace relign::runner

@@ -15,9 +15,9 @@ std::optional<std::size_t> TrialQueue::take(std::size_t group) {
 std::optional<std::size_t> TrialQueue::next(std::size_t& group) {
   const std::lock_guard<std::mutex> hold(mutex_);
   if (auto place = take(group)) return place;
-  if (untouched_ < groups_.size()) {
+  while (untouched_ < groups_.size()) {
     group = untouched_++;
-    return take(group);
+    if (auto place = take(group)) return place;
   }
   for (std::size_t other = 0; other < groups_.size(); ++other) {
     if (auto place = take(other)) {

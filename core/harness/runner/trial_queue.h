@@ -14,7 +14,7 @@ class TrialQueue {
   // Groups of positions in the plan, in the order in which they are handed out.
   explicit TrialQueue(std::vector<std::vector<std::size_t>> groups);
 
-  // The next position for a worker; `group` is the worker's state, initially kNoGroup. Thread-safe.
+  // The next position for a worker; `group` is the worker's state, initially kNoGroup, or a group to join. Thread-safe.
   static constexpr std::size_t kNoGroup = static_cast<std::size_t>(-1);
   std::optional<std::size_t> next(std::size_t& group);
 

@@ -1,11 +1,11 @@
 #include "runner/trial_runner.h"
 
 #include <chrono>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/seeds.h"
+#include "records/results_folder.h"
 #include "records/specification.h"
 #include "runner/merits.h"
 #include "runner/spec_check.h"
@@ -20,13 +20,6 @@ void add_steps(const std::vector<trials::Step>& steps, TrialOutcome& outcome) {
     outcome.times.simulation_seconds.push_back(step.simulation_seconds);
     outcome.times.truth_seconds.push_back(step.truth_seconds);
   }
-}
-
-double plugin_seconds(const records::TrialTimes& times) {
-  double seconds = 0;
-  for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
-    seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
-  return seconds;
 }
 
 // Equal keys: the same library with the same parameters and data.
@@ -276,8 +269,8 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     add_steps(result.steps, outcome);
     if (job.criteria.any() && !job.pretraining && !outcome.stopped) judge(job, record.own_optimum.pose, record);
     outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    outcome.times.harness_seconds =
-        outcome.seconds - result.seconds_after_last_step - result.judging_seconds - plugin_seconds(outcome.times);
+    outcome.times.harness_seconds = outcome.seconds - result.seconds_after_last_step - result.judging_seconds -
+                                    records::step_seconds(outcome.times);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     bench_ = std::make_unique<Bench>();  // the state of the scene is unknown

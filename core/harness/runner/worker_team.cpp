@@ -16,7 +16,8 @@ WorkerTeam::WorkerTeam(const PreparedPlan& plan, const PlanPretraining& learnt, 
                        RunReporter& reporter, const std::atomic<bool>* stop, Record record)
     : plan_(plan), learnt_(learnt), factory_(factory), reporter_(reporter), stop_(stop), record_(std::move(record)) {}
 
-void WorkerTeam::run(const std::vector<std::size_t>& todo, unsigned workers) {
+void WorkerTeam::run(const std::vector<std::size_t>& todo, unsigned workers,
+                     const std::map<std::size_t, double>& known) {
   if (todo.empty()) return;
   const unsigned cores = core_count();
   // A station is one machine: its trials run one after the other.
@@ -30,22 +31,37 @@ void WorkerTeam::run(const std::vector<std::size_t>& todo, unsigned workers) {
   std::vector<std::vector<std::size_t>> groups = group_by_instance(plan_.plan, todo);
   for (std::vector<std::size_t>& group : groups)
     for (std::size_t& place : group) place = todo[place];
+  reporter_.begin("trials", estimate(groups, size, known));
+  // All begin with the same instance, so that the cost of every method is soon known. Each mounts it, so not if there
+  // are few.
+  constexpr std::size_t kManyGroups = 4;
+  const std::size_t first = groups.size() < kManyGroups * size ? TrialQueue::kNoGroup : 0;
   TrialQueue queue(std::move(groups));
   std::vector<std::thread> team;
   try {
     for (unsigned number = 0; number < size; ++number)
-      team.emplace_back([this, &queue, size, threads] {
-        work(queue, size, threads);
+      team.emplace_back([this, number, first, &queue, size, threads] {
+        work(number, first, queue, size, threads);
         const std::lock_guard<std::mutex> hold(mutex_);
         ++workers_done_;
         worker_is_done_.notify_one();
       });
   } catch (const std::system_error&) {
     // Fewer threads than requested do the same work; without any, this thread does it.
-    if (team.empty()) work(queue, size, threads);
+    if (team.empty()) work(0, first, queue, size, threads);
   }
   wait_for(team);
   if (failure_) std::rethrow_exception(failure_);
+}
+
+TimeLeft WorkerTeam::estimate(const std::vector<std::vector<std::size_t>>& groups, unsigned workers,
+                              const std::map<std::size_t, double>& known) const {
+  std::vector<TimeLeft::Trial> trials;
+  for (const suites::PlannedTrial& trial : plan_.plan.trials)
+    trials.push_back({trial.scene, trial.scene * plan_.plan.suite.algorithms.size() + trial.algorithm});
+  TimeLeft estimate(trials, groups, workers);
+  for (const auto& [place, seconds] : known) estimate.add_known(trials[place].method, seconds);
+  return estimate;
 }
 
 // Polls the stop flag here, because a worker may be waiting for a trial that hangs.
@@ -55,22 +71,24 @@ void WorkerTeam::wait_for(std::vector<std::thread>& team) {
     while (workers_done_ < team.size()) {
       worker_is_done_.wait_for(hold, std::chrono::milliseconds(100));
       halt_when_stopped();
+      hold.unlock();
+      reporter_.refresh();
+      hold.lock();
     }
   }
   for (std::thread& worker : team) worker.join();
 }
 
-void WorkerTeam::work(TrialQueue& queue, unsigned workers, unsigned threads) {
+void WorkerTeam::work(unsigned number, std::size_t group, TrialQueue& queue, unsigned workers, unsigned threads) {
   try {
     const std::unique_ptr<TrialWorker> worker = factory_.make(workers, threads, &halt_);
-    std::size_t group = TrialQueue::kNoGroup;
     double writing_seconds = 0;  // of the previous trial
     while (!halt_) {
       halt_when_stopped();
       if (halt_) break;
       const std::optional<std::size_t> place = queue.next(group);
       if (!place) break;
-      run_trial(*worker, *place, writing_seconds);
+      run_trial(*worker, number, *place, writing_seconds);
     }
   } catch (...) {
     const std::lock_guard<std::mutex> hold(mutex_);
@@ -79,15 +97,16 @@ void WorkerTeam::work(TrialQueue& queue, unsigned workers, unsigned threads) {
   }
 }
 
-void WorkerTeam::run_trial(TrialWorker& worker, std::size_t place, double& writing_seconds) {
+void WorkerTeam::run_trial(TrialWorker& worker, unsigned number, std::size_t place, double& writing_seconds) {
   const suites::PlannedTrial& trial = plan_.plan.trials[place];
+  reporter_.trial_begun(number, place);
   WorkedTrial worked = worker.run(trial, learnt_.of(trial));
   if (worked.stopped) return;
   worked.times.harness_seconds += writing_seconds;
   const auto begin = std::chrono::steady_clock::now();
   record_(place, worked);
   writing_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  reporter_.trial_finished(records::ended_well(worked.record.end));
+  reporter_.trial_finished(number, records::ended_well(worked.record.end), worked.times);
 }
 
 }  // namespace relign::runner

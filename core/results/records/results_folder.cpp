@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -130,6 +131,13 @@ void remove_blocks(const fs::path& folder, Splitter split, const std::set<std::s
 
 }  // namespace
 
+double step_seconds(const TrialTimes& times) {
+  double seconds = 0;
+  for (const auto* of_step : {&times.algorithm_seconds, &times.simulation_seconds, &times.truth_seconds})
+    seconds = std::accumulate(of_step->begin(), of_step->end(), seconds);
+  return seconds;
+}
+
 ResultsWriter::ResultsWriter(fs::path folder, OnDamage on_damage)
     : folder_(prepared(std::move(folder))), lock_(folder_) {
   recover_swap(folder_ / "trials");
@@ -151,11 +159,14 @@ void ResultsWriter::open_files(OnDamage on_damage) {
   for_each_block("trials", split_trials, [&](const std::string& file, const Block& block) {
     const TrialRecord trial = read_trial_line(block.closing, file).trial;
     finished_[block.trial] = {trial.scene, trial.noise_level, trial.protocol, trial.algorithm,
-                              trial.end,   trial.message,     trial.instance, {}};
+                              trial.end,   trial.message,     trial.instance};
   });
   for_each_block("times", split_times, [&](const std::string& file, const Block& block) {
-    if (const auto found = finished_.find(block.trial); found != finished_.end())
-      found->second.plugins = read_times_line(block.closing, file).plugins;
+    if (const auto found = finished_.find(block.trial); found != finished_.end()) {
+      const TrialTimes times = read_times_line(block.closing, file);
+      found->second.plugins = times.plugins;
+      found->second.step_seconds = step_seconds(times);
+    }
   });
   if (on_damage == OnDamage::refuse) throw_if_damaged(dropped_);
   repaired_ = half_written.size();
@@ -205,8 +216,8 @@ void ResultsWriter::append_lines(std::size_t place, const std::string& lines, co
     cut_file(times_file, before);
     throw;
   }
-  finished_[record.trial] = {record.scene, record.noise_level, record.protocol, record.algorithm,
-                             record.end,   record.message,     record.instance, times.plugins};
+  finished_[record.trial] = {record.scene,   record.noise_level, record.protocol, record.algorithm,   record.end,
+                             record.message, record.instance,    times.plugins,   step_seconds(times)};
 }
 
 void ResultsWriter::write_log(const std::string& trial, const std::string& text) {

@@ -23,13 +23,18 @@
 
 namespace relign::records {
 
+// Host time of all steps.
+double step_seconds(const TrialTimes& times);
+
 // Summary of a finished trial, without its steps.
 struct FinishedTrial {
   std::string scene, noise_level, protocol, algorithm;  // display names
   std::string end;
   std::string message;
   std::uint64_t instance = 0;
-  PluginHashes plugins;  // empty strings when times/ has no line of the trial
+  // Empty strings and NaN when times/ has no line of the trial.
+  PluginHashes plugins = {};
+  double step_seconds = kUnknown;  // host time of all its steps
 };
 
 class ResultsWriter {

@@ -85,7 +85,8 @@ class GeneratorSearch(Optimizer):
     The generator receives the merit at `space.start` before it suggests the first point, which costs a step only if the start
     pose is outside the box, and then one point at a time. Poses outside the box are clamped to it, and the point is ingested as
     it was suggested. If the generator has a method `recommended`, which returns a point or None, its answer is recommended
-    after each step; otherwise the pose of the lowest merit counts. An empty suggestion finishes the trial.
+    after each step; otherwise the pose of the lowest merit counts. An empty suggestion finishes the trial. A method `finalize`
+    is called at its end.
     """
 
     def generator(self, space: Space) -> Any:
@@ -97,6 +98,13 @@ class GeneratorSearch(Optimizer):
         space = Space(trial)
         generator = self.generator(space)
         recommended = getattr(generator, "recommended", lambda: None)
+        try:
+            self._search(trial, space, generator, recommended)
+        finally:
+            getattr(generator, "finalize", lambda: None)()
+
+    @staticmethod
+    def _search(trial: Trial, space: Space, generator: Any, recommended: Callable[[], Point | None]) -> None:
         merit = space.start_merit
         if merit is None:
             observation = trial.step(space.start)

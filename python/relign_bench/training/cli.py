@@ -194,6 +194,7 @@ def make_parser() -> argparse.ArgumentParser:
     sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
     sweep.add_argument("--threads", type=int, metavar="N", help="threads of each training [default: all cores, shared equally]")
     devices(sweep)
+    logs(sweep)
     sweep.add_argument("--only", metavar="PATTERN", help="trainings whose name, such as ppo/seed-0, matches, with * and ?")
     sweep.add_argument("--minutes", type=float, metavar="M",
                        help="begin no training segment that would end later than M minutes from now")
@@ -333,7 +334,7 @@ def _sweep(given: argparse.Namespace) -> int:
                 log("trainings on one GPU take turns unless NVIDIA's MPS runs (nvidia-cuda-mps-control -d); fifteen then took "
                     "five times as long")
             failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log,
-                                   render=given.render).run()
+                                   render=given.render, loggers=given.log).run()
             if failures:
                 name, reason = next(iter(failures.items()))
                 raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")

@@ -23,6 +23,7 @@ from .._json import unique_keys
 from .._native import available_cores
 from .curves import read_csv
 from .folder import check_same, read_recipe
+from .logs import check_loggers
 from .recipe import Recipe, check_recipe, check_warm_start, preset_recipe, setting_text
 from .settings import with_goal, with_settings
 
@@ -197,14 +198,21 @@ class Sweep:
         log: Gets the lines of progress.
         program: relign-train.
         render: Where images are rendered.
+        loggers: Names of the logs of each training (logs.NEEDS); None: relign-train's own choice.
+
+    Raises:
+        ImportError: The package of a log is not installed.
     """
 
     def __init__(self, jobs: list[Job], side_by_side: int, threads: int | None = None, device: str = "cpu",
                  minutes: float | None = None, log: Callable[[str], object] = print,
-                 program: Sequence[str] = PROGRAM, render: str = "cpu") -> None:
+                 program: Sequence[str] = PROGRAM, render: str = "cpu",
+                 loggers: Sequence[str] | None = None) -> None:
+        check_loggers(loggers or ())
         self._jobs, self._side_by_side, self._log, self._program = jobs, side_by_side, log, program
         self._threads = threads or max(1, available_cores() // side_by_side)
         self._further = ["--threads", str(self._threads), "--device", device, "--render", render]
+        self._further += [part for name in loggers or () for part in ("--log", name)]
         self._end = None if minutes is None else time.monotonic() + 60 * minutes
         self._running: list[subprocess.Popen[str]] = []
         self._lock, self._stopping = threading.Lock(), False

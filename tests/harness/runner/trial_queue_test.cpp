@@ -42,6 +42,17 @@ TEST(TrialQueue, ManyWorkersTakeEveryTrialExactlyOnce) {
   EXPECT_EQ(std::set<std::size_t>(all.begin(), all.end()).size(), 150U);
 }
 
+TEST(TrialQueue, WorkersMayJoinTheFirstGroup) {
+  TrialQueue queue({{0, 5}, {1}, {2}});
+  std::size_t first = 0;
+  std::size_t second = 0;
+  EXPECT_EQ(queue.next(first), 0U);
+  EXPECT_EQ(queue.next(second), 5U);
+  EXPECT_EQ(queue.next(second), 1U);
+  EXPECT_EQ(queue.next(first), 2U);
+  EXPECT_EQ(queue.next(first), std::nullopt);
+}
+
 TEST(TrialQueue, MayBeEmpty) {
   TrialQueue queue({});
   std::size_t group = TrialQueue::kNoGroup;

@@ -1,0 +1,88 @@
+// Estimates how long a run still takes from the trials that have ended. The first trial of a method on a worker, and
+// the first trial of an instance there, take longer than the others, so these are counted apart. Reads no clock.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "records/record.h"
+
+namespace relign::runner {
+
+// Seconds until the last trial ends.
+struct Outlook {
+  double seconds = 0;
+  double least = 0, most = 0;  // where `seconds` probably is
+};
+
+// Where the time of a trial went, in seconds.
+struct SpentTime {
+  double total = 0;  // from its start to its end, with mounting
+  double steps = 0;  // of these, in its steps
+  double once = 0;   // of these, in a single step that looks like a preparation for later trials too
+};
+
+// `total`: from the trial's start to its end.
+SpentTime spent_time(const records::TrialTimes& times, double total);
+
+class TimeLeft {
+ public:
+  struct Trial {
+    std::size_t scene = 0;
+    std::size_t method = 0;  // trials of one method on one scene share a number
+  };
+  // `trials`: of the whole plan. `groups`: those to run, as for TrialQueue.
+  TimeLeft(std::vector<Trial> trials, std::vector<std::vector<std::size_t>> groups, std::size_t workers);
+
+  // Seconds in the steps of a trial of this method in an earlier run.
+  void add_known(std::size_t method, double step_seconds);
+
+  // `now`: seconds of one clock, for all functions.
+  void begin(std::size_t worker, std::size_t trial, double now);
+  void end(std::size_t worker, const SpentTime& spent);
+
+  // Nothing until there is an estimate for the steps of a method.
+  std::optional<Outlook> at(double now) const;
+
+ private:
+  // A mean that follows changes of the machine's speed.
+  struct Mean {
+    std::size_t count = 0;
+    double value = 0, variance = 0;
+    void add(double next);
+  };
+  struct Method {
+    Mean later, first, first_without_once;  // seconds in steps
+    Mean setup;                             // outside of steps, on a lens that was mounted before
+    std::vector<double> known;
+    bool seen() const { return later.count + first.count + known.size() > 0; }
+  };
+  struct Worker {
+    std::set<std::size_t> methods;  // that have begun on it
+    std::optional<std::size_t> group;
+    std::optional<std::size_t> trial;
+    double since = 0;
+    bool first_of_method = false, mounts = false, starts = false;  // what its trial does first
+    void begin(std::size_t trial, std::size_t group, std::size_t method);
+  };
+  enum class Case { expected, least, most };
+  struct Costs;
+
+  std::optional<Costs> costs(Case which) const;
+  double seconds_of_steps(const Method& method, Case which, double guess) const;
+  double simulate(double now, const Costs& costs) const;
+
+  std::vector<Trial> trials_;
+  std::vector<std::vector<std::size_t>> groups_;
+  std::map<std::size_t, std::size_t> group_of_;  // trial -> group
+  std::set<std::size_t> begun_;
+  std::vector<Worker> workers_;
+  std::map<std::size_t, Method> methods_;
+  std::map<std::size_t, Mean> mounting_;  // by scene: outside of steps, for the first trial of an instance
+  Mean starting_;                         // the same for the first trial of a worker
+};
+
+}  // namespace relign::runner
