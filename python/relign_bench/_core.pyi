@@ -58,6 +58,9 @@ class Batch:
         self, slots: Sequence[int], poses: npt.NDArray[np.float64], seeds: Sequence[int], samples: int,
         images: npt.NDArray[np.float32],
     ) -> None: ...
+    def fields_at(
+        self, slots: Sequence[int], poses: npt.NDArray[np.float64], lp_per_mm: float, values: npt.NDArray[np.float64]
+    ) -> None: ...
     def noise_free_mse(self, slots: Sequence[int]) -> tuple[list[float], list[float]]: ...
     def noise_free_mse_at(
         self, slots: Sequence[int], poses: npt.NDArray[np.float64], steps: Sequence[int]

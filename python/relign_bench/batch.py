@@ -156,6 +156,25 @@ class Batch:
         # JAX takes no strided arrays by DLPack.
         return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1:])
 
+    def fields_at(self, slots: Slots, true_poses: npt.ArrayLike, lp_per_mm: float) -> Float64Array:
+        """Where each lens images the scene's fields, and how sharply, without noise; the stages do not move.
+
+        Args:
+            slots: The slots.
+            true_poses: True poses in [0, 1], shape (n, axes).
+            lp_per_mm: Spatial frequency of the MTF on the sensor, in line pairs per millimetre.
+
+        Returns:
+            Array of shape (n, fields, 4), with fields in the order of `description["fields"]`: x and y of the field's
+            image in pixels, NaN where no light arrives, and the tangential and sagittal MTF.
+
+        Raises:
+            ValueError: The scene has no fields whose MTF can be computed, or an argument is not valid.
+        """
+        values = np.empty((len(slots), len(self.description.get("fields", [])), 4))
+        self._core.fields_at(list(slots), np.ascontiguousarray(true_poses, np.float64), float(lp_per_mm), values)
+        return values
+
     def true_poses(self, slots: Slots) -> Float64Array:
         """True poses, shape (n, axes)."""
         return self._read(self._core.read_true_poses, slots)

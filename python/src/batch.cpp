@@ -91,6 +91,14 @@ void render_slopes_at(Batch& batch, const Slots& slots, const py::buffer& poses,
   batch.render_slopes_at(slots, numbers, seeds.data(), samples, pixels);
 }
 
+void fields_at(Batch& batch, const Slots& slots, const py::buffer& poses, double lp_per_mm, const py::buffer& values) {
+  const trials::SceneFacts& facts = batch.facts();
+  const double* numbers = numbers_of<double>(poses, {slots.size(), facts.axes.size()}, false, "poses");
+  double* rows = numbers_of<double>(values, {slots.size(), facts.fields.size(), std::size_t{4}}, true, "values");
+  const py::gil_scoped_release release;
+  batch.fields_at(slots, numbers, lp_per_mm, rows);
+}
+
 // Means and standard errors, one per slot.
 py::tuple lists_of(const std::vector<trials::Truth>& truths) {
   std::vector<double> mse, error;
@@ -230,6 +238,7 @@ void bind_batch(py::module_& module) {
       .def("render_at", &render_at, arg("slots"), arg("poses"), arg("frames"))
       .def("render_slopes_at", &render_slopes_at, arg("slots"), arg("poses"), arg("seeds"), arg("samples"),
            arg("images"))
+      .def("fields_at", &fields_at, arg("slots"), arg("poses"), arg("lp_per_mm"), arg("values"))
       .def("noise_free_mse", &noise_free_mse, arg("slots"))
       .def("noise_free_mse_at", &noise_free_mse_at, arg("slots"), arg("poses"), arg("steps"))
       .def("optima", &optima, arg("slots"))

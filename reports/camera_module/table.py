@@ -1,8 +1,8 @@
-"""The table of README.md, from instances.csv and costs.csv beside this script.
+"""The tables of README.md, from instances.csv and the files of focus.py beside this script.
 
-    python3 reports/camera_module/table.py           prints it
-    python3 reports/camera_module/table.py --write   puts it into README.md
-    python3 reports/camera_module/table.py --check   exit code 1 if the page's table is stale
+    python3 reports/camera_module/table.py           prints them
+    python3 reports/camera_module/table.py --write   puts them into README.md
+    python3 reports/camera_module/table.py --check   exit code 1 if a table of the page is stale
 
 Standard library only.
 """
@@ -15,7 +15,7 @@ import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 PAGE = HERE / "README.md"
-BLOCK = re.compile(r"(<!-- table -->\n).*?(<!-- end -->)", re.S)
+BLOCK = re.compile(r"(<!-- (table|modules|poses|bounds) -->\n).*?(<!-- end -->)", re.S)
 LIMITS = {"field_mtf_deficit": 0, "centre_px": 4, "pose_um": 20, "tilt_arcmin": 15}  # of suites/camera_module.json
 CLOSE_UM, CLOSE_ARCMIN = 2, 2
 HEADER = (
@@ -68,19 +68,108 @@ def table():
     return text
 
 
+def floats(rows, column):
+    return [float(row[column]) for row in rows if row[column]]
+
+
+def spread(values, digits=1):
+    """Median, and the range in brackets where there are several."""
+    if len(values) == 1:
+        return f"{values[0]:.{digits}f}"
+    low, mid, high = (f"{value:.{digits}f}" for value in (min(values), statistics.median(values), max(values)))
+    return f"{mid} ({low} to {high})"
+
+
+def tilt_costs(row):
+    return [float(value) for column, value in row.items() if column.startswith("cost_")]
+
+
+def modules_table():
+    rows = read("focus_modules.csv")
+    classes = {name: [row for row in rows if row["class"] == name] for name in dict.fromkeys(row["class"] for row in rows)}
+
+    def between(row, *axes):
+        return sum((float(row[f"plane_{axis}"]) - float(row[f"best_{axis}"])) ** 2 for axis in axes) ** 0.5
+
+    facts = {
+        "modules": lambda group: str(len(group)),
+        "best foci about their plane, µm rms": lambda group: spread(floats(group, "foci_rms_um")),
+        "plane above the criterion's optimum, µm of z": lambda group: spread(
+            [float(row["plane_z_um"]) - float(row["best_z_um"]) for row in group]),
+        "plane against the criterion's optimum, ′": lambda group: spread(
+            [between(row, "rx_arcmin", "ry_arcmin") for row in group]),
+        "plane through centre and corners alone against that through all fields, ′": lambda group: spread(
+            floats(group, "spec_fields_tilt_arcmin")),
+        "tilt that costs 0.01 of MTF, steepest direction, ′": lambda group: spread([min(tilt_costs(row)) for row in group]),
+        "the same, median direction, ′": lambda group: spread([statistics.median(tilt_costs(row)) for row in group]),
+        "the same, flattest direction, ′ (13: more)": lambda group: spread([max(tilt_costs(row)) for row in group]),
+    }  # fmt: skip
+    text = "| | " + " | ".join(classes) + " |\n|---|" + "---|" * len(classes) + "\n"
+    for fact, of in facts.items():
+        text += f"| {fact} | " + " | ".join(of(group) for group in classes.values()) + " |\n"
+    return text
+
+
+def poses_table():
+    text = (
+        "| modules | method | glue | to the plane: z, µm | tilt, ′ | within 2 µm | within 2′ | both "
+        "| to the criterion's optimum: tilt, ′ | costs less than 0.01 | loss of MTF |\n" + "|---" * 11 + "|\n"
+    )
+    rows = read("focus_trials.csv")
+    for level, method in dict.fromkeys((row["noise_level"], row["algorithm"]) for row in rows):
+        group = [row for row in rows if (row["noise_level"], row["algorithm"]) == (level, method)]
+        for when in ("before", "after"):
+
+            def near(row, limits, when=when):
+                return all(abs(float(row[f"{when}_plane_{column}"])) <= limit for column, limit in limits.items())
+
+            def middle(column, digits, when=when, group=group):
+                return f"{statistics.median(floats(group, f'{when}_{column}')):.{digits}f}"
+
+            cells = [
+                level, method, when, middle("plane_z_um", 1), middle("plane_arcmin", 1),
+                share(group, lambda row: near(row, {"um": CLOSE_UM})),
+                share(group, lambda row: near(row, {"arcmin": CLOSE_ARCMIN})),
+                share(group, lambda row: near(row, {"um": CLOSE_UM, "arcmin": CLOSE_ARCMIN})),
+                middle("best_arcmin", 1),
+                share(group, lambda row, when=when: float(row[f"{when}_best_arcmin"]) <= float(row[f"{when}_cost_arcmin"])),
+                middle("loss", 3),
+            ]  # fmt: skip
+            text += "| " + " | ".join(cells) + " |\n"
+    return text
+
+
+def bounds_table():
+    rows = read("focus_bounds.csv")
+    names = dict.fromkeys(column.removesuffix("_z_um") for column in rows[0] if column.endswith("_z_um"))
+    text = "| modules | from | n | z, µm (standard deviation) | tilt, ′ (95 % within) |\n|---|---|---|---|---|\n"
+    for group in dict.fromkeys(row["class"] for row in rows):
+        for name in names:
+            known = [row for row in rows if row["class"] == group and row[f"{name}_z_um"]]
+            source, number = name.split("_")
+            images = number.replace("-spread", " images, spread over 30 µm") if "-" in number[1:] else f"{number} images"
+            words = f"MTF of {images}" if source == "mtf" else f"pixels of one image at z {number} µm"
+            cells = [group, words, str(len(known))]
+            cells += [spread(floats(known, f"{name}_{column}"), 2) for column in ("z_um", "r95_arcmin")]
+            text += "| " + " | ".join(cells) + " |\n"
+    return text
+
+
+TABLES = {"table": table, "modules": modules_table, "poses": poses_table, "bounds": bounds_table}
+
+
 def main():
-    text = table()
     if not {"--write", "--check"} & set(sys.argv):
-        print(text, end="")
+        print("\n".join(make() for make in TABLES.values()), end="")
         return 0
     page = PAGE.read_text(encoding="utf-8")
-    wanted = BLOCK.sub(lambda match: match[1] + text + match[2], page)
+    wanted = BLOCK.sub(lambda match: match[1] + TABLES[match[2]]() + match[3], page)
     if "--write" in sys.argv:
         PAGE.write_text(wanted, encoding="utf-8")
         return 0
     if wanted == page:
         return 0
-    print("README.md: its table is stale; run table.py --write", file=sys.stderr)
+    print("README.md: a table is stale; run table.py --write", file=sys.stderr)
     return 1
 
 

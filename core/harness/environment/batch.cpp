@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/error.h"
@@ -240,6 +241,21 @@ void Batch::render_slopes_at(const std::vector<unsigned>& slots, const double* t
   Implementation& in = *implementation_;
   in.render(slots, true_poses, "derivatives of images", [&](auto& lens, const auto& pose, auto k) {
     return lens.render_slopes(pose, seeds[k], samples, {}, pixels + (pose.size() + 1) * in.pixels * k);
+  });
+}
+
+void Batch::fields_at(const std::vector<unsigned>& slots, const double* true_poses, double lp_per_mm, double* values) {
+  Implementation& in = *implementation_;
+  if (!(lp_per_mm > 0 && std::isfinite(lp_per_mm)))
+    throw Error(ErrorKind::bad_input, "found lp_per_mm " + std::to_string(lp_per_mm) + "; expected a positive number");
+  std::vector<std::uint32_t> which(in.facts.fields.size());
+  std::iota(which.begin(), which.end(), 0U);
+  in.render(slots, true_poses, "fields whose MTF can be computed", [&](auto& lens, const auto& pose, auto k) {
+    double* row = values + 4 * which.size() * k;
+    const auto fields = lens.fields(pose, lp_per_mm, which);
+    for (const auto& field : fields)
+      for (const double value : {field.x_px, field.y_px, field.tangential, field.sagittal}) *row++ = value;
+    return !fields.empty();
   });
 }
 

@@ -85,6 +85,11 @@ class Batch {
   void render_slopes_at(const std::vector<unsigned>& slots, const double* true_poses, const std::uint64_t* seeds,
                         std::uint32_t samples, float* pixels);
 
+  // Where each lens images the scene's fields, and how sharply, without noise (the ability "fields"), at `lp_per_mm`
+  // line pairs per millimetre: for each slot and each of facts().fields four values, x_px, y_px, tangential and
+  // sagittal MTF. Throws Error(bad_input) where the scene has no such fields.
+  void fields_at(const std::vector<unsigned>& slots, const double* true_poses, double lp_per_mm, double* values);
+
   // State at the last frame of a slot; valid until the slot's next reset.
   struct State {
     trials::Instance instance;
