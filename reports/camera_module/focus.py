@@ -1,7 +1,7 @@
 """The plane of best focus of every module, what a tilt costs, and how far from both the methods end: see README.md.
 
     python3 reports/camera_module/focus.py modules [COUNT]    adds missing modules to focus_modules.csv
-    python3 reports/camera_module/focus.py bounds [COUNT]     writes focus_bounds.csv
+    python3 reports/camera_module/focus.py bounds [COUNT]     adds missing modules to focus_bounds.csv
     python3 reports/camera_module/focus.py trials FOLDER...   writes focus_trials.csv, from results of suites/camera_focus.json
 
 They compute without noise, from rays (`Batch.fields_at`), a module in about 10 s, and need the package relign_bench and NumPy.
@@ -34,7 +34,7 @@ NEAR = {  # images about the plane after six of the start and the sweep: z in um
     "8": (-15, 15), "13": (-15, -5, 5, 15, -12, -8, -4), "13-spread": tuple(np.linspace(-30, 30, 7)),
     "26-spread": tuple(np.linspace(-30, 30, 20)), "52-spread": tuple(np.linspace(-30, 30, 46)),
 }  # fmt: skip
-PIXEL_Z, PIXEL_MODULES = (-15, 0, 15), 2
+PIXEL_Z, PIXEL_MODULES = (-15, 0, 15), 1
 
 
 class Lens:
@@ -213,6 +213,12 @@ def read(name):
         return list(csv.DictReader(file))
 
 
+def read_known(name):
+    """The rows of a file, if it is there, and which modules they are."""
+    rows = read(name) if (HERE / name).exists() else []
+    return rows, {(row["class"], int(row["instance"])) for row in rows}
+
+
 def numbers(prefix, values):
     return {f"{prefix}{name}": f"{value:.3f}" for name, value in zip(COLUMNS, values)}
 
@@ -239,8 +245,7 @@ def module_row(lens, response, name, number):
 def modules(count):
     suite = json.loads(SUITE.read_text(encoding="utf-8"))
     design_px, response = design_response(suite)
-    rows = read("focus_modules.csv") if (HERE / "focus_modules.csv").exists() else []
-    known = {(row["class"], int(row["instance"])) for row in rows}
+    rows, known = read_known("focus_modules.csv")
     for name, level in CLASSES.items():
         batch = batch_of(suite, level)
         for number in range(count):
@@ -349,9 +354,12 @@ def pixel_bound(lens, focus, response, samples=16):
 def bounds(count):
     suite = json.loads(SUITE.read_text(encoding="utf-8"))
     design_px, response = design_response(suite)
-    rows, batches = [], {name: batch_of(suite, level) for name, level in CLASSES.items()}
+    rows, known = read_known("focus_bounds.csv")
+    batches = {name: batch_of(suite, level) for name, level in CLASSES.items()}
     for number in range(count):
         for name, batch in batches.items():
+            if (name, number) in known:
+                continue
             batch.reset([0], [number], "benchmark")
             lens = Lens(batch, suite, design_px)
             focus, foci = plane_of_best_focus(lens, response)
