@@ -18,13 +18,13 @@ import sys
 import tempfile
 import zipfile
 
+import package_facts
+from package_facts import EMBEDDED, owners
+
 TREE = pathlib.Path(__file__).resolve().parent.parent
 SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
 # Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
 SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
-# Debian packages whose headers are compiled into the program, or whose files are embedded in it.
-EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "nlohmann-json3-dev",
-            "pybind11-dev")
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
@@ -103,9 +103,7 @@ def bundle_licences(libraries, folder):
     folder.mkdir(parents=True, exist_ok=True)
     packages = {package for package in EMBEDDED if pathlib.Path("/usr/share/doc", package, "copyright").is_file()}
     for library in sorted(libraries.iterdir()):
-        name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", library.name)  # auditwheel adds a hash
-        owners = run("dpkg-query", "-S", f"*/{name}", capture_output=True, text=True).stdout
-        packages |= {line.split(":")[0] for line in owners.splitlines()}
+        packages |= owners(library.name)
     common = set()
     for package in sorted(packages):
         text = pathlib.Path("/usr/share/doc", package, "copyright").read_bytes()
@@ -133,6 +131,14 @@ def metadata(name, version, pythons):
     return "\n".join(lines)
 
 
+def zip_entry(name, executable=False):
+    """A file of a wheel: equal files get equal bytes, whenever they are packed."""
+    entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    entry.external_attr = (0o100755 if executable else 0o100644) << 16
+    return entry
+
+
 def packed(tree, file):
     """A wheel of the files below `tree`, with the record of their hashes."""
     info = next(tree.glob("*.dist-info")).name
@@ -141,13 +147,10 @@ def packed(tree, file):
         for path in sorted(path for path in tree.rglob("*") if path.is_file()):
             name = path.relative_to(tree).as_posix()
             data = path.read_bytes()
-            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = (0o100755 if os.access(path, os.X_OK) else 0o100644) << 16
-            wheel.writestr(entry, data)
+            wheel.writestr(zip_entry(name, os.access(path, os.X_OK)), data)
             digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
             record.append(f"{name},sha256={digest},{len(data)}\n")
-        wheel.writestr(f"{info}/RECORD", "".join(record) + f"{info}/RECORD,,\n")
+        wheel.writestr(zip_entry(f"{info}/RECORD"), "".join(record) + f"{info}/RECORD,,\n")
     return file
 
 
@@ -201,6 +204,7 @@ def main():
         packed(whole, given.out / repaired.name)
     made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
     names = ", ".join(f"{major}.{minor}" for major, minor in versions)
+    package_facts.main([made])
     print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {names}")
 
 

@@ -78,7 +78,7 @@ class Run {
             hash(suite_.algorithms[trial.algorithm].choice), learnt ? hash_of(*learnt) : ""};
   }
 
-  // Before outdated trials are removed: they tell how long new ones take.
+  // Before outdated trials are removed, whose times are estimates for the new ones.
   void remember_times() {
     const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
     for (const std::size_t place : selected_)

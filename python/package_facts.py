@@ -1,0 +1,167 @@
+"""Writes what a package contains and what it was made of: `python3 python/package_facts.py FILE.whl FILE.deb ...`.
+
+Beside each file: FILE.cdx.json, a bill of materials in CycloneDX 1.5, and FILE.provenance.json, an unsigned in-toto statement
+with SLSA provenance 1.0 about source, compiler and Debian packages. Equal files from equal sources give equal bytes. Run it on
+the machine that made the package: versions are those of the Debian packages installed there.
+"""
+
+import email
+import hashlib
+import json
+import os
+import pathlib
+import platform
+import re
+import subprocess
+import sys
+import uuid
+import zipfile
+from datetime import datetime, timezone
+
+TREE = pathlib.Path(__file__).resolve().parent.parent
+# Debian packages whose headers are compiled into the program, or whose files are embedded in it.
+EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "nlohmann-json3-dev", "pybind11-dev")
+TOOLS = ("g++", "cmake", "ninja-build", "binutils", "dpkg-dev")
+
+
+def output(*command):
+    """What a command prints; empty if it fails."""
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    return done.stdout if done.returncode == 0 else ""
+
+
+def installed(packages):
+    """Versions of the Debian packages that are installed here, by name."""
+    versions = {}
+    for name in sorted(set(packages)):
+        for line in output("dpkg-query", "-W", "-f", "${db:Status-Status} ${Version}\n", name).splitlines():
+            if line.startswith("installed "):
+                versions[name] = line.split()[1]
+    return versions
+
+
+def debian_url(name, version):
+    """The package URL of a Debian package."""
+    system = platform.freedesktop_os_release()
+    return (f"pkg:deb/{system['ID']}/{name.replace('+', '%2B')}@{version.replace('+', '%2B').replace(':', '%3A')}"
+            f"?distro={system['ID']}-{system.get('VERSION_ID', 'unknown')}")
+
+
+def debian_component(name, version, scope, note):
+    """A component of a bill of materials for a Debian package; `note`: how it is used."""
+    url = debian_url(name, version)
+    return {"type": "library", "bom-ref": url, "name": name, "version": version, "scope": scope, "purl": url,
+            "properties": [{"name": "relign-bench:use", "value": note}]}
+
+
+def owners(library):
+    """Debian packages that installed a library of this file name."""
+    name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", library)  # auditwheel adds a hash
+    return {line.split(":")[0] for line in output("dpkg-query", "-S", f"*/{name}").splitlines()}
+
+
+def of_wheel(file):
+    """(name, version, package URL, components) of a wheel.
+
+    Raises:
+        ValueError: A bundled library belongs to no Debian package.
+    """
+    components, files = [], {}
+    with zipfile.ZipFile(file) as wheel:
+        about = email.message_from_bytes(wheel.read(next(n for n in wheel.namelist() if n.endswith(".dist-info/METADATA"))))
+        for path in sorted(wheel.namelist()):
+            folder, _, library = path.partition("/")
+            if not folder.endswith(".libs") or not library:
+                continue
+            packages = owners(library)
+            if not packages:
+                raise ValueError(f"{file}: '{path}' belongs to no Debian package that is installed here; run this program "
+                                 "on the machine that made the wheel")
+            for package in packages:
+                files.setdefault(package, []).append((path, hashlib.sha256(wheel.read(path)).hexdigest()))
+    for name, version in installed(files).items():
+        component = debian_component(name, version, "required", "a copy in the wheel")
+        component["components"] = [{"type": "file", "name": path, "hashes": [{"alg": "SHA-256", "content": digest}]}
+                                   for path, digest in files[name]]
+        components.append(component)
+    for need in about.get_all("Requires-Dist", []):
+        name = re.match(r"[\w.-]+", need)[0]
+        scope = "optional" if "extra ==" in need else "required"
+        if not any(one["name"] == name for one in components):
+            components.append({"type": "library", "bom-ref": f"pkg:pypi/{name}", "name": name, "scope": scope,
+                               "purl": f"pkg:pypi/{name}",
+                               "properties": [{"name": "relign-bench:use", "value": f"not in the wheel: {need}"}]})
+    return about["Name"], about["Version"], f"pkg:pypi/{about['Name']}@{about['Version']}", components
+
+
+def of_debian_package(file):
+    """(name, version, package URL, components) of a Debian package."""
+    name, version, depends = (output("dpkg-deb", "-f", file, key).strip() for key in ("Package", "Version", "Depends"))
+    if not name:
+        raise ValueError(f"'{file}' is not a Debian package")
+    needs = {re.match(r"[\w.+-]+", one.strip())[0]: one.strip() for one in depends.split(",") if one.strip()}
+    components = [debian_component(need, found, "required", f"not in the package: {needs[need]}")
+                  for need, found in installed(needs).items()]
+    return name, version, f"pkg:deb/{name}@{version}", components
+
+
+def source_time():
+    """Seconds since 1970: SOURCE_DATE_EPOCH, otherwise of the commit."""
+    return int(os.environ.get("SOURCE_DATE_EPOCH") or output("git", "-C", TREE, "log", "-1", "--format=%ct").strip() or 0)
+
+
+def bill_of_materials(file):
+    """The bill of materials of a package, as CycloneDX 1.5."""
+    name, version, url, components = (of_wheel if file.suffix == ".whl" else of_debian_package)(file)
+    components += [debian_component(one, found, "required", "headers compiled into the program")
+                   for one, found in installed(EMBEDDED).items()]
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    return {"bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
+            "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, f'sha256:{digest}')}",
+            "metadata": {"timestamp": datetime.fromtimestamp(source_time(), timezone.utc).isoformat().replace("+00:00", "Z"),
+                         "component": {"type": "application", "bom-ref": url, "name": name, "version": version, "purl": url,
+                                       "licenses": [{"license": {"id": "Apache-2.0"}}],
+                                       "hashes": [{"alg": "SHA-256", "content": digest}]}},
+            "components": components,
+            "dependencies": [{"ref": url, "dependsOn": [one["bom-ref"] for one in components]}]}
+
+
+def provenance(file, materials):
+    """An in-toto statement with SLSA provenance about a package."""
+    commit = output("git", "-C", TREE, "rev-parse", "HEAD").strip()
+    changed = bool(output("git", "-C", TREE, "status", "--porcelain", "--untracked-files=no").strip())
+    source = {"name": "relign-bench", "annotations": {"changedAfterCommit": changed}}
+    if commit:
+        source["digest"] = {"gitCommit": commit}
+    packages = [{"uri": one["purl"], "name": one["name"]} for one in materials["components"]
+                if one["purl"].startswith("pkg:deb/")]
+    packages += [{"uri": debian_url(name, version), "name": name} for name, version in installed(TOOLS).items()]
+    return {"_type": "https://in-toto.io/Statement/v1",
+            "subject": [{"name": file.name, "digest": {"sha256": materials["metadata"]["component"]["hashes"][0]["content"]}}],
+            "predicateType": "https://slsa.dev/provenance/v1",
+            "predicate": {"buildDefinition": {
+                "buildType": "urn:relign-bench:quickstart",
+                "externalParameters": {"step": "wheel" if file.suffix == ".whl" else "package"},
+                "internalParameters": {"compiler": output("c++", "--version").partition("\n")[0],
+                                       "sourceDateEpoch": source_time()},
+                "resolvedDependencies": [source, *packages]},
+                "runDetails": {"builder": {"id": "urn:relign-bench:unattested"}}}}
+
+
+def main(files):
+    """Writes both files beside each package."""
+    for file in map(pathlib.Path, files):
+        materials = bill_of_materials(file)
+        for suffix, content in (("cdx", materials), ("provenance", provenance(file, materials))):
+            beside = file.with_name(f"{file.name}.{suffix}.json")
+            beside.write_text(json.dumps(content, indent=2) + "\n")
+            print(beside)
+
+
+if __name__ == "__main__":
+    try:
+        if len(sys.argv) < 2:
+            raise ValueError("expected a .whl or .deb file")
+        main(sys.argv[1:])
+    except (ValueError, OSError, zipfile.BadZipFile) as problem:
+        sys.exit(f"error: {problem}")
