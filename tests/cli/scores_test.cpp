@@ -125,6 +125,9 @@ TEST_F(CliScores, SpecificationOfAnotherScoreIsRefused) {
   place_.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["random"],
                                  "instances": 1, "steps": 1, "spec": {"score": 1}})");
   EXPECT_THAT(call({"validate", "suite.json"}).err, HasSubstr("the scene is judged by its RMSE; use 'rmse'"));
+  place_.write("suite.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["random"],
+                                 "instances": 1, "steps": 1, "targets": [2, 1]})");
+  EXPECT_THAT(call({"validate", "suite.json"}).err, HasSubstr("found the target 2; targets of the scene 'relign_od'"));
 }
 
 TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {

@@ -138,7 +138,7 @@ class Schemas(unittest.TestCase):
         example = {name: tools.load(name)["examples"][0] for name in USERS}
         for name, wrong in (
                 ("suite", {**example["suite"], "scenes": []}), ("suite", {**example["suite"], "instances": 0}),
-                ("suite", {**example["suite"], "name": "a/b"}), ("suite", {**example["suite"], "targets": [2]}),
+                ("suite", {**example["suite"], "name": "a/b"}), ("suite", {**example["suite"], "targets": [0]}),
                 ("suite", {**example["suite"], "algorithms": [{"use": "nlopt", "parameters": {"first_stride": 1}}]}),
                 ("suite", {**example["suite"], "scenes": [{"use": "relign_od", "steps": 3}]}),
                 ("plugin", {**example["plugin"], "command": ["./run"]}), ("plugin", {**example["plugin"], "kind": "scene"}),

@@ -55,6 +55,9 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
   if (limits.is_object() && limits.contains(wrong))
     refuse("it limits '" + std::string(wrong) + "', but the scene is judged by its " + facts.score.label() + "; use '" +
            right + "'");
+  if (facts.score.squared && !suite.targets.empty() && suite.targets.front() > 1)
+    throw Error(ErrorKind::bad_input, "found the target " + shortest(suite.targets.front()) +
+                                          "; targets of the scene '" + name + "', of its RMSE, are from 0 to 1");
   if (!spec.limits_criteria()) return;
   const auto needs = [&](CriterionNeeds what) {
     return std::any_of(kCriteria.begin(), kCriteria.end(),

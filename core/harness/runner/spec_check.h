@@ -16,8 +16,8 @@ namespace relign::runner {
 // Equal keys: the same limits of MTF.
 std::string key_of(const trials::Criteria& criteria);
 
-// Throws Error(bad_input) if the scene `name` is judged by another score than the specification limits, or does not
-// offer what the criteria of every step need.
+// Throws Error(bad_input) if the scene `name` is judged by another score than the specification limits, cannot reach
+// a target above the highest RMSE, or does not offer what the criteria of every step need.
 void check_criteria(const suites::Suite& suite, const std::string& name, plugin_host::Scene& scene,
                     const trials::SceneFacts& facts);
 

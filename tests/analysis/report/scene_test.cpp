@@ -60,8 +60,9 @@ TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {
   EXPECT_EQ(shown["plane"]["rmse"], Json({0.01, 0, 0.01, 0.02, 0, 0.02}));
 
   const std::string page = Report(folder_).html();
-  for (const char* words : {"<h2>Scene<", "A wide lens", "x -1 to 1 mm, Ry -7 to 7 deg", "200 x 100 pixels",
-                            "displaced along one axis at a time", "over x and Ry", "\"map\":{\"across\""})
+  for (const char* words :
+       {"<h2>Scene<", "A wide lens", "x -1 to 1 mm, Ry -7 to 7 deg", "200 x 100 pixels",
+        "displaced from the nominal one along one axis at a time", "over x and Ry", "\"map\":{\"across\""})
     EXPECT_THAT(page, HasSubstr(words)) << words;
   EXPECT_THAT(page, HasSubstr("<img src=\"data:image/svg+xml;base64," + base64(kDrawing) + "\""));
   EXPECT_THAT(page, Not(HasSubstr("bad()"))) << "images run no scripts, and their text is not markup";
