@@ -6,7 +6,10 @@
 namespace relign::runner {
 namespace {
 
-constexpr double kSecondsBetweenEstimates = 0.5;  // an estimate runs through all remaining trials
+// An estimate runs through all remaining trials, while workers wait for the reporter: of a large plan it is made less
+// often.
+constexpr double kSecondsBetweenEstimates = 0.5;
+constexpr double kMostTimeOfEstimates = 0.01;  // share
 
 }  // namespace
 
@@ -26,7 +29,7 @@ void RunReporter::begin(const std::string& activity, std::optional<TimeLeft> est
   progress_.estimates = estimate.has_value();
   progress_.left.reset();
   estimate_ = std::move(estimate);
-  estimated_at_ = -kSecondsBetweenEstimates;
+  next_estimate_ = 0;
   report();
 }
 
@@ -53,7 +56,7 @@ void RunReporter::trial_finished(std::size_t worker, bool well, const records::T
 
 void RunReporter::refresh() {
   const std::lock_guard<std::mutex> hold(progress_mutex_);
-  if (estimate_ && seconds() - estimated_at_ >= kSecondsBetweenEstimates) report();
+  if (estimate_ && seconds() >= next_estimate_) report();
 }
 
 double RunReporter::seconds() const {
@@ -67,9 +70,9 @@ Progress RunReporter::progress() const {
 
 void RunReporter::report() {
   const double now = seconds();
-  if (estimate_ && now - estimated_at_ >= kSecondsBetweenEstimates) {
+  if (estimate_ && now >= next_estimate_) {
     progress_.left = estimate_->at(now);
-    estimated_at_ = now;
+    next_estimate_ = now + std::max(kSecondsBetweenEstimates, (seconds() - now) / kMostTimeOfEstimates);
   } else if (progress_.left) {
     const double passed = now - progress_.seconds;
     for (double* of : {&progress_.left->seconds, &progress_.left->least, &progress_.left->most})

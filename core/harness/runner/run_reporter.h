@@ -43,7 +43,7 @@ class RunReporter {
   mutable std::mutex progress_mutex_;
   Progress progress_;
   std::optional<TimeLeft> estimate_;
-  double estimated_at_ = 0;
+  double next_estimate_ = 0;
   std::map<std::size_t, double> begun_at_;  // by worker
 };
 
