@@ -121,10 +121,8 @@ std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifes
     facts.width = count_of(image, "width");
     facts.height = count_of(image, "height");
     facts.scored_by = scene_score_of(scene);
-    for (const Json& reading : list_of(description, "readings")) {
-      const std::string unit = text_of(reading, "unit");
-      facts.readings.push_back(text_of(reading, "name") + (unit.empty() ? "" : " in " + unit));
-    }
+    for (const Json& reading : list_of(description, "readings"))
+      facts.readings.push_back(with_unit(text_of(reading, "name"), text_of(reading, "unit")));
     add_clock(facts, scene, manifest);
     if (const auto axes = all_axes.find(facts.scene); axes != all_axes.end()) {
       for (const SceneAxis& axis : axes->second)

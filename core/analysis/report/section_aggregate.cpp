@@ -124,9 +124,8 @@ void improvements(PageWriter& out, const Aggregate& entry) {
 }
 
 std::string resolution_text(const PageModel& page) {
+  if (std::isnan(page.aggregates.front().resolution)) return "the resolution of the scene's score";
   const SceneScore score = common_score(page);
-  const auto differs = [&score](const Group& group) { return group.scored_by.resolution != score.resolution; };
-  if (any_group(page, differs)) return "the resolution of the scene's score";
   return (score.squared ? "an RMSE of " : "") + number_text(score.resolution, 1) + score.suffix();
 }
 

@@ -14,6 +14,11 @@
 
 namespace relign {
 
+// "RMSE", "insertion loss in dB"
+inline std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : name + " in " + unit;
+}
+
 struct SceneScore {
   std::string name = "RMSE";
   std::string unit;          // empty: none
@@ -24,8 +29,7 @@ struct SceneScore {
 
   // Of a recorded value, or of the difference of two: never negative, since an estimate near 0 may be. NaN stays NaN.
   double shown(double recorded) const { return squared || recorded <= 0 ? displayed_rmse(recorded) : recorded; }
-  // "RMSE", "insertion loss in dB"
-  std::string label() const { return unit.empty() ? name : name + " in " + unit; }
+  std::string label() const { return with_unit(name, unit); }
   // " dB" behind a number
   std::string suffix() const { return unit.empty() ? "" : " " + unit; }
   bool operator==(const SceneScore&) const = default;

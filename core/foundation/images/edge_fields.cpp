@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
+
 namespace relign::images {
 namespace {
 
@@ -32,12 +34,6 @@ std::optional<Region> read_region(const JsonSource& source, ObjectReader& field,
 
 Json region_json(const Region& region) {
   return {{"x", region.x}, {"y", region.y}, {"width", region.width}, {"height", region.height}};
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 // A window of twice the mark's side, sampled coarsely: enough for the place of a region.

@@ -8,7 +8,6 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
-#include "images/score.h"
 #include "trials/stage.h"
 
 namespace relign::environment {

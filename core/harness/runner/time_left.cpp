@@ -7,6 +7,7 @@
 #include <queue>
 #include <utility>
 
+#include "base/median.h"
 #include "records/results_folder.h"
 #include "runner/trial_queue.h"
 
@@ -19,12 +20,6 @@ constexpr double kLeastSpread = 0.05, kMostSpread = 0.5;
 constexpr double kOverdue = 0.1;  // what a trial that takes longer than expected still takes, of its time so far
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
