@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
+#include "trials/own_optimum.h"
 
 namespace relign::cli {
 namespace {
@@ -42,10 +43,11 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
       const trials::Instance instance = draw_instance(level, loaded, context.services(1), 1, number);
       plugin_host::MountedAssembly lens = loaded.scene->mount(instance.perturbations.elements_json);
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
-      const auto found = lens.own_optimum(seed);
+      const auto found = trials::own_optimum(lens, loaded.facts, seed);
       if (!found)
-        throw Error(ErrorKind::bad_input,
-                    "--noise-level: scene '" + scene + "' does not search for the own optimum of an instance");
+        throw Error(ErrorKind::bad_input, "--noise-level: scene '" + scene +
+                                              "' does not know the own optimum of an instance; its description may ask "
+                                              "for a search, \"own_optimum\": \"searched\"");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
       own.push_back(loaded.facts.score.shown(found->mse));

@@ -9,6 +9,7 @@
 
 #include "base/seeds.h"
 #include "trials/instance.h"
+#include "trials/own_optimum.h"
 
 namespace relign::cli {
 namespace {
@@ -37,7 +38,7 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
   plugin_host::MountedAssembly lens = scene.mount(instance.perturbations.elements_json);
   std::vector<double> optimum = nominal;
   if (facts.truth)
-    if (const auto own = lens.own_optimum(instance.seed)) optimum = own->true_pose;
+    if (const auto own = trials::own_optimum(lens, facts, instance.seed)) optimum = own->true_pose;
   const trials::FieldValues design = criteria.needs(CriterionNeeds::fields)
                                          ? trials::measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
                                          : trials::FieldValues();

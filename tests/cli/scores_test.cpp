@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -145,6 +146,36 @@ TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {
               HasSubstr("non-finite"));
   EXPECT_THAT(found_by_the_checks("return [loss_db(abs(share + DARK + noise))]", "return [1.0, 2.0]"),
               HasSubstr("capture() returned 2 readings, expected 1 reading"));
+}
+
+// The example knows its best poses; without them the harness finds the same scores, once for each instance.
+TEST_F(CliScores, OwnOptimaAreSearchedForOnRequest) {
+  const auto own_optima = [this](const std::string& scene) {
+    std::string text = suite(R"("score": 1.0)");
+    text.replace(text.find("./fibre.py"), 10, scene);
+    place_.write("suite.json", text);
+    EXPECT_EQ(call({"run", "suite.json", "-o", scene + ".out"}).exit_code, 0);
+    std::vector<double> scores;
+    std::istringstream lines(place_.read(scene + ".out/trials/0000.jsonl"));
+    for (std::string line; std::getline(lines, line);)
+      if (const json read = json::parse(line); read.contains("end"))
+        scores.push_back(read["own_optimum_mse"].is_number() ? read["own_optimum_mse"].get<double>() : std::nan(""));
+    return scores;
+  };
+  const std::vector<double> known = own_optima("./fibre.py");
+  scene_with("def own_optimum(", "def known_optimum(");
+  place_.write("fibre.py", place_.read("scene.py"));
+  EXPECT_THAT(own_optima("./scene.py"), testing::Each(testing::IsNan())) << "not asked for";
+  scene_with(R"("elements": [],)", R"("elements": [], "own_optimum": "searched",)");
+  const std::vector<double> searched = own_optima("./scene.py");
+  ASSERT_EQ(searched.size(), known.size());
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    EXPECT_NEAR(searched[i], known[i], 1e-3) << "dB";
+    EXPECT_GE(searched[i], known[i] - 1e-9) << "no pose is better than the best";
+  }
+  EXPECT_EQ(call({"plugin", "check", "./scene.py"}).exit_code, 0);
+  EXPECT_THAT(found_by_the_checks(R"("elements": [],)", R"("elements": [], "own_optimum": "known",)"),
+              HasSubstr("expected \"searched\", or no 'own_optimum'; found 'known'"));
 }
 
 }  // namespace

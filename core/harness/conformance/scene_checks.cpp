@@ -9,6 +9,7 @@
 #include "conformance/progress.h"
 #include "plugin_host/objects.h"
 #include "trials/model_scene.h"
+#include "trials/own_optimum.h"
 #include "trials/scene_facts.h"
 
 namespace relign::conformance {
@@ -247,9 +248,9 @@ Finding check_optimum(const Subject& subject) {
   if (opened.facts.owns_stage) return skipped(kStation);
   if (!opened.facts.truth) return skipped("it has no ground truth");
   MountedAssembly assembly = opened.scene.mount(opened.offsets());
-  const auto found = assembly.own_optimum(1);
-  if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM);
-  const auto again = assembly.own_optimum(1);
+  const auto found = trials::own_optimum(assembly, opened.facts, 1);
+  if (!found) return skipped("it does not offer " RELIGN_SCENE_OPTIMUM " and does not ask for a search");
+  const auto again = trials::own_optimum(assembly, opened.facts, 1);
   if (!again || again->true_pose != found->true_pose || again->mse != found->mse)
     return failed("the optimum for the same lens and seed changes when called again");
   const MountedAssembly::Truth there = assembly.noise_free_mse(found->true_pose, 2);

@@ -7,6 +7,7 @@
 #include "base/json_members.h"
 #include "base/json_source.h"
 #include "base/text.h"
+#include "trials/own_optimum.h"
 
 namespace relign::runner {
 
@@ -77,7 +78,7 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
       if (error.kind() != ErrorKind::bad_input && error.kind() != ErrorKind::plugin_failed) throw;
       refuse(error.what());
     }
-  if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !perfect.own_optimum(1))
+  if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !trials::own_optimum(perfect, facts, 1))
     refuse(keys_of(CriterionNeeds::own_optimum) + " need its own optimum, which it does not offer");
 }
 

@@ -9,6 +9,7 @@
 #include "records/specification.h"
 #include "runner/merits.h"
 #include "runner/spec_check.h"
+#include "trials/own_optimum.h"
 
 namespace relign::runner {
 namespace {
@@ -112,11 +113,11 @@ struct TrialRunner::Bench {
   trials::FieldValues design;
   std::optional<std::pair<std::string, trials::Judge::Optimum>> criterion_optimum;  // of the assembly; by limits
 
-  const records::OwnOptimum& optimum(double lp_per_mm) {
+  const records::OwnOptimum& optimum(const trials::SceneFacts& facts, double lp_per_mm) {
     if (!own_optimum) {
       own_optimum.emplace();
       const std::uint64_t seed = frame_seed(instance.seed, 0, FrameStream::own_optimum);
-      if (auto found = assembly->own_optimum(seed)) {
+      if (auto found = trials::own_optimum(*assembly, facts, seed)) {
         own_optimum->mse = found->mse;
         own_optimum->pose = std::move(found->true_pose);
       }
@@ -194,8 +195,8 @@ TrialRunner::Placed TrialRunner::place(const TrialJob& job) {
   }
   const bool known = bench_->assembly && job.facts.truth && !job.pretraining;
   return {bench_->instance, bench_->assembly.get(), on.reference(),
-          [bench = bench_.get(), known, lp_per_mm = job.mtf_lp_per_mm] {
-            return known ? bench->optimum(lp_per_mm) : records::OwnOptimum();
+          [bench = bench_.get(), known, facts = job.facts, lp_per_mm = job.mtf_lp_per_mm] {
+            return known ? bench->optimum(facts, lp_per_mm) : records::OwnOptimum();
           }};
 }
 

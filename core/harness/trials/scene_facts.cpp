@@ -126,6 +126,15 @@ SceneFacts read(const JsonSource& source) {
     top.complain(top.has("truth") ? "truth" : "",
                  "a scene that owns its stage has no ground truth; expected \"truth\": false");
 
+  if (top.get("own_optimum")) {
+    const std::string how = top.string("own_optimum", "");
+    facts.searches_optimum = how == "searched";
+    if (!facts.searches_optimum)
+      top.complain("own_optimum", "expected \"searched\", or no 'own_optimum'; found '" + how + "'");
+    else if (!facts.truth)
+      top.complain("own_optimum", "a search needs the ground truth, which this scene has not");
+  }
+
   facts.nominal_pose =
       top.numbers("nominal_pose", facts.axes.size(),
                   facts.owns_stage ? std::vector<double>(facts.axes.size(), 0.5) : std::vector<double>{});

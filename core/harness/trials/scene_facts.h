@@ -66,6 +66,8 @@ struct SceneFacts {
   std::vector<std::string> files;            // data files the image depends on
   bool owns_stage = false;                   // a station: relative moves, no W, no true pose
   bool truth = true;                         // the scene computes noise-free errors
+  // Whether the harness is to search for the best pose of an instance; otherwise only the scene does, if it can.
+  bool searches_optimum = false;
   std::string text;                          // the description verbatim
   std::optional<std::size_t> score_reading;  // place of the reading that measures the score; without it, the RMSE does
 
