@@ -67,7 +67,7 @@ struct SceneFacts {
   bool owns_stage = false;                   // a station: relative moves, no W, no true pose
   bool truth = true;                         // the scene computes noise-free errors
   std::string text;                          // the description verbatim
-  std::optional<std::size_t> score_reading;  // place of the reading that measures the score; without it, the RMSE does
+  std::optional<std::size_t> score_measure;  // reading or pixel that measures the score; without it, the RMSE does
 
   // What a capture measures of the score, noise included; not finite where a pixel is not. Both have all pixels.
   double measured(const float* pixels, const float* reference) const;
