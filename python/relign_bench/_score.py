@@ -18,13 +18,14 @@ class Score:
         name: "RMSE" for a scene that compares images, which needs no declaration.
         unit: "" without one.
         squared: Whether records keep its square, as the RMSE is kept as an MSE.
-        reading: Place of the reading that measures it among the readings; None: the RMSE of the image does.
+        measure: Place of the value that measures it among the readings, or the pixels in rows; None: the RMSE of the
+            image does.
     """
 
     name: str = "RMSE"
     unit: str = ""
     squared: bool = True
-    reading: int | None = None
+    measure: int | None = None
 
     @property
     def label(self) -> str:
@@ -38,8 +39,8 @@ class Score:
 
     def measured(self, frame: Float32Array, reference: Float32Array) -> float:
         """What a capture measures, noise included; both shapes (height, width)."""
-        if self.reading is not None:
-            return float(frame.ravel()[self.reading])
+        if self.measure is not None:
+            return float(frame.ravel()[self.measure])
         return float(np.sqrt(np.mean((frame.astype(np.float64) - reference) ** 2)))
 
 
@@ -52,5 +53,8 @@ def score_of(scene: dict[str, Any]) -> Score:
     if declared is None:
         return RMSE
     names = [reading["name"] for reading in scene.get("readings", [])]
-    reading = names.index(declared["reading"]) if declared.get("reading") in names else None
-    return Score(declared["name"], declared.get("unit", ""), False, reading)
+    measure = names.index(declared["reading"]) if declared.get("reading") in names else None
+    if "pixel" in declared:
+        row, column = declared["pixel"]
+        measure = row * scene["image"]["width"] + column
+    return Score(declared["name"], declared.get("unit", ""), False, measure)

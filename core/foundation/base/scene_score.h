@@ -1,7 +1,8 @@
 // What a scene judges a pose by: a number that is the better the lower it is, 0 for a perfect pose.
 //
 // Scenes that compare images are judged by the RMSE against the reference image. Others declare "score" in their
-// description: {"name": "insertion loss", "unit": "dB", "scale": "linear", "resolution": 0.01, "reading": "loss"}.
+// description: {"name": "insertion loss", "unit": "dB", "scale": "linear", "resolution": 0.01, "reading": "loss"}. In a
+// capture it is measured by a reading, or by a pixel of the image ("pixel": [row, column]); else by the RMSE.
 #pragma once
 
 #include <cstddef>
@@ -40,10 +41,16 @@ struct Reading {
   std::string name, unit;
 };
 
-// Of a description with "score"; `reading` gets the place of the reading that measures it, of `readings`, and stays as
-// it is without one.
-SceneScore read_scene_score(const JsonSource& source, const std::vector<Reading>& readings,
-                            std::optional<std::size_t>& reading, std::vector<Problem>& problems);
+// What a capture has: readings, or without them an image.
+struct Measurements {
+  std::vector<Reading> readings;
+  std::size_t width = 0, height = 0;  // of the image
+};
+
+// Of a description with "score"; `measure` gets the place of the value that measures it, among the readings or the
+// pixels, and stays as it is without one.
+SceneScore read_scene_score(const JsonSource& source, const Measurements& measured, std::optional<std::size_t>& measure,
+                            std::vector<Problem>& problems);
 // As the manifest keeps it, and back. Of other JSON: the RMSE.
 Json scene_score_json(const SceneScore& score);
 SceneScore scene_score_of(const Json& scene);

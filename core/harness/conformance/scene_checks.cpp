@@ -185,12 +185,15 @@ static std::string flaw_of_score(Opened& opened, MountedAssembly& perfect) {
              " far from it, although the lower score is the better; declare what is missing, such as 1 - visibility";
   }
   std::vector<float> readings(std::size_t{facts.image_width} * facts.image_height);
-  if (!facts.score_reading || !perfect.render_noise_free(facts.nominal_pose, readings.data())) return "";
-  const double reading = readings[*facts.score_reading];
+  if (!facts.score_measure || !perfect.render_noise_free(facts.nominal_pose, readings.data())) return "";
+  const double reading = readings[*facts.score_measure];
   constexpr double kAllowed = 0.5, kResolutions = 10;
   if (!(std::fabs(reading - best) <= kAllowed * std::max(std::fabs(reading), best) + kResolutions * score.resolution))
-    return "its noise-free reading '" + facts.readings[*facts.score_reading].name + "' is " + significant(reading) +
-           score.suffix() + " at the nominal pose, but the score there is " + significant(best) + score.suffix();
+    return "its noise-free " +
+           (facts.readings.empty() ? "pixel that measures the score"
+                                   : "reading '" + facts.readings[*facts.score_measure].name + "'") +
+           " is " + significant(reading) + score.suffix() + " at the nominal pose, but the score there is " +
+           significant(best) + score.suffix();
   return "";
 }
 

@@ -170,7 +170,8 @@ SceneFacts read(const JsonSource& source) {
       top.complain("elements", "duplicate element '" + *name + "'");
   facts.uncertain = read_uncertain(source, top, facts.elements, problems);
   if (top.get("score")) {
-    facts.score = read_scene_score(source, facts.readings, facts.score_reading, problems);
+    facts.score = read_scene_score(source, {facts.readings, facts.image_width, facts.image_height}, facts.score_measure,
+                                   problems);
   } else if (!facts.readings.empty()) {
     top.complain_missing("score", R"({"name": ..., "unit": ..., "resolution": ..., "reading": ...})");
   }
@@ -250,9 +251,9 @@ MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
 
 double SceneFacts::measured(const float* pixels, const float* reference) const {
   const std::size_t count = std::size_t{image_width} * image_height;
-  if (!score_reading) return images::rmse(pixels, reference, count);
+  if (!score_measure) return images::rmse(pixels, reference, count);
   const bool all_finite = std::all_of(pixels, pixels + count, [](float value) { return std::isfinite(value); });
-  return all_finite ? double{pixels[*score_reading]} : std::numeric_limits<double>::quiet_NaN();
+  return all_finite ? double{pixels[*score_measure]} : std::numeric_limits<double>::quiet_NaN();
 }
 
 SceneFacts read_scene_facts(const std::string& description, const std::string& scene_id) {

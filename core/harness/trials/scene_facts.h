@@ -69,7 +69,7 @@ struct SceneFacts {
   // Whether the harness is to search for the best pose of an instance; otherwise only the scene does, if it can.
   bool searches_optimum = false;
   std::string text;                          // the description verbatim
-  std::optional<std::size_t> score_reading;  // place of the reading that measures the score; without it, the RMSE does
+  std::optional<std::size_t> score_measure;  // reading or pixel that measures the score; without it, the RMSE does
 
   // What a capture measures of the score, noise included; not finite where a pixel is not. Both have all pixels.
   double measured(const float* pixels, const float* reference) const;

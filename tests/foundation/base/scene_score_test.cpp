@@ -15,15 +15,15 @@ const std::vector<Reading> kReadings = {{"power", "mW"}, {"loss", "dB"}};
 
 struct ReadScore {
   SceneScore score;
-  std::optional<std::size_t> reading;
+  std::optional<std::size_t> measure;
   std::string problems;
 };
 
-ReadScore read(const std::string& score, const std::vector<Reading>& readings = kReadings) {
+ReadScore read(const std::string& score, const Measurements& measured = {kReadings}) {
   ReadScore found;
   std::vector<Problem> problems;
   const JsonSource source = JsonSource::from_text("{\"score\": " + score + "}", "description");
-  found.score = read_scene_score(source, readings, found.reading, problems);
+  found.score = read_scene_score(source, measured, found.measure, problems);
   for (const Problem& problem : problems) found.problems += problem.to_string() + "\n";
   return found;
 }
@@ -44,7 +44,23 @@ TEST(SceneScore, ThatIsDeclaredIsItsRecord) {
   EXPECT_TRUE(std::isnan(found.score.shown(std::numeric_limits<double>::quiet_NaN())));
   EXPECT_EQ(found.score.label(), "insertion loss in dB");
   EXPECT_TRUE(found.score.logarithmic);
-  EXPECT_EQ(found.reading, 1U);
+  EXPECT_EQ(found.measure, 1U);
+}
+
+TEST(SceneScore, IsMeasuredByAPixelOfAnImage) {
+  const Measurements image = {{}, 40, 30};
+  const std::string start = R"({"name": "1 - visibility", "resolution": 1e-5, "pixel": )";
+  const ReadScore found = read(start + "[2, 7]}", image);
+  EXPECT_EQ(found.problems, "");
+  EXPECT_EQ(found.measure, 87U);
+  for (const std::string place : {"[30, 0]", "[0, 40]", "[-1, 0]", "[0.5, 0]"}) {
+    const ReadScore outside = read(start + place + "}", image);
+    EXPECT_THAT(outside.problems, HasSubstr("of the image of 30 rows and 40 columns")) << place;
+    EXPECT_FALSE(outside.measure) << place;
+  }
+  EXPECT_THAT(read(start + "[1]}", image).problems, HasSubstr("pixel"));
+  EXPECT_THAT(read(R"({"name": "loss", "unit": "dB", "resolution": 1, "reading": "loss", "pixel": [0, 0]})").problems,
+              HasSubstr("is for scenes of an image; 'reading' names one of the 'readings'"));
 }
 
 TEST(SceneScore, SurvivesTheManifest) {
