@@ -81,7 +81,7 @@ class Published(unittest.TestCase):
                          "**no difference found** at rho0 (0.92 to 1.07); **not shown** at rho0.25, rho0.5")
 
     def test_the_tables_of_pages_are_those_of_their_files(self):
-        for page in ("leaderboard", "camera_module"):
+        for page in ("leaderboard", "camera_module", "domains"):
             with self.subTest(page):
                 script = TREE / "reports" / page / "table.py"
                 done = subprocess.run([sys.executable, "-B", script, "--check"], capture_output=True, text=True)
