@@ -115,6 +115,31 @@ TEST_F(CliScores, AreMergedVerifiedAndChecked) {
   EXPECT_THAT(forged.out + forged.err, HasSubstr("'recommended_mse' -3"));
 }
 
+// As any other scene: a method in a sandbox has the same trials, an evaluation is ranked, and a cluster runs a plan.
+TEST_F(CliScores, RunInASandboxOnALeaderboardAndOnACluster) {
+  ASSERT_EQ(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
+  const Outcome confined = call({"run", "suite.json", "-o", "confined", "--sandbox"});
+  if (confined.err.find("not possible on this machine") != std::string::npos) GTEST_SKIP() << confined.err;
+  ASSERT_EQ(confined.exit_code, 0) << confined.err;
+  EXPECT_EQ(place_.read("confined/instances.csv"), place_.read("out/instances.csv"));
+
+  fs::create_directories(place_.path("sub"));
+  fs::copy_file(RELIGN_SOURCE_DIR "/examples/compass_python/compass.py", place_.path("sub/compass.py"));
+  place_.write("sub/submission.json", R"({"name": "ours", "version": "1.0", "summary": "Compass search.",
+    "authors": ["A. Nonymous"], "licence": "Apache-2.0", "plugin": "compass.py", "algorithm": {"use": "compass"}})");
+  ASSERT_EQ(call({"submit", "pack", "sub", "-o", "ours.tar"}).exit_code, 0);
+  const Outcome evaluated =
+      call({"submit", "evaluate", "ours.tar", "--suite", "suite.json", "-o", "ev", "--baselines", "confined"});
+  ASSERT_EQ(evaluated.exit_code, 0) << evaluated.err;
+  const Outcome board = call({"leaderboard", "build", "ev", "-o", "site"});
+  EXPECT_EQ(board.exit_code, 0) << board.err;
+  EXPECT_THAT(place_.read("site/index.html"), AllOf(HasSubstr("coordinate-walk"), HasSubstr("ours")));
+  EXPECT_THAT(place_.read("site/feed.json"), HasSubstr("fibre"));
+
+  ASSERT_EQ(call({"plan", "suite.json", "-o", "plan.json", "--shards", "2"}).exit_code, 0);
+  EXPECT_THAT(call({"slurm", "script", "--plan", "plan.json"}).out, HasSubstr("#SBATCH --array=0-1"));
+}
+
 TEST_F(CliScores, SpecificationOfAnotherScoreIsRefused) {
   place_.write("suite.json", suite(R"("rmse": 0.01)"));
   const Outcome outcome = call({"validate", "suite.json"});
