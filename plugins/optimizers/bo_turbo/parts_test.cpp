@@ -177,7 +177,7 @@ TEST(TurboSearch, StaysWithinTheRegionAroundTheBestPoint) {
 
 // Without any improvement the region halves at every fourth step: 4 + 28 steps until it collapses.
 TEST(TurboSearch, RestartsWithANewDesignWhenTheRegionCollapses) {
-  Search search(2, {0, 20, 100}, 9);
+  Search search(2, {0, 20, 80}, 9);
   std::vector<Vector> points;
   for (int step = 0; step < 4 + 28 + 4; ++step) {
     EXPECT_EQ(search.restarts(), step <= 32 ? 0u : 1u) << step;
@@ -193,7 +193,7 @@ TEST(TurboSearch, RestartsWithANewDesignWhenTheRegionCollapses) {
 }
 
 TEST(TurboSearch, CountsUnusableMeritsAsFailures) {
-  Search search(1, {2, 10, 100}, 10);
+  Search search(1, {2, 10, 80}, 10);
   for (int step = 0; step < 2 + 4; ++step) search.tell(search.ask(), std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(search.region().length(), 0.4);
   for (const double merit : {3.0, 2.0, 1.0}) search.tell(search.ask(), merit);

@@ -1,4 +1,4 @@
-// Scrambled Sobol points, and the candidates that TuRBO makes of them.
+// Scrambled Sobol points, and candidates in a trust region.
 #pragma once
 
 #include <relign/random.hpp>

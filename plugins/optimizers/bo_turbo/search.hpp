@@ -12,7 +12,7 @@ namespace bo_turbo {
 struct Setup {
   std::size_t initial_points = 0;  // 0: 2 x axes
   std::size_t candidates = 0;      // 0: 100 x axes, at most 5000
-  std::size_t exact_points = 100;  // with more points in a region, hyperparameters are refitted at every tenth only
+  std::size_t exact_points = 80;   // with more points in a region, hyperparameters are refitted at every tenth only
 };
 
 class Search {
