@@ -49,7 +49,12 @@ BENCHMARK_CAPTURE(forest, et, "bo-et")->Arg(20)->Arg(50)->UseManualTime()->Unit(
 void process(benchmark::State& state, const std::string& preset) {
   proposal(state, "bo_gp", preset, static_cast<unsigned>(state.range(0)));
 }
-BENCHMARK_CAPTURE(process, gp, "bo-gp")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(process, gp, "bo-gp")->Arg(20)->Arg(50)->Arg(95)->UseManualTime()->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(process, gp_tuned, "bo-gp-tuned")->Arg(20)->Arg(50)->UseManualTime()->Unit(benchmark::kMillisecond);
+
+void trust_region(benchmark::State& state) {
+  proposal(state, "bo_turbo", "bo-turbo", static_cast<unsigned>(state.range(0)));
+}
+BENCHMARK(trust_region)->Arg(20)->Arg(50)->Arg(95)->UseManualTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace

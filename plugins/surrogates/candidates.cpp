@@ -18,6 +18,19 @@ Matrix uniform_points(relign::Random& random, std::size_t dimensions, std::size_
   return drawn;
 }
 
+Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count) {
+  Matrix points(static_cast<Eigen::Index>(dimensions), static_cast<Eigen::Index>(count));
+  std::vector<std::size_t> slices(count);
+  for (Eigen::Index axis = 0; axis < points.rows(); ++axis) {
+    std::iota(slices.begin(), slices.end(), std::size_t{0});
+    for (std::size_t i = count; i > 1; --i) std::swap(slices[i - 1], slices[random.below(i)]);
+    for (std::size_t i = 0; i < count; ++i)
+      points(axis, static_cast<Eigen::Index>(i)) =
+          (static_cast<double>(slices[i]) + random.uniform()) / static_cast<double>(count);
+  }
+  return points;
+}
+
 std::vector<Eigen::Index> lowest(const Vector& costs, std::size_t few) {
   std::vector<Eigen::Index> order(static_cast<std::size_t>(costs.size()));
   std::iota(order.begin(), order.end(), Eigen::Index{0});

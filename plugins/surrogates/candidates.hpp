@@ -14,6 +14,9 @@ Vector uniform_point(relign::Random& random, std::size_t dimensions);
 // dimensions x count, one point per column.
 Matrix uniform_points(relign::Random& random, std::size_t dimensions, std::size_t count);
 
+// The same with one point in each of `count` slices of each axis: a Latin hypercube.
+Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count);
+
 // Indices of the lowest costs, lowest first; equal costs by index, NaN last.
 std::vector<Eigen::Index> lowest(const Vector& costs, std::size_t few);
 

@@ -1,5 +1,6 @@
 #include "gaussian_process.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -73,6 +74,28 @@ void GaussianProcess::predict(const Matrix& at, Vector& mean, Vector& deviation,
     mean.segment(first, count) = standard_.mean + standard_.scale * means.array();
     deviation.segment(first, count) = standard_.scale * perturbations.array().max(0).sqrt();
   }
+}
+
+Vector GaussianProcess::draw(const Matrix& at, const Vector& normals) const {
+  constexpr Eigen::Index kBlock = 128;
+  Matrix beside = kernel_.between(points_, at);
+  const Vector means = beside.transpose() * weights_;
+  root_.whiten(beside);
+  Matrix covariance = Matrix::Zero(at.cols(), at.cols());  // its lower triangle
+  for (Eigen::Index first = 0; first < at.cols(); first += kBlock) {
+    const Eigen::Index count = std::min(kBlock, at.cols() - first);
+    covariance.block(first, first, at.cols() - first, count) =
+        kernel_.between(at.rightCols(at.cols() - first), at.middleCols(first, count));
+  }
+  covariance.selfadjointView<Eigen::Lower>().rankUpdate(beside.transpose(), -1);
+  covariance.diagonal().array() += noise_ + kJitter;
+  Eigen::LLT<Matrix> root(covariance);
+  for (double jitter = 1e-9; root.info() != Eigen::Success && jitter < 1e6; jitter *= 10) {
+    covariance.diagonal().array() += jitter * kernel_.amplitude();
+    root.compute(covariance);
+  }
+  const Vector away = root.matrixL() * normals;
+  return standard_.mean + standard_.scale * (means + away).array();
 }
 
 bool GaussianProcess::append(const Vector& at, double value) {

@@ -47,6 +47,10 @@ class GaussianProcess {
   // For all columns of `at`, without gradients.
   void predict(const Matrix& at, Vector& mean, Vector& deviation, const PriorAtMany* prior = nullptr) const;
 
+  // One joint draw of noisy values at all columns of `at`, from as many standard normal numbers. Its covariance matrix
+  // takes memory of the square and time of the cube of their number. Not for a process with a prior.
+  Vector draw(const Matrix& at, const Vector& normals) const;
+
   // Adds a value under the same theta and standard, without a new factorisation. Returns false and leaves the process
   // unchanged if rounding makes the matrix indefinite. Not for a process with a prior.
   bool append(const Vector& at, double value);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <relign/random.hpp>
 
@@ -181,6 +183,51 @@ TEST(GaussianProcess, PriorReplacesTheDataOfItsPosterior) {
     EXPECT_NEAR(process.predict(Vector(at.col(0)), &here).mean, expected.mean, 1e-8);
     EXPECT_NEAR(process.predict(Vector(at.col(0)), &here).deviation, expected.deviation, 1e-8);
   }
+}
+
+TEST(Likelihood, DerivativeByMeanMatchesFiniteDifferences) {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const Case one = random_case(seed);
+    const Likelihood likelihood(Shape::matern52, one.points, one.values);
+    const Likelihood shifted(Shape::matern52, one.points, one.values.array() - 0.3);
+    Vector gradient, same;
+    double by_mean = 0;
+    EXPECT_NEAR(likelihood.log(one.theta, &gradient, 0.3, &by_mean), shifted.log(one.theta, &same), 1e-9);
+    expect_near(gradient, same, 1e-9);
+    const double slope =
+        (likelihood.log(one.theta, nullptr, 0.301) - likelihood.log(one.theta, nullptr, 0.299)) / 0.002;
+    EXPECT_NEAR(by_mean, slope, 1e-5 * std::max(1.0, std::fabs(slope)));
+  }
+}
+
+// A draw is mean + L z with L L^T the posterior covariance, here by its definition: unit vectors z give L's columns.
+// 150 points are more than one block.
+TEST(GaussianProcess, DrawHasPosteriorMeanAndCovarianceOfNoisyValues) {
+  const Case one = random_case(2);
+  const Vector values = 3 + 0.5 * one.values.array();
+  const Standard standard(values);
+  const GaussianProcess process(Shape::matern52, one.points, values, one.theta, standard);
+  relign::Random random(7);
+  const Eigen::Index count = 150;
+  Matrix at(one.points.rows(), count);
+  for (double& x : at.reshaped()) x = random.uniform();
+  Vector mean, deviation;
+  process.predict(at, mean, deviation);
+  expect_near(process.draw(at, Vector::Zero(count)), mean, 1e-9);
+  Matrix root(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) root.col(i) = process.draw(at, Vector::Unit(count, i)) - mean;
+
+  const Kernel kernel(Shape::matern52, one.theta);
+  const double noise = std::exp(one.theta[one.theta.size() - 1]);
+  Matrix own = kernel.between(one.points, one.points);
+  own.diagonal().array() += noise;
+  const Matrix beside = kernel.between(one.points, at);
+  Matrix covariance = kernel.between(at, at) - beside.transpose() * own.ldlt().solve(beside);
+  covariance.diagonal().array() += noise;
+  covariance *= standard.scale * standard.scale;
+  EXPECT_LT((root * root.transpose() - covariance).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_NEAR((root * root.transpose())(3, 3), deviation[3] * deviation[3] + noise * standard.scale * standard.scale,
+              1e-7);
 }
 
 TEST(GaussianProcess, AppendEqualsRefactorisation) {

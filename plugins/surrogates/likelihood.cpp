@@ -19,7 +19,7 @@ Likelihood::Likelihood(Shape shape, const Matrix& points, const Vector& values, 
     squares_.push_back(squared_differences(points.row(i), points.row(i)));
 }
 
-double Likelihood::log(const Vector& theta, Vector* gradient) const {
+double Likelihood::log(const Vector& theta, Vector* gradient, double mean, double* by_mean) const {
   const Eigen::Index n = values_.size();
   const auto dimensions = static_cast<Eigen::Index>(squares_.size());
   const double amplitude = std::exp(theta[0]);
@@ -34,11 +34,14 @@ double Likelihood::log(const Vector& theta, Vector* gradient) const {
   covariance.diagonal().array() += noise + kJitter;
   const Eigen::LLT<Matrix> root(covariance);
   if (gradient) gradient->setZero(theta.size());
+  if (by_mean) *by_mean = 0;
   if (root.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();
-  const Vector weights = root.solve(values_);
-  const double value = -0.5 * values_.dot(weights) - root.matrixLLT().diagonal().array().log().sum() -
+  const Vector centred = values_.array() - mean;
+  const Vector weights = root.solve(centred);
+  const double value = -0.5 * centred.dot(weights) - root.matrixLLT().diagonal().array().log().sum() -
                        0.5 * static_cast<double>(n) * kLogTwoPi;
   if (!gradient) return value;
+  if (by_mean) *by_mean = weights.sum();
   // d value / d theta_j = 1/2 trace((w w^T - K^-1) dK/dtheta_j)
   const Matrix outer = weights * weights.transpose() - root.solve(Matrix::Identity(n, n));
   (*gradient)[0] = 0.5 * amplitude * (outer.array() * smooth).sum();

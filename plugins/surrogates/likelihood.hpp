@@ -16,8 +16,9 @@ class Likelihood {
  public:
   Likelihood(Shape shape, const Matrix& points, const Vector& values, Matrix fixed = Matrix());
 
-  // Returns -infinity if the covariance is not positive definite. gradient may be null.
-  double log(const Vector& theta, Vector* gradient) const;
+  // Returns -infinity if the covariance is not positive definite. gradient may be null. by_mean (may be null, needs the
+  // gradient) receives the derivative by a constant `mean` of the process.
+  double log(const Vector& theta, Vector* gradient, double mean = 0, double* by_mean = nullptr) const;
 
  private:
   Shape shape_;

@@ -35,7 +35,8 @@ std::vector<Choice> algorithms() {
 // they get few steps.
 bool is_slow(const Choice& choice) {
   const std::string& id = choice.plugin->id;
-  return choice.plugin->kind == Kind::agent || id == "bo-gp" || id == "bo-forest" || id == "transfer-gp";
+  return choice.plugin->kind == Kind::agent || id == "bo-gp" || id == "bo-forest" || id == "bo-turbo" ||
+         id == "transfer-gp";
 }
 constexpr std::uint32_t kFewSteps = 20;  // a search with a model draws ten of them at random
 

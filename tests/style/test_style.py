@@ -58,6 +58,7 @@ QUOTED = [
     # Titles of papers.
     ("core/analysis/statistics/normalised_error.h", r"Optimization Methods and Software"),
     ("plugins/optimizers/bo_forest/README.md", r"Sequential model-based optimization"),
+    ("plugins/optimizers/bo_turbo/README.md", r"Scalable Global Optimization"),
     ("plugins/optimizers/transfer_gp/README.md", r"Transfer Learning with Gaussian Processes"),
 ]
 

@@ -22,26 +22,16 @@ constexpr std::size_t kThriftyCandidates = 1000;
 constexpr std::size_t kPointsBetweenFits = 10;
 constexpr std::size_t kMaxPoints = 120;  // at least
 
-// One point per stratum of each axis.
-std::vector<Vector> latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count) {
-  std::vector<Vector> made(count, Vector(static_cast<Eigen::Index>(dimensions)));
-  std::vector<std::size_t> order(count);
-  for (Eigen::Index axis = 0; axis < static_cast<Eigen::Index>(dimensions); ++axis) {
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
-    for (std::size_t i = 0; i < count; ++i)
-      made[i][axis] = (static_cast<double>(order[i]) + random.uniform()) / static_cast<double>(count);
-  }
-  return made;
-}
-
 }  // namespace
 
 Proposer::Proposer(std::size_t dimensions, const Recipe& recipe, std::uint64_t seed)
     : dimensions_(dimensions), recipe_(recipe), initial_(seed, 0), candidates_(seed, 1), choices_(seed, 2) {
   const auto axes = static_cast<Eigen::Index>(dimensions);
   if (recipe_.initial_points == 0) recipe_.initial_points = dimensions + 1;
-  if (recipe_.latin) design_ = latin_hypercube(initial_, dimensions, recipe_.initial_points);
+  if (recipe_.latin) {
+    const Matrix design = surrogates::latin_hypercube(initial_, dimensions, recipe_.initial_points);
+    for (const auto& point : design.colwise()) design_.emplace_back(point);
+  }
   if (recipe_.priors) {
     HyperPriors priors = published_priors(axes, recipe_.noise);
     bounds_ = std::move(priors.bounds);

@@ -53,7 +53,7 @@ SourceData sources(std::uint64_t seed, std::size_t count, std::size_t each, Stac
   for (std::size_t number = 0; number < count; ++number) {
     const Hartmann6 family = Hartmann6::drawn(random);
     Source source;
-    source.points = latin_hypercube(random, 6, each);
+    source.points = surrogates::latin_hypercube(random, 6, each);
     source.merits.resize(static_cast<Eigen::Index>(each));
     for (Eigen::Index i = 0; i < source.merits.size(); ++i)
       source.merits[i] = family(source.points.col(i)) + kNoise * random.normal();

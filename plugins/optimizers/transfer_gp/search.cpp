@@ -41,19 +41,6 @@ Vector prior_centre(const SourceData& data) {
 
 }  // namespace
 
-Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count) {
-  Matrix points(static_cast<Eigen::Index>(dimensions), static_cast<Eigen::Index>(count));
-  std::vector<std::size_t> slices(count);
-  for (Eigen::Index axis = 0; axis < points.rows(); ++axis) {
-    for (std::size_t i = 0; i < count; ++i) slices[i] = i;
-    for (std::size_t i = count; i > 1; --i) std::swap(slices[i - 1], slices[random.below(i)]);
-    for (std::size_t i = 0; i < count; ++i)
-      points(axis, static_cast<Eigen::Index>(i)) =
-          (static_cast<double>(slices[i]) + random.uniform()) / static_cast<double>(count);
-  }
-  return points;
-}
-
 Search::Search(SourceData data, const SearchSetup& setup, std::uint64_t seed)
     : setup_(setup),
       sources_(data.finished ? model_of(data, setup.shape, setup.stacking) : SourceModel(setup.shape, setup.stacking)),

@@ -15,9 +15,6 @@ struct SearchSetup {
   std::size_t candidates = 4000;  // number, for a search without sources
 };
 
-// dimensions x count points in the unit cube, one in every slice of every axis.
-Matrix latin_hypercube(relign::Random& random, std::size_t dimensions, std::size_t count);
-
 class Search {
  public:
   // data: finished, or without sources (a Gaussian process without a learnt prior).

@@ -58,7 +58,7 @@ class TransferGp final : public relign::Optimizer {
     const surrogates::UnitBox box(trial.box());
     relign::Random random(trial.seed());
     const auto spread = static_cast<Eigen::Index>(std::ceil((1 - near_) * trial.budget()));
-    Matrix places = latin_hypercube(random, trial.axes(), static_cast<std::size_t>(spread));
+    Matrix places = surrogates::latin_hypercube(random, trial.axes(), static_cast<std::size_t>(spread));
     places.conservativeResize(places.rows(), static_cast<Eigen::Index>(trial.budget()));
     std::vector<double> merits = {trial.first().merit};
     Matrix points(static_cast<Eigen::Index>(trial.axes()), places.cols() + 1);
