@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from .folder import RunFolder
     from .imitate import Training
     from .reinforce import Reinforcement
+    from .remember import Training as Remembering
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
@@ -281,6 +282,8 @@ def sentence(problem: BaseException) -> str:
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
+    if declares_score(given.scene):
+        return _imitate_remembering(given)
     from .imitate import Recipe, Training
 
     recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
@@ -294,6 +297,35 @@ def _imitate(given: argparse.Namespace) -> int:
     medians = write_tuning(training.folder, recipe.levels, rmse)
     return show(given, export_imitation(training, pathlib.Path(given.out) / "imitation"),
                 {"median_rmse_after_12": medians})
+
+
+def declares_score(scene: str) -> bool:
+    """Whether a scene declares a score of its own, for which policies remember what they have seen (remember.py)."""
+    from ..batch import Batch
+
+    return "score" in Batch(1, scene, "none", threads=1).description
+
+
+def _imitate_remembering(given: argparse.Namespace) -> int:
+    import numpy as np
+
+    from .remember import Recipe, Training
+
+    if given.randomise is not None or given.render != "cpu":
+        raise ValueError(f"--randomise and --render are for scenes of lenses; scene '{given.scene}' declares a score")
+    recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
+    training = Training(recipe, given.out, given.threads, log, given.device, chosen_loggers(given.log))
+    training.run()
+    scores, pool = training.tuning(), training.pool
+    lines = ["step,n,median,q25,q75"]
+    for step in range(scores.shape[1]):
+        q25, median, q75 = np.quantile(scores[:, step], [0.25, 0.5, 0.75])
+        lines.append(f"{step},{len(scores)},{median:.6g},{q25:.6g},{q75:.6g}")
+    training.folder.keep_text("tuning.csv", "\n".join(lines) + "\n")
+    log(f"{pool.score.label} on {len(scores)} tuning instances after {recipe.tuning_steps} moves: "
+        f"median {np.median(scores[:, -1]):.4g}, at the start {np.median(scores[:, 0]):.4g}")
+    return show(given, export_remembering(training, pathlib.Path(given.out) / "imitation"),
+                {"median_score": float(np.median(scores[:, -1]))})
 
 
 def _ppo(given: argparse.Namespace) -> int:
@@ -359,6 +391,10 @@ def _export(given: argparse.Namespace) -> int:
 
         run = Reinforcement.open(kept_recipe(PpoRecipe, folder), folder, log=lambda _: None)
         return show(given, export_reinforcement(run, out, given.last), {})
+    if "pool" in read_recipe(folder):
+        from .remember import Training as Remembering
+
+        return show(given, export_remembering(Remembering.open(folder), out), {})
     from .imitate import Training
 
     return show(given, export_imitation(Training.open(folder), out), {})
@@ -394,6 +430,15 @@ def export_imitation(training: Training, path: pathlib.Path, further: dict[str, 
                         doubt=training.doubt)
 
 
+def export_remembering(training: Remembering, path: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the network of an imitation run on a scene with a score of its own; returns the files."""
+    from . import export
+
+    usual = type(training.recipe)(scene=training.recipe.scene, seed=training.recipe.seed)
+    return export.write_remembering(training.net, path, training, cost_of(training.recipe, training),
+                                    command_of(training, usual, "imitate"))
+
+
 def export_reinforcement(training: Reinforcement, path: pathlib.Path, last: bool = False) -> list[pathlib.Path]:
     """Writes a network of a reinforcement run, the one with the best score or the last; returns the files.
 
@@ -424,7 +469,7 @@ def export_reinforcement(training: Reinforcement, path: pathlib.Path, last: bool
                         chosen_on=chosen_on)
 
 
-def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> str:
+def command_of(training: Training | Reinforcement | Remembering, usual: Any, *words: str) -> str:
     """The command that repeats a run whose options `words` make the recipe `usual`."""
     recipe = training.recipe
     options = [word for name in ("threads", "device", "render") if training.trained_on.get(name)
@@ -434,7 +479,7 @@ def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> s
                        *options, "-o", "FOLDER"])
 
 
-def cost_of(recipe: Any, training: Training | Reinforcement, steps: int | None = None) -> dict[str, Any]:
+def cost_of(recipe: Any, training: Training | Reinforcement | Remembering, steps: int | None = None) -> dict[str, Any]:
     """Recipe and cost of a run, as the side file has them."""
     cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3), **training.trained_on}
     if steps is not None:
