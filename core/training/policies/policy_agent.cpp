@@ -190,10 +190,11 @@ void PolicyAgent::follow_history(Trial& trial) {
       if (measured) lowest = std::min(lowest, readings[static_cast<std::size_t>(about.history->score)]);
     }
     if (measured) trial.recommend(history.best());
-    Pose move;
+    const Pose& here = observation->pose;
+    Pose move(here.size());
     if (step < about.probes.poses.size() && static_cast<double>(lowest) >= about.probes.until) {
-      move = about.probes.poses[step];
-      for (std::size_t axis = 0; axis < move.size(); ++axis) move[axis] += start[axis] - observation->pose[axis];
+      for (std::size_t axis = 0; axis < move.size(); ++axis)
+        move[axis] = start[axis] + about.probes.poses[step][axis] - here[axis];
       clamp(move, trial.largest_move());
     } else {
       std::vector<float> input = frames_;
@@ -201,13 +202,12 @@ void PolicyAgent::follow_history(Trial& trial) {
       input.insert(input.end(), remembered.begin(), remembered.end());
       move = model_.answer(input);
       clamp(move, largest);
-      if (!measured && about.displacement) {
-        Pose target = observation->pose;
-        for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
-        trial.recommend(target);
-      }
     }
-    observation = trial.move(move);
+    Pose target = here;
+    for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
+    if (!measured && about.displacement) trial.recommend(target);
+    // Not trial.move, which starts where the stage has stopped: at a limit that is not the pose that was observed.
+    observation = trial.step(target);
   }
 }
 

@@ -16,7 +16,7 @@ from .folder import reading
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from .._typing import AnyArray, Float64Array
+    from .._typing import AnyArray, Float64Array, Parameters
     from .folder import RunFolder
 
     Policy = Callable[["Episode"], Float64Array]
@@ -32,7 +32,8 @@ class Episode(NamedTuple):
     """What was observed on n instances, and labels; arrays grow along their second axis.
 
     Attributes:
-        poses: Commanded poses, shape (n, captures, axes).
+        poses: Poses as commanded, which agents observe: beyond a limit of the stage they are not those reached. Shape (n,
+            captures, axes).
         values: Readings, shape (n, captures, readings); of a scene with images, bytes of shape (n, captures, rows, columns).
         residuals: Optimum minus true pose, shape (n, captures, axes).
         scores: Noise-free scores, shape (n, captures); NaN where they were not computed.
@@ -55,6 +56,7 @@ class Pool:
         family: "training" or "tuning".
         threads: Threads that capture; None uses all cores.
         first: Number of the first instance.
+        noise_parameters: Parameters of the noise level.
 
     Attributes:
         images: Whether captures are images.
@@ -67,8 +69,8 @@ class Pool:
     """
 
     def __init__(self, scene: str, noise_level: str, count: int, size: int = 0, family: str = "training",
-                 threads: int | None = None, first: int = 0) -> None:
-        self.batch = Batch(min(SLOTS, count), scene, noise_level, threads=threads)
+                 threads: int | None = None, first: int = 0, noise_parameters: Parameters | None = None) -> None:
+        self.batch = Batch(min(SLOTS, count), scene, noise_level, noise_level_parameters=noise_parameters, threads=threads)
         self.scene, self.family, self.count, self.first = scene, family, count, first
         description = self.batch.description
         if "score" not in description:
@@ -143,16 +145,18 @@ class Pool:
             away = np.nan_to_num(jump - self.batch.true_poses(slots))
             self.batch.move_by(slots, away)
         optima = self.optima[chosen] if len(self.optima) else np.full((len(chosen), self.axes), np.nan)
+        commanded = self.batch.commanded_poses(slots)
         rows: list[tuple[AnyArray, ...]] = []
 
         def look() -> Episode:
             scores = self.batch.noise_free_mse(slots)[0] if scored else np.full(len(slots), np.nan)
-            rows.append((self.batch.commanded_poses(slots), self.values(slots), optima - self.batch.true_poses(slots), scores))
+            rows.append((commanded, self.values(slots), optima - self.batch.true_poses(slots), scores))
             return Episode(*(np.stack(part, 1) for part in zip(*rows)))
 
         seen = look()
         for _ in range(moves):
-            self.batch.move_by(slots, policy(seen))
+            commanded = commanded + policy(seen)
+            self.batch.move_by(slots, commanded - self.batch.commanded_poses(slots))
             seen = look()
         return seen
 

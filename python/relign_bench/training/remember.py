@@ -7,6 +7,7 @@ Gordon and Bagnell 2011). Instances are a fixed pool of the family "training", b
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from dataclasses import asdict, dataclass
@@ -37,6 +38,7 @@ class Recipe:
 
     scene: str = ""
     noise_level: str = "declared"
+    noise_parameters: str = ""  # of the noise level, a JSON object
     columns: int = 0  # of the images, 0: the scene's
     frames: int = 1  # latest images that the network sees
     last: int = 16  # latest captures that it remembers
@@ -63,6 +65,21 @@ class Recipe:
 TUNING_INSTANCES = 20
 RELATIVE = 0.15  # of the residual, in the loss
 NOISE = (0.003, 0.1)  # of moves of half of the policy's trajectories, log-uniform
+
+
+def noise_parameters(recipe: Recipe) -> dict[str, Any]:
+    """The parameters of the noise level.
+
+    Raises:
+        ValueError: They are not a JSON object.
+    """
+    try:
+        parameters = json.loads(recipe.noise_parameters or "{}")
+    except ValueError as problem:
+        raise ValueError(f"noise_parameters='{recipe.noise_parameters}' is not JSON: {problem}") from None
+    if not isinstance(parameters, dict):
+        raise ValueError(f"noise_parameters must be a JSON object such as {{\"start\": 0.5}}, not {recipe.noise_parameters}")
+    return parameters
 
 
 class Training:
@@ -96,7 +113,8 @@ class Training:
         self.recipe, self.threads, self.log, self.device, self.loggers = recipe, threads, log, device, loggers
         self.folder = RunFolder(folder, recipe)
         torch.set_num_threads(chosen_threads(threads))
-        self.pool = Pool(recipe.scene, recipe.noise_level, recipe.pool, recipe.columns, threads=threads)
+        self.pool = Pool(recipe.scene, recipe.noise_level, recipe.pool, recipe.columns, threads=threads,
+                         noise_parameters=noise_parameters(recipe))
         measured = self.pool.score.reading
         self.format = HistoryFormat(self.pool.axes, recipe.last, 0 if measured is None else recipe.best, np.empty(0),
                                     np.empty(0), np.empty(0), measured)
@@ -253,7 +271,8 @@ class Training:
     def tuning(self) -> Float64Array:
         """Noise-free scores at the recommended pose of tuning instances, shape (instances, tuning_steps + 1)."""
         recipe = self.recipe
-        pool = Pool(recipe.scene, recipe.noise_level, TUNING_INSTANCES, recipe.columns, "tuning", self.threads)
+        pool = Pool(recipe.scene, recipe.noise_level, TUNING_INSTANCES, recipe.columns, "tuning", self.threads,
+                    noise_parameters=noise_parameters(recipe))
         return tuning_scores(pool, self.policy(), recipe.tuning_steps)
 
     def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
