@@ -1,4 +1,4 @@
-"""relign-train imitate on a scene with a score of its own: the policy remembers readings, and the harness runs it. Needs torch."""
+"""relign-train on a scene with a score of its own: the policy remembers readings, and the harness runs it. Needs torch."""
 
 import json
 import pathlib
@@ -115,6 +115,23 @@ class Fibre(unittest.TestCase):
         for name in ("curve.csv", "imitation.onnx", "tuning.csv"):
             self.assertEqual((self.folder / "whole" / name).read_bytes(), (self.folder / "stopped" / name).read_bytes(), name)
 
+    def test_reinforcement_resumes_and_runs_in_the_harness(self):
+        settings = dict(environments=4, steps=5, batch=20, episode=5, total=40, stretch=20, tuning_steps=4, last=3, best=1,
+                        hidden=16)
+        arguments = [sys.executable, "-m", "relign_bench.training", "ppo", "--preset", "any", "--scene", FIBRE,
+                     "--threads", "1",
+                     *(part for name, value in settings.items() for part in ("--set", f"{name}={value}"))]
+        subprocess.run([*arguments, "-o", self.folder / "whole"], check=True, capture_output=True)
+        for further in (["--until", "1"], []):
+            subprocess.run([*arguments, "-o", self.folder / "parts", *further], check=True, capture_output=True)
+        one, other = ((self.folder / name / "ppo.onnx").read_bytes() for name in ("whole", "parts"))
+        self.assertEqual(one, other)
+        side = json.loads((self.folder / "parts" / "ppo.json").read_text())
+        self.assertEqual((side["output"], side["observation"]["history"]["last"]), ("move", 3))
+        trial = relign_bench.Bench(FIBRE, "declared", threads=1).run(str(self.folder / "parts" / "ppo.json"), steps=4,
+                                                                    protocol="blind")
+        self.assertTrue(trial.ended_well, trial.message)
+
     def test_other_scenes_are_refused(self):
         run = self.folder / "run"
         subprocess.run(command(run), check=True, capture_output=True)
@@ -126,7 +143,7 @@ class Fibre(unittest.TestCase):
         run = self.folder / "refused"
         for wrong, why in ((("--scene", FIBRE, "--randomise", "default"), "are for scenes of lenses"),
                            (("--scene", FIBRE, "--set", "lenses=3"), "unknown setting 'lenses'"),
-                           (("--scene", FIBRE, "--set", "noise_level=declard"), "declard"),
+                           (("--scene", FIBRE, "--set", "noise_level=nothing"), "nothing"),
                            (("--scene", FIBRE, "--set", "last=0"), "last must be a positive number, not 0")):
             with self.subTest(wrong):
                 self.assertRegex(failure("imitate", "-o", run, *wrong), why)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -191,9 +191,10 @@ class Pool:
                 seeds = random.integers(2**63, size=len(slots))
                 found.append(self.batch.capture_at(slots, poses, seeds)[:, 0, self.score.reading])
             readings.append(np.array(found, np.float64))
-            costs.append(self.costs(found))
+            costs.append(self.costs(readings[-1]))
         cost, reading_of = np.concatenate(costs, 1), np.concatenate(readings, 1)
-        lowest, kept = cost[0], []
+        lowest = cost[0]
+        kept: list[int] = []
         possible = lowest.mean() - cost.min(0).mean()
         while len(kept) < most:
             together = np.minimum(lowest, cost[1:])

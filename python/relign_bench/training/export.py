@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .._typing import AnyArray, ByteArray, Float64Array
     from .doubt import Doubt
     from .remember import Training as Remembering
+    from .rewarded import Training as Rewarded
 
 PARITY_INPUTS = 64
 PARITY_SIDE = 10  # each byte of a parity input is a block of size / PARITY_SIDE pixels
@@ -145,7 +146,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
     return [graph, side]
 
 
-def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Remembering, trained: dict[str, Any],
+def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Remembering | Rewarded, trained: dict[str, Any],
                       command: str, output: str = "way", chosen_on: str = "none") -> list[pathlib.Path]:
     """Writes PATH.onnx and PATH.json of a network with a history (remember.py), which agents run.
 
@@ -166,10 +167,10 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
     net = net.cpu().eval()
     graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
     pool, form, recipe = training.pool, training.format, training.recipe
-    batch, frames = pool.batch, recipe.frames if pool.images else 0
+    batch, frames = pool.batch, recipe.frames if pool.images else 0  # type: ignore[union-attr]
     blocks = parity_blocks(frames)
     numbers = np.random.default_rng(20250308).integers(0, 256, (PARITY_INPUTS, form.count), dtype=np.uint8)
-    inputs = [torch.from_numpy(((numbers.astype(np.float32) - 128) / 32))]
+    inputs = [torch.from_numpy((numbers.astype(np.float32) - 128) / 32)]
     if pool.images:
         rows, columns = (np.arange(side) * PARITY_SIDE // side for side in pool.shape)
         inputs.insert(0, torch.from_numpy(blocks[:, :, rows][:, :, :, columns].astype(np.float32)))

@@ -122,7 +122,7 @@ class HistoryNet(nn.Module):
         self.head = nn.Linear(hidden[-1], axes)
 
     def forward(self, *inputs: torch.Tensor) -> torch.Tensor:
-        """The output for histories, shape (batch, count), or for images, shape (batch, frames, rows, columns), and histories."""
+        """The output for histories, shape (batch, count), after images, shape (batch, frames, rows, columns), if any."""
         values = self.first(inputs[-1])
         if self.encoder is not None:
             values = values + self.encoder(inputs[0].float() * (BYTE_WHITES / 255))

@@ -67,7 +67,7 @@ RELATIVE = 0.15  # of the residual, in the loss
 NOISE = (0.003, 0.1)  # of moves of half of the policy's trajectories, log-uniform
 
 
-def noise_parameters(recipe: Recipe) -> dict[str, Any]:
+def noise_parameters(recipe: Any) -> dict[str, Any]:
     """The parameters of the noise level.
 
     Raises:
