@@ -24,7 +24,7 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch and stable-baselines3, from the Python index") from None
 
-from relign_bench.training import cli, export, reinforce
+from relign_bench.training import cli, export, exporting, reinforce
 from relign_bench.training.devices import processor, trained_on
 from relign_bench.training.imitate import Recipe as ImitateRecipe
 from relign_bench.training.imitate import Training
@@ -447,7 +447,7 @@ class Export(Folder):
             places = trained_on({}, 2, "cuda", "cuda")
         self.assertEqual(places["machine"], f"{processor()}, NVIDIA H200")
         run = types.SimpleNamespace(recipe=PAPER, trained_on=places)
-        self.assertTrue(cli.command_of(run, PAPER, "ppo").endswith("--threads 2 --device cuda --render cuda -o FOLDER"))
+        self.assertTrue(exporting.command_of(run, PAPER, "ppo").endswith("--threads 2 --device cuda --render cuda -o FOLDER"))
 
     def test_folder_without_a_run_is_refused(self):
         done = subprocess.run([sys.executable, "-m", "relign_bench.training", "export", self.folder, "-o", "x.onnx"],

@@ -53,8 +53,7 @@ std::vector<double> checked_answer(Network& network, const SideFile& about, cons
 }
 
 std::unique_ptr<Network> network_of(const std::string& bytes, const SideFile& about) {
-  const InputShape shape = {about.frames, about.size};
-  return about.portable ? portable_network(bytes, shape) : opencv_network(bytes, shape);
+  return about.portable ? portable_network(bytes, about.shape()) : opencv_network(bytes, about.shape());
 }
 
 void check_parity(Network& network, const SideFile& about) {

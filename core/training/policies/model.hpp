@@ -24,7 +24,8 @@ class Model {
   Model& operator=(const Model&) = delete;
 
   const SideFile& about() const;
-  // images: frames x size x size bytes as float or irradiances, the newest frame last. Returns SideFile::outputs()
+  // images: frames x rows x size bytes as float or irradiances, the newest frame last, and then the history, if the
+  // network has one (SideFile::shape). Returns SideFile::outputs()
   // finite values, the first ones in shares of the travel; throws std::runtime_error if the network returns anything
   // else.
   std::vector<double> answer(const std::vector<float>& images);

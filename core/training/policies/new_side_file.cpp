@@ -27,10 +27,15 @@ std::string joined(const std::vector<std::string>& words) {
 }
 
 InputShape input_of(const OnnxGraph& graph, const ImageView& captured) {
-  const std::vector<std::int64_t>& dims = graph.input_dims;
+  if (graph.inputs.size() != 1)
+    throw std::runtime_error(
+        "the network has two inputs; allowed: one, images; relign-train writes the side file of "
+        "a network with a history");
+  const std::vector<std::int64_t>& dims = graph.inputs[0].dims;
   std::string found;
   for (const std::int64_t dim : dims) found += (found.empty() ? "" : " x ") + (dim == 0 ? "?" : std::to_string(dim));
-  const std::string what = "the network's input '" + graph.input + "' is " + (found.empty() ? "a scalar" : found);
+  const std::string what =
+      "the network's input '" + graph.inputs[0].name + "' is " + (found.empty() ? "a scalar" : found);
   const bool fits = dims.size() == 4 && (dims[0] == 0 || dims[0] == 1) && dims[1] >= 1 && dims[1] <= kMostFrames &&
                     dims[2] == dims[3] && dims[2] >= kSmallest && dims[2] <= kLargest;
   if (!fits)

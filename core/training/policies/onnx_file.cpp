@@ -205,11 +205,10 @@ OnnxGraph graph_of(std::string_view bytes) {
   std::vector<std::pair<std::string, std::vector<std::int64_t>>> own;
   for (auto& input : inputs)
     if (!graph.constants.count(input.first)) own.push_back(std::move(input));
-  if (own.size() != 1 || outputs.size() != 1)
-    damaged("must have one input and one output, found " + std::to_string(own.size()) + " and " +
-            std::to_string(outputs.size()));
-  graph.input = own[0].first;
-  graph.input_dims = own[0].second;
+  if (own.empty() || own.size() > 2 || outputs.size() != 1)
+    damaged("must have one input, or images and a history, and one output, found " + std::to_string(own.size()) +
+            " and " + std::to_string(outputs.size()));
+  for (auto& [name, dims] : own) graph.inputs.push_back({std::move(name), std::move(dims)});
   graph.output = outputs[0];
   return graph;
 }

@@ -1,5 +1,5 @@
 // Parses an ONNX file (onnx.proto 3 in the Protocol Buffers wire format,
-// https://protobuf.dev/programming-guides/encoding) into operators in order, constants, input and output.
+// https://protobuf.dev/programming-guides/encoding) into operators in order, constants, inputs and output.
 #pragma once
 
 #include <cstdint>
@@ -31,12 +31,16 @@ struct OnnxGraph {
   std::int64_t opset = 0;
   std::vector<OnnxNode> nodes;
   std::map<std::string, OnnxTensor> constants;  // initializers of type float
-  std::string input, output;                    // names
-  std::vector<std::int64_t> input_dims;         // 0 where a dimension is symbolic
+  struct Input {
+    std::string name;
+    std::vector<std::int64_t> dims;  // 0 where a dimension is symbolic
+  };
+  std::vector<Input> inputs;  // one or two
+  std::string output;         // name
 };
 
 // bytes: the content of the file. Throws std::runtime_error if it is damaged, stores weights in another file, or has
-// several inputs or outputs.
+// more than two inputs or several outputs.
 OnnxGraph read_onnx(const std::string& bytes);
 
 }  // namespace relign::policies

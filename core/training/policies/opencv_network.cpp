@@ -19,6 +19,9 @@ std::string reason(const cv::Exception& error) {
 class OpenCvNetwork : public Network {
  public:
   OpenCvNetwork(const std::string& bytes, InputShape shape) : shape_(shape) {
+    if (shape.history > 0)
+      throw std::runtime_error(
+          "a network with a history runs on portable operators only, \"reproducible\": \"anywhere\"");
     // One thread: workers share the processor. Errors are thrown, so OpenCV need not print them.
     cv::setNumThreads(1);
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
@@ -33,7 +36,8 @@ class OpenCvNetwork : public Network {
   }
 
   std::vector<float> answer(const std::vector<float>& input) override {
-    const int shape[4] = {1, shape_.frames, shape_.size, shape_.size};
+    const int rows = shape_.rows > 0 ? shape_.rows : shape_.size;
+    const int shape[4] = {1, shape_.frames, rows, shape_.size};
     try {
       // OpenCV does not accept a pointer to const data, but does not write to it either.
       net_.setInput(cv::Mat(4, shape, CV_32F, const_cast<float*>(input.data())));
@@ -43,8 +47,7 @@ class OpenCvNetwork : public Network {
       return {values, values + output.total()};
     } catch (const cv::Exception& error) {
       throw std::runtime_error("the network does not accept an input of 1 x " + std::to_string(shape_.frames) + " x " +
-                               std::to_string(shape_.size) + " x " + std::to_string(shape_.size) + " (" +
-                               reason(error) + ")");
+                               std::to_string(rows) + " x " + std::to_string(shape_.size) + " (" + reason(error) + ")");
     }
   }
 

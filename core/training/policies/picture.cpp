@@ -30,12 +30,12 @@ std::vector<Part> parts_of(std::size_t pixels, std::size_t columns) {
 
 }  // namespace
 
-std::vector<float> resampled(const ImageView& image, int columns) {
-  const auto side = static_cast<std::size_t>(columns);
+std::vector<float> resampled(const ImageView& image, int columns, int rows) {
+  const auto side = static_cast<std::size_t>(columns), lines = static_cast<std::size_t>(rows > 0 ? rows : columns);
   const std::vector<Part> across = parts_of(image.width(), side);
-  const std::vector<Part> down = parts_of(image.height(), side);
-  std::vector<float> picture(side * side);
-  for (std::size_t row = 0; row < side; ++row)
+  const std::vector<Part> down = parts_of(image.height(), lines);
+  std::vector<float> picture(lines * side);
+  for (std::size_t row = 0; row < lines; ++row)
     for (std::size_t y = 0; y < down[row].shares.size(); ++y) {
       const float* pixels = image.row(down[row].first + y);
       for (std::size_t column = 0; column < side; ++column) {

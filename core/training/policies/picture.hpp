@@ -6,9 +6,10 @@
 
 namespace relign::policies {
 
-// Area-averages the image to columns x columns pixels. Where width and height are multiples of `columns`, each output
-// is the mean of a block of whole pixels; otherwise pixels on a border are split by area.
-std::vector<float> resampled(const ImageView& image, int columns);
+// Area-averages the image to rows x columns pixels, or, with rows 0, to as many rows as columns. Where width and height
+// are multiples of these, each output is the mean of a block of whole pixels; otherwise pixels on a border are split by
+// area.
+std::vector<float> resampled(const ImageView& image, int columns, int rows = 0);
 
 // Quantises to bytes in place, as in training: byte_whites * white and above become 255, negative values and NaN 0.
 void to_bytes(std::vector<float>& picture, double white, double byte_whites);

@@ -13,6 +13,8 @@ namespace {
 
 // The scene is another one if a block of the reference image differs by more than this share of a lit pixel.
 constexpr double kSameScene = 0.002;
+// And if a reference reading differs by more than this share of it.
+constexpr double kSameReadings = 1e-4;
 
 }  // namespace
 
@@ -37,8 +39,8 @@ PolicyAgent::PolicyAgent(const Parameters& given, const std::string& onnx_path, 
   if (full_moves_ > 0 && about.displacement)
     throw std::invalid_argument("'full_moves' needs a network that predicts the next move; '" + onnx_path +
                                 "' predicts the displacement to the optimum, see 'whole_guesses'");
-  const auto size = static_cast<std::size_t>(about.size);
-  frames_.assign(static_cast<std::size_t>(about.frames) * size * size, 0.0F);
+  const int rows = about.rows > 0 ? about.rows : about.size;
+  frames_.assign(static_cast<std::size_t>(about.frames) * static_cast<std::size_t>(rows * about.size), 0.0F);
 }
 
 namespace {
@@ -60,13 +62,20 @@ void PolicyAgent::check_scene(const Trial& trial) const {
   if (trial.axes() != about.axes.size())
     throw std::invalid_argument("the network was trained for " + std::to_string(about.axes.size()) +
                                 " axes, this scene has " + std::to_string(trial.axes()) + another);
-  if (other_scenes_) return;
   const ImageView reference = trial.reference();
+  if (about.frames == 0) {
+    check_readings(reference, another);
+    return;
+  }
+  if (other_scenes_) return;
   const auto size = static_cast<std::size_t>(about.size);
-  if (reference.width() != reference.height() || reference.width() < size || reference.width() % size != 0)
+  const std::size_t rows = about.rows > 0 ? static_cast<std::size_t>(about.rows) : size;
+  const bool binnable = reference.width() % size == 0 && reference.height() % rows == 0 &&
+                        reference.width() / size == reference.height() / rows && reference.width() >= size;
+  if (!binnable)
     throw std::invalid_argument("images of " + std::to_string(reference.width()) + " x " +
                                 std::to_string(reference.height()) + " pixels cannot be binned to the network's " +
-                                std::to_string(size) + " x " + std::to_string(size) + another);
+                                std::to_string(size) + " x " + std::to_string(rows) + another);
   const std::vector<float> blocks = resampled(reference, about.blocks);
   bool same = true;
   for (std::size_t i = 0; same && i < blocks.size(); ++i)
@@ -78,9 +87,27 @@ void PolicyAgent::check_scene(const Trial& trial) const {
                                 "; or run this one with the parameter \"other_scenes\": true");
 }
 
+void PolicyAgent::check_readings(const ImageView& reference, const std::string& another) const {
+  const SideFile& about = model_.about();
+  if (reference.height() != 1 || reference.width() != about.reference.size())
+    throw std::invalid_argument("the network was trained for " + std::to_string(about.reference.size()) +
+                                " readings per capture, this scene has captures of " +
+                                std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
+                                " values" + another);
+  if (other_scenes_) return;
+  for (std::size_t k = 0; k < about.reference.size(); ++k) {
+    const auto own = static_cast<double>(about.reference[k]), here = static_cast<double>(reference.row(0)[k]);
+    if (std::fabs(own - here) > kSameReadings * std::fabs(own))
+      throw std::invalid_argument("the network was trained for scene '" + about.scene + "', whose reference reading '" +
+                                  about.history->readings[k] + "' is " + std::to_string(own) + "; here it is " +
+                                  std::to_string(here) + another +
+                                  "; or run this one with the parameter \"other_scenes\": true");
+  }
+}
+
 void PolicyAgent::push_frame(const ImageView& image) {
   const SideFile& about = model_.about();
-  std::vector<float> picture = resampled(image, about.size);
+  std::vector<float> picture = resampled(image, about.size, about.rows);
   if (!about.irradiance) to_bytes(picture, about.white, about.byte_whites);
   const auto one = static_cast<std::ptrdiff_t>(picture.size());
   std::copy(frames_.begin() + one, frames_.end(), frames_.begin());
@@ -143,9 +170,52 @@ void PolicyAgent::follow_moves(Trial& trial) {
   }
 }
 
+void PolicyAgent::follow_history(Trial& trial) {
+  const SideFile& about = model_.about();
+  const bool measured = about.history->score >= 0;
+  const double largest =
+      about.largest_move > 0 ? std::min(about.largest_move, trial.largest_move()) : trial.largest_move();
+  History history(*about.history);
+  std::optional<Observation> observation = trial.first();
+  const Pose start = observation->pose;
+  float lowest = std::numeric_limits<float>::infinity();
+  for (std::size_t step = 0; observation; ++step) {
+    const ImageView image = observation->image();
+    if (about.frames > 0) {
+      push_frame(image);
+      history.add(observation->pose, {});
+    } else {
+      const std::vector<float> readings(image.row(0), image.row(0) + image.width());
+      history.add(observation->pose, readings);
+      if (measured) lowest = std::min(lowest, readings[static_cast<std::size_t>(about.history->score)]);
+    }
+    if (measured) trial.recommend(history.best());
+    const Pose& here = observation->pose;
+    Pose move(here.size());
+    if (step < about.probes.poses.size() && static_cast<double>(lowest) >= about.probes.until) {
+      for (std::size_t axis = 0; axis < move.size(); ++axis)
+        move[axis] = start[axis] + about.probes.poses[step][axis] - here[axis];
+      clamp(move, trial.largest_move());
+    } else {
+      std::vector<float> input = frames_;
+      const std::vector<float> remembered = history.input();
+      input.insert(input.end(), remembered.begin(), remembered.end());
+      move = model_.answer(input);
+      clamp(move, largest);
+    }
+    Pose target = here;
+    for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
+    if (!measured && about.displacement) trial.recommend(target);
+    // Not trial.move, which starts where the stage has stopped: at a limit that is not the pose that was observed.
+    observation = trial.step(target);
+  }
+}
+
 void PolicyAgent::run(Trial& trial) {
   check_scene(trial);
-  if (model_.about().doubt)
+  if (model_.about().history)
+    follow_history(trial);
+  else if (model_.about().doubt)
     follow_belief(trial, *model_.about().doubt);
   else if (model_.about().displacement)
     follow_displacements(trial);

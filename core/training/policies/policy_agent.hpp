@@ -22,6 +22,10 @@ namespace relign::policies {
 // Relative output (the next move, "move" in the side file): every move follows the output in full. The moves do not
 // shrink near the optimum, so the recommendation is the pose whose capture had the lowest RMSE to the reference image.
 // With `full_moves`, only so many follow it in full, and move k is scaled by full_moves / k after them.
+// With a history ("history" in the observation): first the side file's probes, then every move follows the output in
+// full, limited to the side file's largest move. The network itself weighs what it remembers. The recommendation is the
+// visited pose with the lowest score where a reading measures it; else the current pose, plus the output if that is a
+// displacement.
 class PolicyAgent : public Agent {
  public:
   // stop_below: in the scene's units; 0: never. full_moves: 0: all.
@@ -32,17 +36,19 @@ class PolicyAgent : public Agent {
 
  private:
   void check_scene(const Trial& trial) const;
+  void check_readings(const ImageView& reference, const std::string& another) const;
   void push_frame(const ImageView& image);
   void follow_displacements(Trial& trial);
   void follow_belief(Trial& trial, const Doubt& doubt);
   void follow_moves(Trial& trial);
+  void follow_history(Trial& trial);
 
   Model model_;
   std::int64_t whole_guesses_;
   bool other_scenes_;
   double stop_below_;
   std::int64_t full_moves_;
-  std::vector<float> frames_;  // frames x size x size, zeros before the first capture
+  std::vector<float> frames_;  // frames x rows x size, zeros before the first capture
 };
 
 // The factor on the network's output at step 1, 2, ...

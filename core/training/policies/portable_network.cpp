@@ -26,16 +26,13 @@ class PortableNetwork : public Network {
     if (graph.opset < kFirstOpset)
       throw std::runtime_error("ONNX operator set '" + std::to_string(graph.opset) + "' is not supported; must be " +
                                std::to_string(kFirstOpset) + " or later");
-    const std::int64_t dims[4] = {1, input.frames, input.size, input.size};
-    const bool taken = graph.input_dims.size() == 4 &&
-                       std::equal(dims, dims + 4, graph.input_dims.begin(),
-                                  [](std::int64_t given, std::int64_t own) { return own == 0 || own == given; });
-    if (!taken)
-      throw std::runtime_error("the network does not accept an input of 1 x " + std::to_string(input.frames) + " x " +
-                               std::to_string(input.size) + " x " + std::to_string(input.size));
-    values_.push_back({{input.frames, input.size, input.size, false}, {}});
-    values_[0].numbers.resize(values_[0].shape.count());
-    places_[graph.input] = 0;
+    const std::int64_t rows = input.rows > 0 ? input.rows : input.size;
+    if (input.frames > 0) take(graph, {1, input.frames, rows, input.size}, {input.frames, rows, input.size, false});
+    if (input.history > 0) take(graph, {1, input.history}, {input.history, 1, 1, true});
+    if (graph.inputs.size() != values_.size())
+      throw std::runtime_error("the network has " + std::to_string(graph.inputs.size()) +
+                               " inputs, its side file describes " + std::to_string(values_.size()));
+    inputs_ = values_.size();
     for (OnnxNode& node : graph.nodes) add(node, graph.constants);
     const auto output = places_.find(graph.output);
     if (output == places_.end()) throw std::runtime_error("no operator computes the output '" + graph.output + "'");
@@ -46,15 +43,20 @@ class PortableNetwork : public Network {
   }
 
   std::vector<float> answer(const std::vector<float>& input) override {
-    // From frames x rows x columns to rows x columns x frames.
-    Value& first = values_[0];
-    const std::size_t frames = static_cast<std::size_t>(first.shape.channels), pixels = first.numbers.size() / frames;
-    if (input.size() != first.numbers.size())
+    std::size_t needed = 0;
+    for (std::size_t place = 0; place < inputs_; ++place) needed += values_[place].numbers.size();
+    if (input.size() != needed)
       throw std::runtime_error("the network's input has " + std::to_string(input.size()) + " values; must have " +
-                               std::to_string(first.numbers.size()));
-    for (std::size_t frame = 0; frame < frames; ++frame)
-      for (std::size_t pixel = 0; pixel < pixels; ++pixel)
-        first.numbers[pixel * frames + frame] = input[frame * pixels + pixel];
+                               std::to_string(needed));
+    const float* from = input.data();
+    for (std::size_t place = 0; place < inputs_; ++place) {
+      // From frames x rows x columns to rows x columns x frames; a history is one frame of one row.
+      Value& value = values_[place];
+      const std::size_t frames = value.shape.flat ? 1 : static_cast<std::size_t>(value.shape.channels);
+      const std::size_t pixels = value.numbers.size() / frames;
+      for (std::size_t frame = 0; frame < frames; ++frame)
+        for (std::size_t pixel = 0; pixel < pixels; ++pixel) value.numbers[pixel * frames + frame] = *from++;
+    }
     std::vector<const float*> inputs;
     for (const Step& step : steps_) {
       inputs.clear();
@@ -74,6 +76,22 @@ class PortableNetwork : public Network {
     std::vector<std::size_t> inputs;  // indices into values_; constants are not listed
     std::size_t output;
   };
+
+  // The network's own input of this shape becomes a value.
+  void take(const OnnxGraph& graph, const std::vector<std::int64_t>& dims, const Shape& shape) {
+    for (const OnnxGraph::Input& input : graph.inputs) {
+      const bool fits = input.dims.size() == dims.size() &&
+                        std::equal(dims.begin(), dims.end(), input.dims.begin(),
+                                   [](std::int64_t given, std::int64_t own) { return own == 0 || own == given; });
+      if (!fits) continue;
+      places_[input.name] = values_.size();
+      values_.push_back({shape, std::vector<float>(shape.count())});
+      return;
+    }
+    std::string text;
+    for (const std::int64_t dim : dims) text += (text.empty() ? "" : " x ") + std::to_string(dim);
+    throw std::runtime_error("the network does not accept an input of " + text);
+  }
 
   void add(OnnxNode& node, std::map<std::string, OnnxTensor>& constants) {
     if (node.outputs.empty()) throw std::runtime_error(named(node) + " has no output");
@@ -118,7 +136,7 @@ class PortableNetwork : public Network {
   std::vector<Value> values_;
   std::map<std::string, std::size_t> places_;  // indices into values_, by name
   std::vector<Step> steps_;
-  std::size_t output_ = 0, numbers_ = 0;
+  std::size_t inputs_ = 0, output_ = 0, numbers_ = 0;
 };
 
 }  // namespace

@@ -2,11 +2,14 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <relign/instruction_set.hpp>
 
+#include "base/files.h"
 #include "contract/run_policy.h"
 
 namespace relign {
@@ -55,6 +58,71 @@ TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
   test::FakeTrial allowed(brighter.setup);
   EXPECT_EQ(test::refusal("imitation", allowed, {{"other_scenes", true}}), "");
   EXPECT_EQ(allowed.steps.size(), 6u);
+}
+
+// One reading, the distance from 0.3 along the first axis plus 0.1, for the network of tests/golden/policies.
+struct ReadingTrial : test::GreyTrial {
+  ReadingTrial() : GreyTrial(0) {
+    setup.image_side = 1;
+    setup.largest_move = std::numeric_limits<double>::infinity();
+    setup.merit = [](const test::Pose& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3) + 0.1; };
+    setup.paint = {};
+    wanted.assign(1, 0.5F);
+    image = {sizeof image, RELIGN_SAMPLE_FLOAT32, 1, 1, 1, 0, wanted.data(), sizeof(float)};
+  }
+};
+
+std::string network_of_readings(const Json& changes) {
+  const std::filesystem::path golden = std::filesystem::path(RELIGN_SOURCE_DIR) / "tests/golden/policies";
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() /
+      (std::string("relign-readings-") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(golden / "readings.onnx", folder / "net.onnx",
+                             std::filesystem::copy_options::overwrite_existing);
+  Json side = Json::parse(read_file(golden / "readings.json"));
+  side.update(changes);
+  std::ofstream(folder / "net.json") << side.dump();
+  return (folder / "net.onnx").string();
+}
+
+TEST(Imitation, FollowsNetworkOfReadingsAndRecommendsLowestOne) {
+  ReadingTrial reading;
+  test::FakeTrial trial(reading.setup);
+  test::run_policy("imitation", trial, {{"model", network_of_readings(Json::object())}});
+  ASSERT_EQ(trial.steps.size(), 6u);
+  const auto near = [](double value) { return DoubleNear(value, 1e-6); };
+  // The start reads 0.4: a tenth of it; then 0.36 and so on. All moves are in full.
+  EXPECT_THAT(trial.steps[0].pose, ElementsAre(near(0.04), near(0.04)));
+  EXPECT_THAT(trial.steps[1].pose, ElementsAre(near(0.076), near(0.076)));
+  EXPECT_EQ(trial.recommendations.back().pose, trial.steps.back().pose);
+}
+
+TEST(Imitation, VisitsProbesUntilOneIsLowEnough) {
+  ReadingTrial reading;
+  test::FakeTrial trial(reading.setup);
+  test::run_policy("imitation", trial,
+                   {{"model", network_of_readings(
+                                  {{"probes", {{"poses", {{-0.3, 0.1}, {0.3, 0.0}, {-0.5, 0.0}}}, {"until", 0.2}}}})}});
+  ASSERT_EQ(trial.steps.size(), 6u);
+  EXPECT_EQ(trial.steps[0].pose, (test::Pose{-0.3, 0.1}));  // moves of a probe may be longer than those of the network
+  EXPECT_EQ(trial.steps[1].pose, (test::Pose{0.3, 0.0}));   // reads 0.1: the third probe is not visited
+  EXPECT_NEAR(trial.steps[2].pose[0], 0.31, 1e-6);
+  EXPECT_EQ(trial.recommendations.back().pose, trial.steps[1].pose);
+}
+
+TEST(Imitation, RejectsOtherReadings) {
+  ReadingTrial reading;
+  test::FakeTrial trial(reading.setup);
+  const auto refused = [&trial](const Json& changes) {
+    return test::refusal("imitation", trial, {{"model", network_of_readings(changes)}});
+  };
+  EXPECT_EQ(refused(Json::object()), "");
+  EXPECT_THAT(refused({{"reference", {{"readings", {0.51}}}}}), HasSubstr("whose reference reading 'loss' is 0.51"));
+  test::GreyTrial grey(0.1);
+  test::FakeTrial images(grey.setup);
+  EXPECT_THAT(test::refusal("imitation", images, {{"model", network_of_readings(Json::object())}}),
+              HasSubstr("trained for 1 readings per capture, this scene has captures of 40 x 40 values"));
 }
 
 TEST(Imitation, RejectsOtherAxesAndImageSizes) {

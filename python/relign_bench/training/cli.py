@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import dataclasses
 import errno
 import fnmatch
 import json
 import os
 import pathlib
-import shlex
 import sys
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from .._errors import require_integer
+from .exporting import RECURRENT, export_imitation, export_reinforcement, export_remembering, export_rewarded
 from .folder import kind_of, read_recipe
 from .logs import NEEDS
-from .settings import changed_settings, kept_recipe, with_goal, with_settings
+from .settings import kept_recipe, with_goal, with_settings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from .._typing import Float64Array
     from .folder import RunFolder
-    from .imitate import Training
-    from .reinforce import Reinforcement
 
 EXAMPLES = """examples:
   relign-train imitate -o training/imitation                       # regression, then DAgger
@@ -42,6 +39,7 @@ EXAMPLES = """examples:
 
 IMITATE = """files in the folder:
   recipe.json                      every setting of the run
+  optima.npy                       own optima of the pool, of a scene with a score of its own
   curve.csv                        loss after every pass over the data
   tensorboard                      TensorBoard log (--log), where tensorboard is installed
   tuning.csv                       error on tuning instances, which training never uses, step by step
@@ -49,6 +47,7 @@ IMITATE = """files in the folder:
 
 examples:
   relign-train imitate -o training/imitation
+  relign-train imitate --scene my_scene.py -o training/mine      # a scene with a score of its own
   relign-train imitate --randomise my_errors.json --set passes=60 -o training/robust
 """
 
@@ -62,6 +61,7 @@ PPO = """files in the folder:
 examples:
   relign-train ppo --preset paper --set level=0.5 -o training/ppo-paper-0.5
   relign-train ppo --preset paper --algorithm recurrent-ppo -o training/recurrent
+  relign-train ppo --preset any --scene my_scene.py -o training/mine
 """
 
 ADAPT = """files in the folder:
@@ -89,7 +89,6 @@ HINTS = {errno.ENOENT: "; check the path",
          errno.EEXIST: "; a folder is expected here", errno.ENOTDIR: "; a folder is expected here",
          errno.EISDIR: "; a file is expected here", errno.EROFS: "; choose a folder that can be written",
          errno.EACCES: "; choose another one, or change its permissions"}
-RECURRENT = "relign-bench's agents do not run recurrent networks"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -117,7 +116,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     parser = argparse.ArgumentParser(
-        prog="relign-train", description="Train policies that align a lens from its images.",
+        prog="relign-train", description="Train policies that align a lens from its images, or any scene with a score.",
         formatter_class=argparse.RawDescriptionHelpFormatter, epilog=EXAMPLES)
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
@@ -159,10 +158,11 @@ def make_parser() -> argparse.ArgumentParser:
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
                "Train a policy by reinforcement learning with Stable-Baselines3.", PPO)
     training(ppo)
-    ppo.add_argument("--preset", choices=("paper", "package", "linear", "tuned"), default="tuned",
+    ppo.add_argument("--preset", choices=("paper", "package", "linear", "tuned", "any"), default="tuned",
                      help="paper: network of the paper's package, values of the paper's text; package: values of the package; "
                           "linear: the paper's recipe with a reward that is linear in the excess RMSE, on 100 x 100 pixels; "
-                          "tuned: starts from imitation learning, covers all noise levels, with a privileged critic "
+                          "tuned: starts from imitation learning, covers all noise levels, with a privileged critic; "
+                          "any: scenes whose score a reading measures, with a memory of poses and readings "
                           "[default: %(default)s]")
     ppo.add_argument("--warm-start", metavar="DIR",
                      help="folder of the run to start from: of relign-train imitate, required by preset tuned; or of "
@@ -281,6 +281,8 @@ def sentence(problem: BaseException) -> str:
 def _imitate(given: argparse.Namespace) -> int:
     require("torch", "torch")
     require("onnx", "onnx")  # torch would report it only at the end
+    if declares_score(given.scene):
+        return _imitate_remembering(given)
     from .imitate import Recipe, Training
 
     recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
@@ -296,8 +298,39 @@ def _imitate(given: argparse.Namespace) -> int:
                 {"median_rmse_after_12": medians})
 
 
+def declares_score(scene: str) -> bool:
+    """Whether a scene declares a score of its own, for which policies remember what they have seen (remember.py)."""
+    from ..batch import Batch
+
+    return "score" in Batch(1, scene, "none", threads=1).description
+
+
+def _imitate_remembering(given: argparse.Namespace) -> int:
+    import numpy as np
+
+    from .remember import Recipe, Training
+
+    if given.randomise is not None or given.render != "cpu":
+        raise ValueError(f"--randomise and --render are for scenes of lenses; scene '{given.scene}' declares a score")
+    recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
+    training = Training(recipe, given.out, given.threads, log, given.device, chosen_loggers(given.log))
+    training.run()
+    scores, pool = training.tuning(), training.pool
+    lines = ["step,n,median,q25,q75"]
+    for step in range(scores.shape[1]):
+        q25, median, q75 = np.quantile(scores[:, step], [0.25, 0.5, 0.75])
+        lines.append(f"{step},{len(scores)},{median:.6g},{q25:.6g},{q75:.6g}")
+    training.folder.keep_text("tuning.csv", "\n".join(lines) + "\n")
+    log(f"{pool.score.label} on {len(scores)} tuning instances after {recipe.tuning_steps} moves: "
+        f"median {np.median(scores[:, -1]):.4g}, at the start {np.median(scores[:, 0]):.4g}")
+    return show(given, export_remembering(training, pathlib.Path(given.out) / "imitation"),
+                {"median_score": float(np.median(scores[:, -1]))})
+
+
 def _ppo(given: argparse.Namespace) -> int:
     require_learner(given.algorithm in ("trpo", "recurrent-ppo"))
+    if given.preset == "any":
+        return _ppo_any(given)
     from .recipe import preset_recipe
     from .reinforce import Reinforcement
 
@@ -311,6 +344,17 @@ def _ppo(given: argparse.Namespace) -> int:
         log(f"not exported: {why}")
         return 0
     return show(given, export_reinforcement(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
+
+
+def _ppo_any(given: argparse.Namespace) -> int:
+    from .rewarded import Recipe, Training
+
+    if given.algorithm != "ppo" or given.warm_start is not None or given.render != "cpu":
+        raise ValueError("preset 'any' has no other --algorithm, --warm-start or --render")
+    recipe = with_settings(Recipe(scene=given.scene, seed=given.seed), given.set)
+    training = Training(recipe, given.out, given.threads, log, given.device, chosen_loggers(given.log))
+    training.run(given.until, given.minutes)
+    return show(given, export_rewarded(training, pathlib.Path(given.out) / "ppo"), {"score": training.best})
 
 
 def _sweep(given: argparse.Namespace) -> int:
@@ -354,11 +398,19 @@ def _export(given: argparse.Namespace) -> int:
         raise ValueError(f"--out '{out}' must end with .onnx")
     if kind == "ppo":
         require("stable_baselines3", "stable-baselines3")
+        if read_recipe(folder)["preset"] == "any":
+            from .rewarded import Training as Rewarded
+
+            return show(given, export_rewarded(Rewarded.open(folder), out, given.last), {})
         from .recipe import Recipe as PpoRecipe
         from .reinforce import Reinforcement
 
         run = Reinforcement.open(kept_recipe(PpoRecipe, folder), folder, log=lambda _: None)
         return show(given, export_reinforcement(run, out, given.last), {})
+    if "pool" in read_recipe(folder):
+        from .remember import Training as Remembering
+
+        return show(given, export_remembering(Remembering.open(folder), out), {})
     from .imitate import Training
 
     return show(given, export_imitation(Training.open(folder), out), {})
@@ -380,66 +432,6 @@ def _adapt(given: argparse.Namespace) -> int:
                                   given.threads, log)
     return show(given, export_imitation(adaptation.run(), pathlib.Path(given.out) / "adapted", adaptation.cost()),
                 {"captures": len(captures)})
-
-
-def export_imitation(training: Training, path: pathlib.Path, further: dict[str, Any] | None = None) -> list[pathlib.Path]:
-    """Writes the network of an imitation run; returns the files. `further` is added to what the side file says of it."""
-    from . import export
-
-    recipe = training.recipe
-    usual = type(recipe)(scene=recipe.scene, seed=recipe.seed)
-    return export.write(training.net, path, recipe.scene, recipe.size, 1, "way",
-                        {**cost_of(recipe, training), **(further or {})},
-                        command_of(training, usual, "imitate", *(("--randomise", "FILE") if recipe.randomise else ())),
-                        doubt=training.doubt)
-
-
-def export_reinforcement(training: Reinforcement, path: pathlib.Path, last: bool = False) -> list[pathlib.Path]:
-    """Writes a network of a reinforcement run, the one with the best score or the last; returns the files.
-
-    Raises:
-        ValueError: The policy is recurrent.
-    """
-    from . import export
-    from .recipe import preset_recipe
-
-    if training.recurrent:
-        raise ValueError(f"'{training.folder.path}' cannot be exported: {RECURRENT}")
-    recipe = training.recipe
-    if training.untrained():
-        raise ValueError(training.untrained())
-    steps = training.model.num_timesteps if last else training.load_best()
-    trained = cost_of(recipe, training, steps)
-    if training.warm_seconds > 0:
-        trained["warm_start"] = {"hours": round(training.warm_seconds / 3600, 3)}
-    chosen_on = "none" if last else "tuning"
-    usual = preset_recipe(recipe.preset, recipe.algorithm, recipe.scene, recipe.seed)
-    words = ["ppo", "--preset", recipe.preset, *(("--algorithm", recipe.algorithm) if recipe.algorithm != "ppo" else ()),
-             *(("--warm-start", f"FOLDER_OF_{'IMITATE' if recipe.preset == 'tuned' else 'PPO'}") if recipe.warm_start else ())]
-    if recipe.preset == "tuned":
-        return export.write(training.model.policy.net, path, recipe.scene, recipe.size, 1, "way", trained,
-                            command_of(training, usual, *words), chosen_on=chosen_on)
-    return export.write(export.Actor(training.model.policy, recipe.input), path, recipe.scene, recipe.size, recipe.frames,
-                        "move", trained, command_of(training, usual, *words), values=export.VALUES[recipe.input],
-                        chosen_on=chosen_on)
-
-
-def command_of(training: Training | Reinforcement, usual: Any, *words: str) -> str:
-    """The command that repeats a run whose options `words` make the recipe `usual`."""
-    recipe = training.recipe
-    options = [word for name in ("threads", "device", "render") if training.trained_on.get(name)
-               for word in (f"--{name}", str(training.trained_on[name]))]
-    settings = [word for setting in changed_settings(recipe, usual) for word in ("--set", setting)]
-    return shlex.join(["relign-train", *words, "--scene", recipe.scene, "--seed", str(recipe.seed), *settings,
-                       *options, "-o", "FOLDER"])
-
-
-def cost_of(recipe: Any, training: Training | Reinforcement, steps: int | None = None) -> dict[str, Any]:
-    """Recipe and cost of a run, as the side file has them."""
-    cost = {"recipe": dataclasses.asdict(recipe), "hours": round(training.seconds / 3600, 3), **training.trained_on}
-    if steps is not None:
-        cost["steps"] = steps
-    return cost
 
 
 def show(given: argparse.Namespace, files: list[pathlib.Path], results: dict[str, Any]) -> int:

@@ -15,10 +15,13 @@ from torch import nn
 from ..batch import Batch
 from ..conventions import BYTE_WHITES
 from .doubt import DRIFT
+from .history import FINE_MOVE
 
 if TYPE_CHECKING:
     from .._typing import AnyArray, ByteArray, Float64Array
     from .doubt import Doubt
+    from .remember import Training as Remembering
+    from .rewarded import Training as Rewarded
 
 PARITY_INPUTS = 64
 PARITY_SIDE = 10  # each byte of a parity input is a block of size / PARITY_SIDE pixels
@@ -136,6 +139,82 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         "reference": {"blocks": REFERENCE_BLOCKS,
                       "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, REFERENCE_BLOCKS).ravel()]},
         "parity": {"inputs": [image.tobytes().hex() for image in blocks],
+                   "answers": [[float(f"{value:.7g}") for value in answer] for answer in answers]},
+    }
+    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())
+    side.write_text("{\n" + lines + "\n}\n")
+    return [graph, side]
+
+
+def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Remembering | Rewarded, trained: dict[str, Any],
+                      command: str, output: str = "way", chosen_on: str = "none") -> list[pathlib.Path]:
+    """Writes PATH.onnx and PATH.json of a network with a history (remember.py), which agents run.
+
+    Args:
+        net: The network.
+        path: Path without or with the suffix.
+        training: Has the pool of instances, the format of the history, the probes and the recipe.
+        trained: Recipe and cost of the training, for the side file.
+        command: The command that repeats the training.
+        output: "way" or "move".
+        chosen_on: As for `write`.
+
+    Returns:
+        The two paths.
+    """
+    path = pathlib.Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    net = net.cpu().eval()
+    graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
+    pool, form, recipe = training.pool, training.format, training.recipe
+    batch, frames = pool.batch, recipe.frames if pool.images else 0  # type: ignore[union-attr]
+    blocks = parity_blocks(frames)
+    numbers = np.random.default_rng(20250308).integers(0, 256, (PARITY_INPUTS, form.count), dtype=np.uint8)
+    inputs = [torch.from_numpy((numbers.astype(np.float32) - 128) / 32)]
+    if pool.images:
+        rows, columns = (np.arange(side) * PARITY_SIDE // side for side in pool.shape)
+        inputs.insert(0, torch.from_numpy(blocks[:, :, rows][:, :, :, columns].astype(np.float32)))
+    half = path.with_suffix(".half.onnx")
+    torch.onnx.export(net, tuple(part[:1] for part in inputs), str(half), output_names=[output], opset_version=OPSET,
+                      input_names=["pictures", "history"] if pool.images else ["history"], dynamo=False)
+    os.replace(half, graph)
+    with torch.no_grad():
+        answers = net(*inputs).tolist()
+    observation: dict[str, Any] = {"kind": "images" if pool.images else "readings"}
+    reference: dict[str, Any] = {"readings": [float(value) for value in batch.reference.ravel()]}
+    if pool.images:
+        height, width = batch.reference.shape
+        observation.update(size=pool.shape[1], frames=frames, captured=[height, width], white=batch.white,
+                           byte_whites=BYTE_WHITES)
+        if pool.shape[0] != pool.shape[1]:
+            observation["rows"] = pool.shape[0]
+        blocked = max(k for k in range(1, REFERENCE_BLOCKS + 1) if height % k == width % k == 0)
+        reference = {"blocks": blocked,
+                     "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, blocked).ravel()]}
+    else:
+        described = batch.description["readings"]
+        observation["readings"] = [{key: one[key] for key in ("name", "unit") if key in one} for one in described]
+        observation.update(mean=form.mean.tolist(), deviation=form.deviation.tolist(), fine=form.fine.tolist())
+        if form.score is not None:
+            observation["score"] = described[form.score]["name"]
+    observation["history"] = {"last": form.last, "best": form.best, "fine_move": FINE_MOVE}
+    probes = {} if not len(training.probes[0]) else {
+        "probes": {"poses": training.probes[0].tolist(), "until": training.probes[1]}}
+    about = {
+        "use": "network",
+        "format": 1,
+        "scene": recipe.scene,
+        "scene_sha256": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),
+        "axes": [axis["name"] for axis in batch.description["axes"]],
+        "observation": observation,
+        "output": output,
+        "largest_move": recipe.largest_move,
+        **probes,
+        "command": command,
+        "trained": {**trained, "instances": {"weights": "training", "checkpoint": chosen_on}},
+        "weights_sha256": hashlib.sha256(graph.read_bytes()).hexdigest(),
+        "reference": reference,
+        "parity": {"inputs": [(image.tobytes() + row.tobytes()).hex() for image, row in zip(blocks, numbers)],
                    "answers": [[float(f"{value:.7g}") for value in answer] for answer in answers]},
     }
     lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     Path = Union[str, os.PathLike[str]]
 
-KINDS = {"algorithm": "ppo", "lenses": "imitate", "trained": "adapt"}
+KINDS = {"algorithm": "ppo", "lenses": "imitate", "pool": "imitate", "trained": "adapt"}
 """Verbs by a setting that only their recipes have."""
 
 

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     AnyRecipe = TypeVar("AnyRecipe")
 
 MAY_BE_ZERO = ("seed", "weight", "captures", "warm_up", "level", "levels", "goal", "entropy", "target_kl", "last_rate", "near",
-               "visited", "gamma", "gae_lambda")
+               "visited", "gamma", "gae_lambda", "probes", "best", "columns")
 MAY_BE_NEGATIVE = ("first_log_std",)
 AT_LEAST = {"optimum_samples": 16}
 AT_MOST = {"seed": 2**29 - 1,  # numbers of instances, below 2**63, are multiples of seeds
-           **dict.fromkeys(("levels", "near", "visited", "gamma", "gae_lambda"), 1)}
-INTEGERS = ("heads",)  # tuples of integers; other tuples have floats
+           **dict.fromkeys(("levels", "largest_move", "near", "visited", "gamma", "gae_lambda"), 1)}
+INTEGERS = ("heads", "hidden")  # tuples of integers; other tuples have floats
 MAY_BE_EMPTY = ("heads",)
 OPTIONS = {"preset": "--preset", "algorithm": "--algorithm", "warm_start": "--warm-start", "randomise": "--randomise",
            "trained": "DIR", "images": "--images", "captures": "--images"}

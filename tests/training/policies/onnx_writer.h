@@ -39,14 +39,11 @@ inline std::string real(const std::string& name, float value) {
   return bytes(5, bytes(1, name) + varint(2 << 3 | 5) + raw(&value, sizeof value) + number(20, 1));
 }
 
-// A chain of operators from input "x" (1 x frames x size x size) to the output of the last one.
+// A chain of operators from input "x" (1 x frames x size x size, or a row) to the output of the last one.
 class Chain {
  public:
-  Chain(std::int64_t frames, std::int64_t size, std::int64_t opset = 13) : opset_(opset) {
-    std::string dims;
-    for (const std::int64_t dim : {std::int64_t{1}, frames, size, size}) dims += bytes(1, number(1, dim));
-    input_ = bytes(11, bytes(1, "x") + bytes(2, bytes(1, number(1, 1) + bytes(2, dims))));
-  }
+  Chain(std::int64_t frames, std::int64_t size, std::int64_t opset = 13) : Chain({1, frames, size, size}, opset) {}
+  static Chain of_row(std::int64_t numbers) { return Chain({1, numbers}, 13); }
   // attributes: the concatenated results of the functions above.
   Chain& then(const std::string& op, const std::vector<std::string>& weights = {}, const std::string& attributes = "") {
     std::string inputs = bytes(1, last_);
@@ -68,6 +65,12 @@ class Chain {
   }
 
  private:
+  Chain(const std::vector<std::int64_t>& shape, std::int64_t opset) : opset_(opset) {
+    std::string dims;
+    for (const std::int64_t dim : shape) dims += bytes(1, number(1, dim));
+    input_ = bytes(11, bytes(1, "x") + bytes(2, bytes(1, number(1, 1) + bytes(2, dims))));
+  }
+
   std::string nodes_, input_, last_ = "x";
   int count_ = 0;
   std::int64_t opset_;

@@ -1,0 +1,267 @@
+"""Episodes on a fixed pool of instances, whose own optima are kept: data for imitation learning on any scene with a score."""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .._score import score_of
+from ..batch import Batch
+from ..conventions import binned, to_bytes
+from .folder import reading
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from .._typing import AnyArray, Float64Array, Parameters
+    from .folder import RunFolder
+
+    Policy = Callable[["Episode"], Float64Array]
+    """From what was observed to moves in shares of the travel, shape (n, axes)."""
+
+SLOTS = 64  # instances that are held at once
+PROBED = 128  # instances that probes are chosen on
+CANDIDATES = 200  # poses among which probes are chosen
+LEAST_GAIN = 0.01  # of a probe, as a share of what all candidates together gain
+
+
+class Episode(NamedTuple):
+    """What was observed on n instances, and labels; arrays grow along their second axis.
+
+    Attributes:
+        poses: Poses as commanded, which agents observe: beyond a limit of the stage they are not those reached. Shape (n,
+            captures, axes).
+        values: Readings, shape (n, captures, readings); of a scene with images, bytes of shape (n, captures, rows, columns).
+        residuals: Optimum minus true pose, shape (n, captures, axes).
+        scores: Noise-free scores, shape (n, captures); NaN where they were not computed.
+    """
+
+    poses: Float64Array
+    values: AnyArray
+    residuals: Float64Array
+    scores: Float64Array
+
+
+class Pool:
+    """A fixed number of instances of one family.
+
+    Args:
+        scene: Id, preset or path of a scene that declares a score.
+        noise_level: Id, preset or path of a noise level.
+        count: Number of instances.
+        size: Columns of the images; 0 keeps those of the scene.
+        family: "training" or "tuning".
+        threads: Threads that capture; None uses all cores.
+        first: Number of the first instance.
+        noise_parameters: Parameters of the noise level.
+
+    Attributes:
+        images: Whether captures are images.
+        shape: Shape of a capture's values: (readings,) or (rows, columns).
+        score: The scene's score.
+        observable: Axes along which the scene declares that a pose can be told from others, shape (axes,).
+
+    Raises:
+        ValueError: The scene declares no score, or its images cannot be binned to the size.
+    """
+
+    def __init__(self, scene: str, noise_level: str, count: int, size: int = 0, family: str = "training",
+                 threads: int | None = None, first: int = 0, noise_parameters: Parameters | None = None) -> None:
+        self.batch = Batch(min(SLOTS, count), scene, noise_level, noise_level_parameters=noise_parameters, threads=threads)
+        self.scene, self.family, self.count, self.first = scene, family, count, first
+        description = self.batch.description
+        if "score" not in description:
+            raise ValueError(f"scene '{scene}' declares no score")
+        self.score, self.axes = score_of(description), self.batch.axes
+        self.images = "readings" not in description
+        self.observable = np.array([axis.get("observable", True) for axis in description["axes"]])
+        height, width = self.batch.reference.shape
+        self._bins = 1
+        self.shape: tuple[int, ...] = (width,)
+        if self.images:
+            size = size or width
+            if width % size or height % (width // size):
+                raise ValueError(f"size={size} does not divide images of {width} x {height} pixels of scene '{scene}'")
+            self._bins = width // size
+            self.shape = (height // self._bins, size)
+        self.optima: Float64Array = np.empty((0, self.axes))
+
+    def numbers(self) -> AnyArray:
+        """Numbers of the instances."""
+        return np.arange(self.first, self.first + self.count)
+
+    def find_optima(self, folder: RunFolder, log: Callable[[str], object]) -> None:
+        """The instances' own optima, from optima.npy of the folder where it has them.
+
+        Raises:
+            ValueError: The scene does not search for optima, or the file is damaged.
+        """
+        path = folder / "optima.npy"
+        if path.is_file():
+            with reading(path):
+                self.optima = np.load(path, allow_pickle=False).reshape(-1, self.axes)[:self.count]
+        while len(self.optima) < self.count:
+            numbers = self.numbers()[len(self.optima):][:self.batch.slots]
+            slots = list(range(len(numbers)))
+            self.batch.reset(slots, [int(number) for number in numbers], self.family)
+            found = [optimum for optimum in self.batch.optima(slots) if optimum is not None]
+            if len(found) < len(slots):
+                raise ValueError(f"scene '{self.scene}' does not search for own optima, which training needs as labels")
+            self.optima = np.concatenate([self.optima, [pose for pose, _ in found]])
+            content = io.BytesIO()
+            np.save(content, self.optima)
+            folder.keep("optima.npy", lambda out, content=content: out.write(content.getbuffer()))  # type: ignore[misc]
+            log(f"own optima of {len(self.optima)} of {self.count} instances")
+
+    def values(self, slots: list[int]) -> AnyArray:
+        """The latest captures as the policy observes them, shape (n, *shape)."""
+        frames = self.batch.frames[slots]
+        if not self.images:
+            return np.array(frames[:, 0])
+        return to_bytes(np.ascontiguousarray(binned(frames, self._bins), np.float32), self.batch.white)
+
+    def mount(self, chosen: AnyArray) -> list[int]:
+        """Mounts these of the pool's instances, by place; returns the slots."""
+        slots = list(range(len(chosen)))
+        self.batch.reset(slots, [int(number) for number in self.numbers()[chosen]], self.family)
+        return slots
+
+    def episode(self, chosen: AnyArray, policy: Policy, moves: int, jump: Float64Array | None = None,
+                scored: bool = False) -> Episode:
+        """Lets a policy move on some of the pool's instances.
+
+        Args:
+            chosen: Places of at most SLOTS instances in the pool, shape (n,).
+            policy: The policy.
+            moves: Number of moves.
+            jump: True poses to which the stages go before the first capture, shape (n, axes); NaN stays at the start.
+            scored: Whether noise-free scores are computed.
+        """
+        slots = self.mount(chosen)
+        if jump is not None:
+            away = np.nan_to_num(jump - self.batch.true_poses(slots))
+            self.batch.move_by(slots, away)
+        optima = self.optima[chosen] if len(self.optima) else np.full((len(chosen), self.axes), np.nan)
+        commanded = self.batch.commanded_poses(slots)
+        rows: list[tuple[AnyArray, ...]] = []
+
+        def look() -> Episode:
+            scores = self.batch.noise_free_mse(slots)[0] if scored else np.full(len(slots), np.nan)
+            rows.append((commanded, self.values(slots), optima - self.batch.true_poses(slots), scores))
+            return Episode(*(np.stack(part, 1) for part in zip(*rows)))
+
+        seen = look()
+        for _ in range(moves):
+            commanded = commanded + policy(seen)
+            self.batch.move_by(slots, commanded - self.batch.commanded_poses(slots))
+            seen = look()
+        return seen
+
+    # ---- probes --------------------------------------------------------------------------------
+
+    def costs(self, readings: AnyArray) -> Float64Array:
+        """Measured scores on the scale that the scene declares, linear or logarithmic."""
+        declared = self.batch.description["score"]
+        values = np.maximum(np.asarray(readings, np.float64), 0)
+        return np.log(1 + values / declared["resolution"]) if declared.get("scale") == "log" else values
+
+    def choose_probes(self, most: int, random: np.random.Generator) -> tuple[Float64Array, float]:
+        """Poses relative to the start that together find a low score on most instances, greedily.
+
+        Args:
+            most: Number of probes at most.
+            random: The generator of the candidates.
+
+        Returns:
+            Probes in their order, shape (n, axes), and the reading below which a start, or a probe, is as good as what half
+            of the instances have after all of them.
+        """
+        assert self.score.reading is not None
+        candidates = random.uniform(-0.5, 0.5, (CANDIDATES, self.axes))
+        costs, readings = [], []
+        for first in range(0, min(PROBED, self.count), self.batch.slots):
+            slots = self.mount(np.arange(first, min(first + self.batch.slots, PROBED, self.count)))
+            starts = self.batch.true_poses(slots)
+            found = [self.batch.frames[slots][:, 0, self.score.reading].copy()]
+            for candidate in candidates:
+                poses = np.clip(starts + candidate, 0, 1)
+                seeds = random.integers(2**63, size=len(slots))
+                found.append(self.batch.capture_at(slots, poses, seeds)[:, 0, self.score.reading])
+            readings.append(np.array(found, np.float64))
+            costs.append(self.costs(readings[-1]))
+        cost, reading_of = np.concatenate(costs, 1), np.concatenate(readings, 1)
+        lowest = cost[0]
+        kept: list[int] = []
+        possible = lowest.mean() - cost.min(0).mean()
+        while len(kept) < most:
+            together = np.minimum(lowest, cost[1:])
+            best = int(np.argmin(together.mean(1)))
+            if lowest.mean() - together[best].mean() <= LEAST_GAIN * possible:
+                break
+            lowest = together[best]
+            kept.append(best)
+        enough = np.median(reading_of[[0, *(1 + place for place in kept)]].min(0))
+        return candidates[kept].reshape(-1, self.axes), float(enough)
+
+
+def probed(policy: Policy, probes: Float64Array, until: float, score: int | None) -> Policy:
+    """A policy that visits probes first, on each instance until a reading below `until` was seen."""
+    if score is None or not len(probes):
+        return policy
+
+    def moves(seen: Episode) -> Float64Array:
+        step = seen.poses.shape[1] - 1
+        found = policy(seen)
+        if step < len(probes):
+            dark = seen.values[:, :, score].min(1).astype(np.float64) >= until
+            found[dark] = (seen.poses[:, 0] + probes[step] - seen.poses[:, -1])[dark]
+        return found
+
+    return moves
+
+
+def searching(optima: Float64Array, random: np.random.Generator, moves: int) -> tuple[Float64Array, Policy]:
+    """Random searches around optima, with distances that shrink from step to step.
+
+    Args:
+        optima: True poses, shape (n, axes).
+        random: The generator.
+        moves: Number of moves of the search.
+
+    Returns:
+        True poses to begin at, shape (n, axes), and the policy.
+    """
+    count, axes = optima.shape
+    first = np.exp(random.uniform(math.log(0.01), math.log(0.5), (count, 1)))
+    last = first * np.exp(random.uniform(math.log(0.02), 0, (count, 1)))
+    around = np.clip(optima + first * random.normal(size=(count, axes)) / 2, 0, 1)
+
+    def policy(seen: Episode) -> Float64Array:
+        step = seen.poses.shape[1] - 1
+        size = first * (last / first) ** (step / moves)
+        return seen.residuals[:, -1] + size * random.normal(size=(count, axes)) / 2
+
+    return around, policy
+
+
+def tuning_scores(pool: Pool, policy: Policy, moves: int) -> Float64Array:
+    """Noise-free scores at the recommended pose of every instance, after each step.
+
+    The recommendation is the visited pose with the lowest measured score; where no reading measures it, the current pose.
+
+    Returns:
+        Shape (instances, moves + 1).
+    """
+    found = []
+    for first in range(0, pool.count, pool.batch.slots):
+        seen = pool.episode(np.arange(first, min(first + pool.batch.slots, pool.count)), policy, moves, scored=True)
+        scores = seen.scores
+        if pool.score.reading is not None:
+            read = seen.values[:, :, pool.score.reading]
+            best = [np.argmin(read[:, :step + 1], 1) for step in range(moves + 1)]
+            scores = np.stack([scores[np.arange(len(scores)), place] for place in best], 1)
+        found.append(pool.score.shown(scores))
+    return np.concatenate(found)
