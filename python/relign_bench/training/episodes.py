@@ -62,7 +62,7 @@ class Pool:
         images: Whether captures are images.
         shape: Shape of a capture's values: (readings,) or (rows, columns).
         score: The scene's score.
-        observable: Axes along which the scene declares that a pose can be told from others, shape (axes,).
+        observable: Axes that the scene declares observable, shape (axes,).
 
     Raises:
         ValueError: The scene declares no score, or its images cannot be binned to the size.
