@@ -71,8 +71,10 @@ def read_results(folders):
 
 
 def read_trials_csv():
-    """{problem: {method: {instance: row}}}"""
+    """{problem: {method: {instance: row}}}, empty before the first run."""
     found = {}
+    if not TRIALS.exists():
+        return found
     with TRIALS.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             found.setdefault(row["problem"], {}).setdefault(row["method"], {})[int(row["instance"])] = row
@@ -222,8 +224,8 @@ def figure(found):
     colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#777777", "#bbbbbb")  # Okabe and Ito
     for method, colour in zip(METHODS, colours):
         axes.step(ratios, [profile_at(found, method, ratio) for ratio in ratios], where="post", label=method, color=colour)
-    axes.set(xscale="log", xlim=(1, LARGEST_RATIO), ylim=(0, 1), xlabel="captures, against the fewest of any method on the instance",
-             ylabel="share of instances in specification")
+    axes.set(xscale="log", xlim=(1, LARGEST_RATIO), ylim=(0, 1), ylabel="share of instances in specification",
+             xlabel="captures, against the fewest of any method on the instance")
     axes.set_xticks((1, 2, 4, 8, 16, 32), ("1", "2", "4", "8", "16", "32"))
     axes.minorticks_off()
     axes.legend(loc="upper left", fontsize="small")

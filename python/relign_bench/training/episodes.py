@@ -62,6 +62,7 @@ class Pool:
         images: Whether captures are images.
         shape: Shape of a capture's values: (readings,) or (rows, columns).
         score: The scene's score.
+        reading: Place of the reading that measures it; None for images.
         observable: Axes that the scene declares observable, shape (axes,).
 
     Raises:
@@ -77,6 +78,7 @@ class Pool:
             raise ValueError(f"scene '{scene}' declares no score")
         self.score, self.axes = score_of(description), self.batch.axes
         self.images = "readings" not in description
+        self.reading = None if self.images else self.score.measure
         self.observable = np.array([axis.get("observable", True) for axis in description["axes"]])
         height, width = self.batch.reference.shape
         self._bins = 1
@@ -179,17 +181,17 @@ class Pool:
             Probes in their order, shape (n, axes), and the reading below which a start, or a probe, is as good as what half
             of the instances have after all of them.
         """
-        assert self.score.reading is not None
+        assert self.reading is not None
         candidates = random.uniform(-0.5, 0.5, (CANDIDATES, self.axes))
         costs, readings = [], []
         for first in range(0, min(PROBED, self.count), self.batch.slots):
             slots = self.mount(np.arange(first, min(first + self.batch.slots, PROBED, self.count)))
             starts = self.batch.true_poses(slots)
-            found = [self.batch.frames[slots][:, 0, self.score.reading].copy()]
+            found = [self.batch.frames[slots][:, 0, self.reading].copy()]
             for candidate in candidates:
                 poses = np.clip(starts + candidate, 0, 1)
                 seeds = random.integers(2**63, size=len(slots))
-                found.append(self.batch.capture_at(slots, poses, seeds)[:, 0, self.score.reading])
+                found.append(self.batch.capture_at(slots, poses, seeds)[:, 0, self.reading])
             readings.append(np.array(found, np.float64))
             costs.append(self.costs(readings[-1]))
         cost, reading_of = np.concatenate(costs, 1), np.concatenate(readings, 1)
@@ -259,8 +261,8 @@ def tuning_scores(pool: Pool, policy: Policy, moves: int) -> Float64Array:
     for first in range(0, pool.count, pool.batch.slots):
         seen = pool.episode(np.arange(first, min(first + pool.batch.slots, pool.count)), policy, moves, scored=True)
         scores = seen.scores
-        if pool.score.reading is not None:
-            read = seen.values[:, :, pool.score.reading]
+        if pool.reading is not None:
+            read = seen.values[:, :, pool.reading]
             best = [np.argmin(read[:, :step + 1], 1) for step in range(moves + 1)]
             scores = np.stack([scores[np.arange(len(scores)), place] for place in best], 1)
         found.append(pool.score.shown(scores))

@@ -115,7 +115,7 @@ class Training:
         torch.set_num_threads(chosen_threads(threads))
         self.pool = Pool(recipe.scene, recipe.noise_level, recipe.pool, recipe.columns, threads=threads,
                          noise_parameters=noise_parameters(recipe))
-        measured = self.pool.score.reading
+        measured = self.pool.reading
         self.format = HistoryFormat(self.pool.axes, recipe.last, 0 if measured is None else recipe.best, np.empty(0),
                                     np.empty(0), np.empty(0), measured)
         if not self.pool.images:
@@ -165,7 +165,7 @@ class Training:
         random = np.random.default_rng([recipe.seed, 3])
         if pool.images:
             return
-        if pool.score.reading is not None and recipe.probes:
+        if pool.reading is not None and recipe.probes:
             self.probes = pool.choose_probes(recipe.probes, random)
             self.log(f"{len(self.probes[0])} probes, until {pool.score.name} is below {self.probes[1]:.4g} {pool.score.unit}")
         chosen = np.arange(min(SLOTS, pool.count))
@@ -174,8 +174,8 @@ class Training:
         deviation = values.std(0)
         self.format.mean, self.format.deviation = values.mean(0), np.where(deviation > 0, deviation, 1.0)
         self.format.fine = self.format.deviation / 1000
-        if pool.score.reading is not None:
-            self.format.fine[pool.score.reading] = pool.batch.description["score"]["resolution"]
+        if pool.reading is not None:
+            self.format.fine[pool.reading] = pool.batch.description["score"]["resolution"]
 
     def _train(self, done: int, optimizer: torch.optim.Optimizer, log: Callable[[int, dict[str, Any]], None]) -> None:
         for number in range(done, self.recipe.passes):

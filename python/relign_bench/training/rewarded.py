@@ -181,7 +181,7 @@ class Training:
         torch.set_num_threads(chosen_threads(threads))
         self.pool = Pool(recipe.scene, recipe.noise_level, recipe.environments, threads=threads,
                          noise_parameters=noise_parameters(recipe))
-        measured = self.pool.score.reading
+        measured = self.pool.reading
         if measured is None:
             raise ValueError(f"scene '{recipe.scene}' has no reading that measures its score, which preset 'any' needs")
         self.probes: tuple[Float64Array, float] = np.empty((0, self.pool.axes)), 0.0
@@ -218,7 +218,7 @@ class Training:
         values = np.concatenate(found).astype(np.float64)
         deviation = np.where(values.std(0) > 0, values.std(0), 1.0)
         fine = deviation / 1000
-        fine[self.pool.score.reading] = self.pool.batch.description["score"]["resolution"]
+        fine[self.pool.reading] = self.pool.batch.description["score"]["resolution"]
         return values.mean(0), deviation, fine
 
     def policy(self) -> Callable[[Episode], Float64Array]:
