@@ -301,7 +301,8 @@ std::vector<std::optional<plugin_host::MountedAssembly::Optimum>> Batch::optima(
   in.for_each(slots, [&](std::size_t k) {
     Slot& slot = in.slots[slots[k]];
     if (!slot.searched)
-      slot.optimum = trials::own_optimum(*slot.assembly, in.facts, frame_seed(slot.state.instance.seed, 0, FrameStream::own_optimum));
+      slot.optimum = trials::own_optimum(*slot.assembly, in.facts,
+                                         frame_seed(slot.state.instance.seed, 0, FrameStream::own_optimum));
     slot.searched = true;
     optima[k] = slot.optimum;
   });

@@ -62,10 +62,10 @@ struct SceneFacts {
   std::vector<Reading> readings;  // instead of an image; they are a row of pixels, one each
   SceneScore score;
   MachineTime machine_time;
-  Json spec;                                 // as in the description, null when absent
-  std::vector<std::string> files;            // data files the image depends on
-  bool owns_stage = false;                   // a station: relative moves, no W, no true pose
-  bool truth = true;                         // the scene computes noise-free errors
+  Json spec;                       // as in the description, null when absent
+  std::vector<std::string> files;  // data files the image depends on
+  bool owns_stage = false;         // a station: relative moves, no W, no true pose
+  bool truth = true;               // the scene computes noise-free errors
   // Whether the harness is to search for the best pose of an instance; otherwise only the scene does, if it can.
   bool searches_optimum = false;
   std::string text;                          // the description verbatim
