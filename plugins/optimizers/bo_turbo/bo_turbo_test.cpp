@@ -70,7 +70,7 @@ double mean_best(double (*function)(const Pose&), std::uint32_t axes, double low
   return mean;
 }
 
-// RELIGN_FULL=1: the comparison in README.md. An independent implementation (NumPy, SciPy and torch) gives REF.
+// With RELIGN_FULL=1 ten seeds, compared with another implementation in README.md.
 TEST(BoTurbo, FindsTheMinimaOfAckleyAndRosenbrock) {
   const std::uint64_t seeds = std::getenv("RELIGN_FULL") ? 10 : 2;
   EXPECT_LT(mean_best(ackley, 6, -5, 10, 60, seeds), 0.5 * mean_best(ackley, 6, -5, 10, 60, 10, "random"));
