@@ -20,7 +20,7 @@ SUBSTRATE_M = (4.18, 0.55)  # of M1 and M3, one piece of glass
 
 
 def quadrature(rings, inner, spokes, turned=False):
-    """Points of the unit disc outside a radius and their weights, which add up to 1: Gauss and Legendre in r^2, equal angles."""
+    """Points of the unit disc outside a radius, and weights that add up to 1: Gauss and Legendre in r^2, equal angles."""
     nodes, weights = np.polynomial.legendre.leggauss(rings)
     r = np.sqrt(inner**2 + (1 - inner**2) * (nodes + 1) / 2)
     angles = 2 * np.pi * (np.arange(spokes) + 0.5 * turned * (np.arange(rings)[:, None] % 2)) / spokes

@@ -89,7 +89,9 @@ class Style(unittest.TestCase):
             recipe = next(node for node in parsed.body if isinstance(node, ast.ClassDef) and node.name == "Recipe")
             return {field.target.id for field in recipe.body if isinstance(field, ast.AnnAssign)}
 
-        known = {"imitate": settings_of("imitate"), "ppo": settings_of("recipe"), "adapt": settings_of("adapt")}
+        # Scenes with a score of their own have recipes of their own.
+        known = {"imitate": settings_of("imitate") | settings_of("remember"),
+                 "ppo": settings_of("recipe") | settings_of("rewarded"), "adapt": settings_of("adapt")}
         found = 0
         for file in (path for path in ROOT.rglob("*.md") if not {"build", ".python"} & set(path.relative_to(ROOT).parts)):
             commands = re.findall(r"relign-train (imitate|ppo|adapt)\b((?:\\\n|[^`\n])*)", file.read_text())
