@@ -119,7 +119,7 @@ def waves(rays, radius_m):
         radius_m: Of the sphere.
     """
     r, v, t = rays
-    d = r - np.nanmean(r, axis=1, keepdims=True)
+    d = r - r.mean(axis=1, keepdims=True)
     v = v / np.linalg.norm(v, axis=2, keepdims=True)
     along = np.sum(d * v, axis=2)
     back = -along - np.sqrt(along**2 - np.sum(d * d, axis=2) + radius_m**2)
