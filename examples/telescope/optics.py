@@ -3,9 +3,16 @@
 batoid traces the rays. Everything here is smooth in the positions of the optics and free of random numbers.
 """
 import functools
+import os
 
-import batoid
-import numpy as np
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy: products here are too small for more threads
+try:
+    import batoid
+    import numpy as np
+    MISSING = ""
+except ModuleNotFoundError as problem:  # the scene is described without
+    batoid = np = None
+    MISSING = problem.name
 
 WAVELENGTH_M = 622e-9  # the middle of the r band
 FOCAL_LENGTH_M = 10.31
@@ -28,8 +35,13 @@ def quadrature(rings, inner, spokes, turned=False):
     return x.ravel(), y.ravel(), np.repeat(weights / 2 / spokes, spokes)
 
 
-FIELDS = quadrature(3, 0.0, 6, turned=True)
-APERTURE = quadrature(5, OBSCURED, 16)
+def need_batoid():
+    if MISSING:
+        raise ModuleNotFoundError(f"the Python package {MISSING} is not installed: pip install batoid numpy")
+
+
+FIELDS = None if MISSING else quadrature(3, 0.0, 6, turned=True)
+APERTURE = None if MISSING else quadrature(5, OBSCURED, 16)
 
 
 def spiral(count, inner):

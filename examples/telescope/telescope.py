@@ -5,14 +5,10 @@ batoid, which is not part of this project, traces the rays: pip install batoid
 import functools
 import math
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+import optics
+from optics import TILE, need_batoid, np
 
-try:
-    import numpy as np
-    import optics
-except ModuleNotFoundError as problem:  # the scene is described without
-    np = optics = None
-    MISSING = problem.name
+from relign_bench.plugin import Assembly, Scene, parameter, serve
 
 # Of each hexapod. A turn about the axis changes nothing but the camera's orientation.
 MOTIONS = (("x", "mm", 2.5), ("y", "mm", 2.5), ("z", "mm", 0.5), ("Rx", "deg", 0.05), ("Ry", "deg", 0.05))
@@ -36,11 +32,6 @@ DESIGN = {"seeing": 0.7, "photons": 2e5}
 BACKGROUND = 20.0  # photons of a pixel
 # What star images in focus over the whole field tell of the score: its relative error, and nm.
 MEASURED_SHARE, MEASURED_NM = 0.03, 10.0
-
-
-def need_batoid():
-    if optics is None:
-        raise ModuleNotFoundError(f"the Python package {MISSING} is not installed: pip install batoid numpy")
 
 
 def motion(values):
@@ -183,8 +174,6 @@ class Telescope(Scene):
                 raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(known)}")
         return Built({name: given["value"] for name, given in offsets.items()})
 
-
-TILE = 64  # pixels; of optics.py, which needs batoid
 
 if __name__ == "__main__":
     serve(Telescope)
