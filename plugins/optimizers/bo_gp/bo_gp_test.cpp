@@ -3,8 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "contract/fake_trial.h"
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"
 
 namespace relign::bo_gp_tests {
 namespace {
@@ -17,18 +16,8 @@ using Function = std::function<double(const Pose&)>;
 const double kPi = std::acos(-1.0);
 const char* const kIds[] = {"bo-gp", "bo-gp-tuned"};
 
-plugin_host::Catalog& catalog() {
-  static auto* catalog = [] {
-    auto* fresh = new plugin_host::Catalog;
-    for (const char* name : {"bo_gp", "random"}) fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/" + name);
-    return fresh;
-  }();
-  return *catalog;
-}
-
 void run(const std::string& id, const FakeTrial& trial, const Json& parameters = {}) {
-  plugin_host::Algorithm algorithm(catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(trial.handle());
+  test::run_plugin(id == "random" ? id : "bo_gp", id, parameters, trial);
 }
 
 // The published runs with RELIGN_FULL=1, otherwise with fewer seeds.
@@ -276,9 +265,11 @@ TEST(BoGp, AcceptsBoxWithoutWidthAlongAnAxis) {
 }
 
 TEST(BoGp, RejectsBadParameters) {
+  const FakeTrial trial(noisy_bowl(2));
   for (const Json& bad : {Json{{"acquisition", "best"}}, Json{{"initial_points", -1}}, Json{{"noise", -1}},
                           Json{{"candidates", 0}}, Json{{"kappa", -1}}, Json{{"kernel", "linear"}}})
-    EXPECT_ANY_THROW(catalog().resolve_or_throw(plugin_host::Kind::optimizer, "bo-gp", bad)) << bad;
+    EXPECT_ANY_THROW(run("bo-gp", trial, bad)) << bad;
+  EXPECT_TRUE(trial.steps.empty()) << "refused before a trial";
 }
 
 }  // namespace

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "contract/fake_trial.h"
-#include "plugin_host/objects.h"
+#include "contract/run_plugin.h"
 
 namespace relign::bo_turbo_tests {
 namespace {
@@ -13,18 +12,8 @@ using test::FakeSetup;
 using test::FakeTrial;
 using test::Pose;
 
-plugin_host::Catalog& catalog() {
-  static auto* catalog = [] {
-    auto* fresh = new plugin_host::Catalog;
-    for (const char* name : {"bo_turbo", "random"}) fresh->add(std::string(RELIGN_PLUGIN_DIR) + "/" + name);
-    return fresh;
-  }();
-  return *catalog;
-}
-
-void run(const FakeTrial& trial, const Json& parameters = {}, const std::string& id = "bo-turbo") {
-  plugin_host::Algorithm algorithm(catalog().resolve_or_throw(plugin_host::Kind::optimizer, id, parameters), {});
-  algorithm.run(trial.handle());
+void run(const FakeTrial& trial, const Json& parameters = {}) {
+  test::run_plugin("bo_turbo", "bo-turbo", parameters, trial);
 }
 
 double ackley(const Pose& x) {
@@ -46,7 +35,7 @@ double rosenbrock(const Pose& x) {
 
 // Mean of the lowest merit over the seeds. The start has no value, as in the published runs.
 double mean_best(double (*function)(const Pose&), std::uint32_t axes, double lower, double upper, std::uint32_t budget,
-                 std::uint64_t seeds, const std::string& id = "bo-turbo") {
+                 std::uint64_t seeds, bool random = false) {
   FakeSetup setup;
   setup.axes = axes;
   setup.lower = Pose(axes, lower);
@@ -58,23 +47,27 @@ double mean_best(double (*function)(const Pose&), std::uint32_t axes, double low
   double sum = 0, squares = 0;
   for (setup.seed = 1; setup.seed <= seeds; ++setup.seed) {
     FakeTrial trial(setup);
-    run(trial, id == "random" ? Json{} : Json{{"use_start", false}}, id);
+    if (random)
+      test::run_plugin("random", "random", {}, trial);
+    else
+      run(trial, {{"use_start", false}});
     double best = std::numeric_limits<double>::infinity();
     for (const auto& visit : trial.steps) best = std::min(best, visit.merit);
     sum += best;
     squares += best * best;
   }
   const double n = static_cast<double>(seeds), mean = sum / n;
-  std::printf("  %-8s %u axes, %u steps: %.4g +- %.2g (standard error, %d seeds)\n", id.c_str(), axes, budget, mean,
-              std::sqrt(std::max(0.0, squares / n - mean * mean) / std::max(1.0, n - 1)), static_cast<int>(seeds));
+  std::printf("  %-8s %u axes, %u steps: %.4g +- %.2g (standard error, %d seeds)\n", random ? "random" : "bo-turbo",
+              axes, budget, mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / std::max(1.0, n - 1)),
+              static_cast<int>(seeds));
   return mean;
 }
 
 // With RELIGN_FULL=1 ten seeds, compared with another implementation in README.md.
 TEST(BoTurbo, FindsTheMinimaOfAckleyAndRosenbrock) {
   const std::uint64_t seeds = std::getenv("RELIGN_FULL") ? 10 : 2;
-  EXPECT_LT(mean_best(ackley, 6, -5, 10, 60, seeds), 0.5 * mean_best(ackley, 6, -5, 10, 60, 10, "random"));
-  EXPECT_LT(mean_best(rosenbrock, 6, -5, 10, 60, seeds), 0.1 * mean_best(rosenbrock, 6, -5, 10, 60, 10, "random"));
+  EXPECT_LT(mean_best(ackley, 6, -5, 10, 60, seeds), 0.5 * mean_best(ackley, 6, -5, 10, 60, 10, true));
+  EXPECT_LT(mean_best(rosenbrock, 6, -5, 10, 60, seeds), 0.1 * mean_best(rosenbrock, 6, -5, 10, 60, 10, true));
 }
 
 FakeSetup noisy_bowl(std::uint32_t axes) {
@@ -151,9 +144,11 @@ TEST(BoTurbo, AcceptsBoxWithoutWidthAlongAnAxis) {
 }
 
 TEST(BoTurbo, RejectsBadParameters) {
+  const FakeTrial trial(noisy_bowl(2));
   for (const Json& bad : {Json{{"initial_points", -1}}, Json{{"candidates", 5001}}, Json{{"exact_points", 0}},
                           Json{{"use_start", 2}}, Json{{"kappa", 1}}})
-    EXPECT_ANY_THROW(catalog().resolve_or_throw(plugin_host::Kind::optimizer, "bo-turbo", bad)) << bad;
+    EXPECT_ANY_THROW(run(trial, bad)) << bad;
+  EXPECT_TRUE(trial.steps.empty()) << "refused before a trial";
 }
 
 }  // namespace
