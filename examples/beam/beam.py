@@ -5,7 +5,7 @@ Cheetah, which is not part of this project, tracks the beam: pip install cheetah
 import functools
 import random
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_values
 
 # Quadrupoles by their strength, in 1/m^2, steerers by their angle, in mrad; in the order of the beam.
 AXES = (("Q1", "1/m^2", 0.0, 72.0), ("Q2", "1/m^2", -72.0, 0.0), ("CV", "mrad", -6.1782, 6.1782),
@@ -148,10 +148,7 @@ class Beam(Scene):
         return Area({}, 0.0).render_noise_free(NOMINAL_POSE)
 
     def mount(self, offsets):
-        for name in offsets:
-            if name not in UNCERTAIN:
-                raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(UNCERTAIN)}")
-        return Area({name: given["value"] for name, given in offsets.items()}, self.noise_um)
+        return Area(uncertain_values(offsets, UNCERTAIN), self.noise_um)
 
 
 if __name__ == "__main__":

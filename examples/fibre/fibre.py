@@ -4,7 +4,7 @@ import random
 
 from coupling import coupling
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_values
 
 DARKEST_DB = 60.0  # the largest loss that the logarithmic amplifier tells
 DARK = 1e-6  # dark current, as a share of the current at full coupling
@@ -121,13 +121,10 @@ class Fibre(Scene):
         return [loss_db(End().share(0, 0, 0, 0, 0, 0) ** self.ends)]
 
     def mount(self, offsets):
-        known = self.names([quantity[0] for quantity in QUANTITIES])
-        for name in offsets:
-            if name not in known:
-                raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(known)}")
+        values = uncertain_values(offsets, self.names([quantity[0] for quantity in QUANTITIES]))
         prefixes = [""] if self.ends == 1 else ["in_", "out_"]
-        return Coupler([End(**{quantity[0]: offsets.get(prefix + quantity[0], {"value": 0.0})["value"]
-                               for quantity in QUANTITIES}) for prefix in prefixes])
+        return Coupler([End(**{quantity[0]: values.get(prefix + quantity[0], 0.0) for quantity in QUANTITIES})
+                        for prefix in prefixes])
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import math
 
 from optics import Camera, beam_of, log_overlap, lost_visibility, need_numpy, np, visibility_of
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_values
 
 AXES = (("M1x", "mrad", -1.5, 1.5), ("M1y", "mrad", -1.5, 1.5), ("M2x", "mrad", -1.5, 1.5), ("M2y", "mrad", -1.5, 1.5),
         ("Lz", "mm", -4.0, 4.0), ("Lx", "mm", -0.1, 0.1))
@@ -176,14 +176,11 @@ class MachZehnder(Scene):
         return Interferometer({}).render_noise_free(NOMINAL_POSE)
 
     def mount(self, offsets):
-        known = [*UNCERTAIN, "brightness"]
-        for name in offsets:
-            if name not in known:
-                raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(known)}")
+        values = uncertain_values(offsets, [*UNCERTAIN, "brightness"])
         for name, least in LEAST.items():
-            if (value := offsets.get(name, {"value": 0.0})["value"]) <= least:
+            if (value := values.get(name, 0.0)) <= least:
                 raise ValueError(f"'{name}' is {value:g}, but must be above {least:g}: no such interferometer can be built")
-        return Interferometer({name: given["value"] for name, given in offsets.items()}, self.vibration_rad, self.noise)
+        return Interferometer(values, self.vibration_rad, self.noise)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import math
 import optics
 from optics import TILE, need_batoid, np
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_values
 
 # Of each hexapod. A turn about the axis changes nothing but the camera's orientation.
 MOTIONS = (("x", "mm", 2.5), ("y", "mm", 2.5), ("z", "mm", 0.5), ("Rx", "deg", 0.05), ("Ry", "deg", 0.05))
@@ -168,11 +168,7 @@ class Telescope(Scene):
         return Built({}).render_noise_free(NOMINAL_POSE)
 
     def mount(self, offsets):
-        known = (*UNCERTAIN, *RANGES)
-        for name in offsets:
-            if name not in known:
-                raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(known)}")
-        return Built({name: given["value"] for name, given in offsets.items()})
+        return Built(uncertain_values(offsets, (*UNCERTAIN, *RANGES)))
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 import math
 import random
 
-from relign_bench.plugin import Assembly, Scene, parameter, serve
+from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_values
 
 WAIST_UM = 40.0  # radius of the spot in the focus, where the intensity is 1/e^2
 RAYLEIGH_MM = 5.0  # at this distance from the focus the spot has twice the area
@@ -76,10 +76,8 @@ class MyPlugin(Scene):
 
     def mount(self, offsets):
         """Sets up one device. Offsets: {"focus_x": {"value": 3.0}, ...}; {} is the perfect one."""
-        for name in offsets:
-            if name not in QUANTITIES:
-                raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(QUANTITIES)}")
-        return Pinhole([offsets.get(name, {"value": 0.0})["value"] for name in QUANTITIES], self.noise)
+        values = uncertain_values(offsets, QUANTITIES)
+        return Pinhole([values.get(name, 0.0) for name in QUANTITIES], self.noise)
 
 
 if __name__ == "__main__":

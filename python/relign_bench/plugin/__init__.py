@@ -34,7 +34,7 @@ from .manifest import manifest_of
 from .noise_levels import NoiseLevel
 from .parameters import Parameter, parameter
 from .process import serve
-from .scenes import Assembly, Moved, Scene, Station
+from .scenes import Assembly, Moved, Scene, Station, uncertain_values
 from .searches import FunctionSearch, GeneratorSearch, Space
 from .service import Stopped
 from .services import Lens, Model, Outcome, Pretraining
@@ -65,6 +65,7 @@ __all__ = [
     "manifest_of",
     "parameter",
     "serve",
+    "uncertain_values",
 ]
 
 for _name in __all__:  # error messages and help() then show the public name, not the file

@@ -11,11 +11,27 @@ from .base import Plugin
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from typing import Any
 
     Pose = tuple[float, ...]
     Offsets = Mapping[str, Mapping[str, Any]]  # numbers or lists of them
+
+
+def uncertain_values(offsets: Offsets, known: Collection[str]) -> dict[str, Any]:
+    """The values of the uncertain quantities that `mount` gets; those that were not drawn are missing.
+
+    Args:
+        offsets: As of Scene.mount.
+        known: Names of the quantities, as in the description's "uncertain".
+
+    Raises:
+        ValueError: One is unknown.
+    """
+    for name in offsets:
+        if name not in known:
+            raise ValueError(f"unknown quantity '{name}'; quantities: {', '.join(known)}")
+    return {name: given["value"] for name, given in offsets.items()}
 
 
 class Scene(SceneAbilities, Plugin):
@@ -43,7 +59,7 @@ class Scene(SceneAbilities, Plugin):
 
         Args:
             offsets: Offsets by element: {"L2": {"shift_mm": [x, y, z], "tilt_deg": [rx, ry]}}; {} is the perfect lens.
-                Of a quantity that the description has in "uncertain": {"waist": {"value": 0.05}}.
+                Of a quantity that the description has in "uncertain": {"waist": {"value": 0.05}}, see uncertain_values.
 
         Raises:
             ValueError: Raise it for an unknown element.
