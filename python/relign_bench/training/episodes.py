@@ -63,6 +63,7 @@ class Pool:
         shape: Shape of a capture's values: (readings,) or (rows, columns).
         score: The scene's score.
         reading: Place of the reading that measures it; None for images.
+        resolution: Of the score: smaller differences are not told apart.
         observable: Axes that the scene declares observable, shape (axes,).
 
     Raises:
@@ -77,6 +78,7 @@ class Pool:
         if "score" not in description:
             raise ValueError(f"scene '{scene}' declares no score")
         self.score, self.axes = score_of(description), self.batch.axes
+        self.resolution = float(description["score"]["resolution"])
         self.images = "readings" not in description
         self.reading = None if self.images else self.score.measure
         self.observable = np.array([axis.get("observable", True) for axis in description["axes"]])
@@ -166,9 +168,24 @@ class Pool:
 
     def costs(self, readings: AnyArray) -> Float64Array:
         """Measured scores on the scale that the scene declares, linear or logarithmic."""
-        declared = self.batch.description["score"]
-        values = np.maximum(np.asarray(readings, np.float64), 0)
-        return np.log(1 + values / declared["resolution"]) if declared.get("scale") == "log" else values
+        if self.batch.description["score"].get("scale") == "log":
+            return self.log_costs(readings)
+        return np.maximum(np.asarray(readings, np.float64), 0)
+
+    def log_costs(self, scores: AnyArray) -> Float64Array:
+        """log(1 + score / resolution), 0 for scores below 0."""
+        costs: Float64Array = np.log(1 + np.maximum(np.asarray(scores, np.float64), 0) / self.resolution)
+        return costs
+
+    def spread(self, readings: AnyArray) -> tuple[Float64Array, Float64Array, Float64Array]:
+        """Mean, deviation and finest difference of readings of shape (n, readings), for HistoryFormat."""
+        values = np.asarray(readings, np.float64)
+        deviation = values.std(0)
+        deviation = np.where(deviation > 0, deviation, 1.0)
+        fine = deviation / 1000
+        if self.reading is not None:
+            fine[self.reading] = self.resolution
+        return values.mean(0), deviation, fine
 
     def choose_probes(self, most: int, random: np.random.Generator) -> tuple[Float64Array, float]:
         """Poses relative to the start that together find a low score on most instances, greedily.

@@ -60,16 +60,54 @@ def parity_blocks(frames: int, count: int = PARITY_INPUTS) -> ByteArray:
     return np.random.default_rng(20250307).integers(0, 256, (count, frames, PARITY_SIDE, PARITY_SIDE), dtype=np.uint8)
 
 
-def enlarged(blocks: ByteArray, size: int) -> ByteArray:
-    """Parity inputs at the network's size, shape (count, frames, size, size)."""
-    rows = np.arange(size) * PARITY_SIDE // size
-    return blocks[:, :, rows][:, :, :, rows]
+def enlarged(blocks: ByteArray, height: int, width: int | None = None) -> ByteArray:
+    """Parity inputs at the network's size, shape (count, frames, height, width); without a width, of squares."""
+    rows, columns = (np.arange(side) * PARITY_SIDE // side for side in (height, width or height))
+    return blocks[:, :, rows][:, :, :, columns]
 
 
 def block_means(image: AnyArray, blocks: int) -> Float64Array:
     """Means over blocks x blocks equal parts of an image whose sides are multiples of `blocks`."""
     height, width = image.shape
     return image.astype(np.float64).reshape(blocks, height // blocks, blocks, width // blocks).mean(axis=(1, 3))
+
+
+def blocks_of(image: AnyArray, blocks: int) -> dict[str, Any]:
+    """What the side file has of a reference image."""
+    return {"blocks": blocks, "means": [float(f"{mean:.6g}") for mean in block_means(image, blocks).ravel()]}
+
+
+def identity(batch: Batch, scene: str) -> dict[str, Any]:
+    """What the side file has of a scene."""
+    return {"format": 1, "scene": scene,
+            "scene_sha256": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),
+            "axes": [axis["name"] for axis in batch.description["axes"]]}
+
+
+def write_graph(net: nn.Module, path: str | os.PathLike[str], inputs: dict[str, torch.Tensor], output: str) -> pathlib.Path:
+    """Writes a network as PATH.onnx, whole or not at all; returns the path.
+
+    Args:
+        net: The network.
+        path: Path without or with the suffix.
+        inputs: One example of each input, by name and in their order.
+        output: Name of the output.
+    """
+    graph = pathlib.Path(path).with_suffix(".onnx")
+    graph.parent.mkdir(parents=True, exist_ok=True)
+    half = graph.with_suffix(".half.onnx")
+    torch.onnx.export(net, tuple(inputs.values()), str(half), input_names=list(inputs), output_names=[output],
+                      opset_version=OPSET, dynamo=False)
+    os.replace(half, graph)
+    return graph
+
+
+def write_side(graph: pathlib.Path, about: dict[str, Any]) -> pathlib.Path:
+    """Writes the side file of a network, a line for each key; returns its path."""
+    side = graph.with_suffix(".json")
+    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())
+    side.write_text("{\n" + lines + "\n}\n")
+    return side
 
 
 def doubt_numbers(doubt: Doubt) -> dict[str, Any]:
@@ -108,14 +146,8 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
     Returns:
         The two paths.
     """
-    path = pathlib.Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     net = net.cpu().eval()
-    graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
-    half = path.with_suffix(".half.onnx")
-    torch.onnx.export(net, (torch.zeros(1, frames, size, size),), str(half), input_names=["pictures"],
-                      output_names=[output], opset_version=OPSET, dynamo=False)
-    os.replace(half, graph)
+    graph = write_graph(net, path, {"pictures": torch.zeros(1, frames, size, size)}, output)
     batch = Batch(1, scene, "rho0", threads=1)
     blocks = parity_blocks(frames)
     unit = np.float32(BYTE_WHITES * batch.white / 255 if values == "irradiance" else 1)
@@ -124,10 +156,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
                    for image in enlarged(blocks, size).astype(np.float32)]
     height, width = batch.reference.shape
     about = {
-        "format": 1,
-        "scene": scene,
-        "scene_sha256": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),
-        "axes": [axis["name"] for axis in batch.description["axes"]],
+        **identity(batch, scene),
         "observation": {"size": size, "frames": frames, "captured": [height, width], "white": batch.white,
                         "byte_whites": BYTE_WHITES, **({} if values == "bytes" else {"values": values})},
         "output": output,
@@ -136,14 +165,11 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
         "command": command,
         "trained": {**trained, "instances": {"weights": "training", "checkpoint": chosen_on}},
         "weights_sha256": hashlib.sha256(graph.read_bytes()).hexdigest(),
-        "reference": {"blocks": REFERENCE_BLOCKS,
-                      "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, REFERENCE_BLOCKS).ravel()]},
+        "reference": blocks_of(batch.reference, REFERENCE_BLOCKS),
         "parity": {"inputs": [image.tobytes().hex() for image in blocks],
                    "answers": [[float(f"{value:.7g}") for value in answer] for answer in answers]},
     }
-    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())
-    side.write_text("{\n" + lines + "\n}\n")
-    return [graph, side]
+    return [graph, write_side(graph, about)]
 
 
 def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Remembering | Rewarded, trained: dict[str, Any],
@@ -162,24 +188,16 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
     Returns:
         The two paths.
     """
-    path = pathlib.Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     net = net.cpu().eval()
-    graph, side = path.with_suffix(".onnx"), path.with_suffix(".json")
     pool, form, recipe = training.pool, training.format, training.recipe
     batch, frames = pool.batch, recipe.frames if pool.images else 0  # type: ignore[union-attr]
     blocks = parity_blocks(frames)
     numbers = np.random.default_rng(20250308).integers(0, 256, (PARITY_INPUTS, form.count), dtype=np.uint8)
-    inputs = [torch.from_numpy((numbers.astype(np.float32) - 128) / 32)]
-    if pool.images:
-        rows, columns = (np.arange(side) * PARITY_SIDE // side for side in pool.shape)
-        inputs.insert(0, torch.from_numpy(blocks[:, :, rows][:, :, :, columns].astype(np.float32)))
-    half = path.with_suffix(".half.onnx")
-    torch.onnx.export(net, tuple(part[:1] for part in inputs), str(half), output_names=[output], opset_version=OPSET,
-                      input_names=["pictures", "history"] if pool.images else ["history"], dynamo=False)
-    os.replace(half, graph)
+    inputs = {"pictures": torch.from_numpy(enlarged(blocks, *pool.shape).astype(np.float32))} if pool.images else {}
+    inputs["history"] = torch.from_numpy((numbers.astype(np.float32) - 128) / 32)
+    graph = write_graph(net, path, {name: part[:1] for name, part in inputs.items()}, output)
     with torch.no_grad():
-        answers = net(*inputs).tolist()
+        answers = net(*inputs.values()).tolist()
     observation: dict[str, Any] = {"kind": "images" if pool.images else "readings"}
     reference: dict[str, Any] = {"readings": [float(value) for value in batch.reference.ravel()]}
     if pool.images:
@@ -189,8 +207,7 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
         if pool.shape[0] != pool.shape[1]:
             observation["rows"] = pool.shape[0]
         blocked = max(k for k in range(1, REFERENCE_BLOCKS + 1) if height % k == width % k == 0)
-        reference = {"blocks": blocked,
-                     "means": [float(f"{mean:.6g}") for mean in block_means(batch.reference, blocked).ravel()]}
+        reference = blocks_of(batch.reference, blocked)
     else:
         described = batch.description["readings"]
         observation["readings"] = [{key: one[key] for key in ("name", "unit") if key in one} for one in described]
@@ -202,10 +219,7 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
         "probes": {"poses": training.probes[0].tolist(), "until": training.probes[1]}}
     about = {
         "use": "network",
-        "format": 1,
-        "scene": recipe.scene,
-        "scene_sha256": hashlib.sha256(json.dumps(batch.description, sort_keys=True).encode()).hexdigest(),
-        "axes": [axis["name"] for axis in batch.description["axes"]],
+        **identity(batch, recipe.scene),
         "observation": observation,
         "output": output,
         "largest_move": recipe.largest_move,
@@ -217,6 +231,4 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
         "parity": {"inputs": [(image.tobytes() + row.tobytes()).hex() for image, row in zip(blocks, numbers)],
                    "answers": [[float(f"{value:.7g}") for value in answer] for answer in answers]},
     }
-    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())
-    side.write_text("{\n" + lines + "\n}\n")
-    return [graph, side]
+    return [graph, write_side(graph, about)]

@@ -8,10 +8,9 @@ it is. From a fraction of the passes on, a part of the images are those that the
 
 from __future__ import annotations
 
+import functools
 import hashlib
-import math
 import pathlib
-import time
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,15 +19,15 @@ import torch
 
 from .._native import chosen_threads
 from . import policy
-from .devices import check_device, trained_on
+from .devices import check_device
 from .directions import Directions
 from .doubt import Doubt
 from .evaluation import belief_policy, rmse_after_steps
-from .folder import RunFolder, reading
+from .folder import RunFolder
 from .instances import InstanceSet, OptimumModel, joined
 from .logs import check_loggers, opened
 from .nets import StridedNet
-from .settings import kept_recipe
+from .passes import PassTraining
 
 if TYPE_CHECKING:
     import os
@@ -145,7 +144,7 @@ def loss_of(along: torch.Tensor, residuals: torch.Tensor, stiff: int) -> tuple[t
     return huber, likelihood
 
 
-class Training:
+class Training(PassTraining):
     """A run in a folder, with a checkpoint after every pass, and curve.csv. An interrupted run resumes.
 
     Args:
@@ -168,6 +167,9 @@ class Training:
     Raises:
         ValueError: The folder has a run with another recipe, or the scene does not suit.
     """
+
+    RECIPE, DATA = Recipe, "images"
+    net: StridedNet
 
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
                  log: Callable[[str], object] = print, randomise: str | os.PathLike[str] | None = None,
@@ -195,22 +197,7 @@ class Training:
         self.net.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.doubt = Doubt(self.directions.vectors, self.directions.values)
         self._optimum: OptimumModel | None = None
-        self.curve: list[list[Any]] = []
-        self.seconds = 0.0
-        self.trained_on: dict[str, Any] = {}
-
-    @classmethod
-    def open(cls, folder: str | os.PathLike[str], threads: int | None = None,
-             log: Callable[[str], object] = lambda _: None) -> Training:
-        """Opens a run, complete or not.
-
-        Raises:
-            ValueError: The folder is not that of a run of `relign-train imitate`, or it has no checkpoint yet.
-        """
-        training = cls(kept_recipe(Recipe, folder), folder, threads, log)
-        if not training.load():
-            raise ValueError(f"nothing trained yet in '{folder}': it has no checkpoint.pt")
-        return training
+        self._begin()
 
     @property
     def optimum(self) -> OptimumModel:
@@ -221,6 +208,10 @@ class Training:
             self.log(f"labels: quadratic fit of {self.recipe.optimum_samples} own optima, residual "
                      f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
+
+    @functools.cached_property
+    def _training_instances(self) -> InstanceSet:
+        return self.instances()
 
     def instances(self, slots: int = SLOTS, family: str = "training", errors: bool = True) -> InstanceSet:
         """Instances of the recipe's levels, imaged with its errors or ideally."""
@@ -241,29 +232,13 @@ class Training:
             with self.folder.alone(), opened(self.loggers, self.folder, asdict(self.recipe), done, self.log) as log:
                 if self._errors:
                     self.folder.keep("randomisation.json", lambda out: out.write(self._errors))
-                self._train(done, optimizer, log)
+                self._train_passes(done, optimizer, log)
+                self._calibrate()
+                self._save(self.recipe.passes + 1, optimizer)
         return self.net
 
-    def _train(self, done: int, optimizer: torch.optim.Optimizer, log: Callable[[int, dict[str, Any]], None]) -> None:
-        instances = self.instances()
-        for number in range(done, self.recipe.passes):
-            begun = time.monotonic()
-            images, residuals = self._data(instances, number)
-            rendered = time.monotonic() - begun
-            loss = self._pass(images, residuals, optimizer, number)
-            seconds = time.monotonic() - begun
-            self.curve.append([number + 1, loss])
-            self.seconds += seconds
-            log(number + 1, {"curve/loss": loss, "curve/hours": self.seconds / 3600})
-            self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(images)} images in "
-                     f"{rendered:.0f} + {seconds - rendered:.0f} s")
-            self._save(number + 1, optimizer)
-        self._calibrate()
-        self._save(self.recipe.passes + 1, optimizer)
-
-    def _data(self, instances: InstanceSet, number: int) -> Data:
-        """The images of pass `number`, from 0."""
-        recipe = self.recipe
+    def _data(self, number: int) -> Data:
+        recipe, instances = self.recipe, self._training_instances
         random = np.random.default_rng([recipe.seed, 1, number])
         visited = recipe.visited if number >= recipe.passes / 4 else 0.0
         parts = []
@@ -277,7 +252,6 @@ class Training:
         return joined([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
 
     def _pass(self, images: Any, residuals: Float32Array, optimizer: torch.optim.Optimizer, number: int) -> float:
-        """Trains on the images once; returns the mean loss."""
         recipe = self.recipe
         order = np.random.default_rng([recipe.seed, 2, number]).permutation(len(images))
         batches = max(1, len(order) // recipe.batch)
@@ -286,9 +260,7 @@ class Training:
         low = recipe.precision != "float32"
         total = 0.0
         for k in range(batches):
-            share = (number + k / batches) / recipe.passes
-            for group in optimizer.param_groups:  # cosine decay from the first rate to the last
-                group["lr"] = recipe.last_rate + (recipe.rate - recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
+            self._set_rate(optimizer, number + k / batches)
             chosen = torch.from_numpy(order[k * recipe.batch:(k + 1) * recipe.batch]).to(self.device)
             batch = images[chosen][:, None].contiguous(memory_format=torch.channels_last)
             with torch.autocast(device_type, PRECISIONS[recipe.precision], enabled=low):
@@ -330,31 +302,8 @@ class Training:
         found = rmse_after_steps(follow, instances, 1, range(steps + 1))
         return np.stack(list(found.values()), axis=-1).reshape(len(recipe.levels), per_level, steps + 1)
 
-    def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
-        # The curve is kept with the weights, so that a resumed run does not write a line twice.
-        self.trained_on = trained_on(self.trained_on, self.threads, self.device, self.render)
-        state = {"net": self.net.state_dict(), "done": done, "curve": self.curve, "seconds": self.seconds,
-                 "trained_on": self.trained_on, "floor": self.doubt.floor.tolist(), "optimizer": optimizer.state_dict()}
-        self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
-        self.folder.keep_text("curve.csv", "pass,loss\n" + "".join(f"{row[0]},{row[1]:.6f}\n" for row in self.curve))
+    def _state(self) -> dict[str, Any]:
+        return {"floor": self.doubt.floor.tolist()}
 
-    def load(self, optimizer: torch.optim.Optimizer | None = None) -> int:
-        """Loads the checkpoint, if there is one.
-
-        Returns:
-            Number of passes that are done; one more if the doubt is calibrated, too.
-        """
-        path = self.folder / "checkpoint.pt"
-        if not path.is_file():
-            return 0
-        with reading(path):
-            state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
-            self.net.load_state_dict(state["net"])
-            self.curve, self.seconds = state["curve"], state["seconds"]
-            self.trained_on = state.get("trained_on", {})
-            self.doubt.floor = np.array(state["floor"])
-            if optimizer:
-                optimizer.load_state_dict(state["optimizer"])
-            done: int = state["done"]
-        self.log(f"resuming after pass {min(done, self.recipe.passes)}")
-        return done
+    def _restore(self, state: dict[str, Any]) -> None:
+        self.doubt.floor = np.array(state["floor"])

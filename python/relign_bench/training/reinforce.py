@@ -10,7 +10,6 @@ import hashlib
 import io
 import math
 import pathlib
-import random
 import time
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -178,13 +177,11 @@ class Reinforcement:
             self.warm_seconds = initial.get("seconds", 0.0)
 
     def _make_learner(self, policy: Any, policy_arguments: dict[str, Any]) -> None:
+        from .stable_baselines import falling_rate
+
         recipe = self.recipe
         self.model: Any = None  # the learner asks for the rate while it is made
-
-        def rate(_: float) -> float:
-            done = self.model.num_timesteps / recipe.total if self.model else 0.0
-            return recipe.last_rate + (recipe.rate - recipe.last_rate) * max(0.0, 1 - done)
-
+        rate = falling_rate(recipe, lambda: self.model.num_timesteps if self.model else 0)
         arguments = {"learning_rate": rate, "n_steps": recipe.steps, "gamma": recipe.gamma, "gae_lambda": recipe.gae_lambda,
                      "seed": recipe.seed, "device": self.device, "policy_kwargs": policy_arguments}
         if not self.recurrent:
@@ -317,10 +314,9 @@ class Reinforcement:
                      f"{(self.segments - self.done) * lasted / 60:.0f} min left")
 
     def _seed(self, segment: int) -> None:
-        seed = self.recipe.seed * 1_000_003 + segment + 1
-        torch.manual_seed(seed)
-        np.random.seed(seed % 2**32)
-        random.seed(seed)
+        from .stable_baselines import seed_segment
+
+        seed = seed_segment(self.recipe, segment)
         if self.recipe.preset == "tuned":
             self.env.start_at(segment * 2**20)
         else:

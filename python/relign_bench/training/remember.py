@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +16,12 @@ import numpy as np
 import torch
 
 from .._native import chosen_threads
-from .devices import check_device, trained_on
+from .devices import check_device
 from .episodes import SLOTS, Episode, Pool, probed, searching, tuning_scores
-from .folder import RunFolder, reading
+from .folder import RunFolder
 from .history import HistoryFormat, HistoryNet
 from .logs import check_loggers, opened
-from .settings import kept_recipe
+from .passes import PassTraining
 
 if TYPE_CHECKING:
     import os
@@ -82,7 +81,7 @@ def noise_parameters(recipe: Any) -> dict[str, Any]:
     return parameters
 
 
-class Training:
+class Training(PassTraining):
     """A run in a folder, with a checkpoint after every pass, and curve.csv. An interrupted run resumes.
 
     Args:
@@ -106,6 +105,9 @@ class Training:
         ValueError: The folder has a run with another recipe, or the scene does not suit.
     """
 
+    RECIPE, DATA = Recipe, "captures"
+    net: HistoryNet
+
     def __init__(self, recipe: Recipe, folder: str | os.PathLike[str], threads: int | None = None,
                  log: Callable[[str], object] = print, device: str = "cpu", loggers: Loggers = ()) -> None:
         check_device(device, "cpu")
@@ -126,22 +128,7 @@ class Training:
         self.net = HistoryNet(self.format.count, self.pool.axes, recipe.hidden, images)  # type: ignore[arg-type]
         self.net.to(device)
         self.probes: tuple[Float64Array, float] = np.empty((0, self.pool.axes)), 0.0
-        self.curve: list[list[Any]] = []
-        self.seconds = 0.0
-        self.trained_on: dict[str, Any] = {}
-
-    @classmethod
-    def open(cls, folder: str | os.PathLike[str], threads: int | None = None,
-             log: Callable[[str], object] = lambda _: None) -> Training:
-        """Opens a run, complete or not.
-
-        Raises:
-            ValueError: The folder is not that of such a run, or it has no checkpoint yet.
-        """
-        training = cls(kept_recipe(Recipe, folder), folder, threads, log)
-        if not training.load():
-            raise ValueError(f"nothing trained yet in '{folder}': it has no checkpoint.pt")
-        return training
+        self._begin()
 
     def run(self) -> HistoryNet:
         """Trains to the end; returns the network.
@@ -156,7 +143,7 @@ class Training:
                 self.pool.find_optima(self.folder, self.log)
                 if not done:
                     self._prepare()
-                self._train(done, optimizer, log)
+                self._train_passes(done, optimizer, log)
         return self.net
 
     def _prepare(self) -> None:
@@ -170,29 +157,10 @@ class Training:
             self.log(f"{len(self.probes[0])} probes, until {pool.score.name} is below {self.probes[1]:.4g} {pool.score.unit}")
         chosen = np.arange(min(SLOTS, pool.count))
         begin, policy = searching(pool.optima[chosen], random, recipe.moves)
-        values = pool.episode(chosen, policy, recipe.moves, begin).values.reshape(-1, *pool.shape).astype(np.float64)
-        deviation = values.std(0)
-        self.format.mean, self.format.deviation = values.mean(0), np.where(deviation > 0, deviation, 1.0)
-        self.format.fine = self.format.deviation / 1000
-        if pool.reading is not None:
-            self.format.fine[pool.reading] = pool.batch.description["score"]["resolution"]
-
-    def _train(self, done: int, optimizer: torch.optim.Optimizer, log: Callable[[int, dict[str, Any]], None]) -> None:
-        for number in range(done, self.recipe.passes):
-            begun = time.monotonic()
-            inputs, residuals = self._data(number)
-            captured = time.monotonic() - begun
-            loss = self._pass(inputs, residuals, optimizer, number)
-            seconds = time.monotonic() - begun
-            self.curve.append([number + 1, loss])
-            self.seconds += seconds
-            log(number + 1, {"curve/loss": loss, "curve/hours": self.seconds / 3600})
-            self.log(f"pass {number + 1} of {self.recipe.passes}: loss {loss:.4f}, {len(residuals)} captures in "
-                     f"{captured:.0f} + {seconds - captured:.0f} s")
-            self._save(number + 1, optimizer)
+        values = pool.episode(chosen, policy, recipe.moves, begin).values.reshape(-1, *pool.shape)
+        self.format.mean, self.format.deviation, self.format.fine = pool.spread(values)
 
     def _data(self, number: int) -> tuple[list[torch.Tensor], torch.Tensor]:
-        """Inputs and residuals of pass `number`, from 0."""
         recipe, pool = self.recipe, self.pool
         random = np.random.default_rng([recipe.seed, 1, number])
         order = random.permutation(pool.count)
@@ -254,9 +222,7 @@ class Training:
         for epoch in range(recipe.epochs):
             order = random.permutation(len(residuals))
             for k in range(batches):
-                share = (number + (epoch * batches + k) / count) / recipe.passes
-                for group in optimizer.param_groups:  # cosine decay from the first rate to the last
-                    group["lr"] = recipe.last_rate + (recipe.rate - recipe.last_rate) * 0.5 * (1 + math.cos(math.pi * share))
+                self._set_rate(optimizer, number + (epoch * batches + k) / count)
                 chosen = torch.from_numpy(order[k * recipe.batch:(k + 1) * recipe.batch])
                 goal = residuals[chosen].to(self.device)
                 error = self.net(*(part[chosen].to(self.device) for part in inputs)) - goal
@@ -275,29 +241,11 @@ class Training:
                     noise_parameters=noise_parameters(recipe))
         return tuning_scores(pool, self.policy(), recipe.tuning_steps)
 
-    def _save(self, done: int, optimizer: torch.optim.Optimizer) -> None:
-        self.trained_on = trained_on(self.trained_on, self.threads, self.device, "cpu")
+    def _state(self) -> dict[str, Any]:
         form = self.format
-        state = {"net": self.net.state_dict(), "done": done, "curve": self.curve, "seconds": self.seconds,
-                 "trained_on": self.trained_on, "optimizer": optimizer.state_dict(), "probes": self.probes[0].tolist(),
-                 "until": self.probes[1],
-                 "readings": [form.mean.tolist(), form.deviation.tolist(), form.fine.tolist()]}
-        self.folder.keep("checkpoint.pt", lambda out: torch.save(state, out))
-        self.folder.keep_text("curve.csv", "pass,loss\n" + "".join(f"{row[0]},{row[1]:.6f}\n" for row in self.curve))
+        return {"probes": self.probes[0].tolist(), "until": self.probes[1],
+                "readings": [form.mean.tolist(), form.deviation.tolist(), form.fine.tolist()]}
 
-    def load(self, optimizer: torch.optim.Optimizer | None = None) -> int:
-        """Loads the checkpoint, if there is one; returns the number of passes that are done."""
-        path = self.folder / "checkpoint.pt"
-        if not path.is_file():
-            return 0
-        with reading(path):
-            state: dict[str, Any] = torch.load(path, weights_only=True, map_location=self.device)
-            self.net.load_state_dict(state["net"])
-            self.curve, self.seconds, self.trained_on = state["curve"], state["seconds"], state["trained_on"]
-            self.probes = np.array(state["probes"]).reshape(-1, self.pool.axes), state["until"]
-            self.format.mean, self.format.deviation, self.format.fine = map(np.array, state["readings"])
-            if optimizer:
-                optimizer.load_state_dict(state["optimizer"])
-            done: int = state["done"]
-        self.log(f"resuming after pass {done}")
-        return done
+    def _restore(self, state: dict[str, Any]) -> None:
+        self.probes = np.array(state["probes"]).reshape(-1, self.pool.axes), state["until"]
+        self.format.mean, self.format.deviation, self.format.fine = map(np.array, state["readings"])

@@ -25,7 +25,7 @@ from .history import HistoryFormat
 from .logs import check_loggers, opened
 from .remember import TUNING_INSTANCES, noise_parameters
 from .settings import kept_recipe
-from .stable_baselines import BatchVecEnv, EpisodeStatistics
+from .stable_baselines import BatchVecEnv, EpisodeStatistics, falling_rate, seed_segment
 
 if TYPE_CHECKING:
     import os
@@ -105,10 +105,7 @@ class HistoryEnv(BatchVecEnv):
         return self.form.inputs(self._poses[:, :self._step + 1], self._values[:, :self._step + 1])
 
     def _cost(self) -> Float64Array:
-        resolution = self.pool.batch.description["score"]["resolution"]
-        measured = np.maximum(self._values[:, self._step, self.form.score].astype(np.float64), 0)
-        cost: Float64Array = np.log(1 + measured / resolution)
-        return cost
+        return self.pool.log_costs(self._values[:, self._step, self.form.score])
 
     def step_wait(self) -> tuple[Float32Array, Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
@@ -192,11 +189,7 @@ class Training:
         self.trained_on: dict[str, Any] = {}
         self.segments = -(-recipe.total // recipe.stretch)
         self.model: Any = None  # the learner asks for the rate while it is made
-
-        def rate(_: float) -> float:
-            done = self.model.num_timesteps / recipe.total if self.model else 0.0
-            return recipe.last_rate + (recipe.rate - recipe.last_rate) * max(0.0, 1 - done)
-
+        rate = falling_rate(recipe, lambda: self.model.num_timesteps if self.model else 0)
         self.model = PPO("MlpPolicy", self.env, learning_rate=rate, n_steps=recipe.steps, batch_size=recipe.batch,
                          n_epochs=recipe.epochs, gamma=recipe.gamma, gae_lambda=recipe.gae_lambda, clip_range=recipe.clip,
                          ent_coef=recipe.entropy, seed=recipe.seed, device=device,
@@ -215,11 +208,7 @@ class Training:
         slots = self.pool.mount(np.arange(self.pool.count))
         found = [self.pool.batch.capture_at(slots, random.uniform(size=(len(slots), self.pool.axes)),
                                             random.integers(2**63, size=len(slots)))[:, 0] for _ in range(20)]
-        values = np.concatenate(found).astype(np.float64)
-        deviation = np.where(values.std(0) > 0, values.std(0), 1.0)
-        fine = deviation / 1000
-        fine[self.pool.reading] = self.pool.batch.description["score"]["resolution"]
-        return values.mean(0), deviation, fine
+        return self.pool.spread(np.concatenate(found))
 
     def policy(self) -> Callable[[Episode], Float64Array]:
         """The policy without exploration, as agents run it."""
@@ -253,21 +242,18 @@ class Training:
                 if begun + last > end:
                     self.log(f"stopped at step {self.model.num_timesteps}; the same command resumes")
                     return
-                seed = recipe.seed * 1_000_003 + self.done + 1
-                torch.manual_seed(seed)
-                np.random.seed(seed % 2**32)
+                seed_segment(recipe, self.done)
                 self.env.random = np.random.default_rng([recipe.seed, 1, self.done])
                 self.model._last_obs = None  # fresh instances
                 self.model.ep_info_buffer = None
                 self.model.learn(recipe.stretch, reset_num_timesteps=False)
                 gained = [episode["r"] for episode in self.model.ep_info_buffer]
                 scores = tuning_scores(tuning, self.policy(), recipe.tuning_steps)[:, -1]
-                resolution = tuning.batch.description["score"]["resolution"]
                 last = time.monotonic() - begun
                 self.seconds += last
                 self.done += 1
                 row = {"steps": self.model.num_timesteps, "reward": float(np.mean(gained)) / recipe.episode,
-                       "median": float(np.median(scores)), "log_mean": float(np.log(1 + scores / resolution).mean()),
+                       "median": float(np.median(scores)), "log_mean": float(tuning.log_costs(scores).mean()),
                        "hours": self.seconds / 3600}
                 self.rows.append(row)
                 log(int(row["steps"]), {f"curve/{name}": value for name, value in row.items()})

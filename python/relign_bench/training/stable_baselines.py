@@ -6,9 +6,11 @@ info["terminal_observation"], and info["TimeLimit.truncated"] marks an episode t
 
 from __future__ import annotations
 
+import random
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import torch
 from stable_baselines3.common.vec_env import VecEnv
 
 from .._cuda import on_host
@@ -16,9 +18,34 @@ from ..vector_environment import AlignmentVectorEnv
 from .frames import tensors
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from gymnasium import spaces
 
     from .._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation
+
+
+def falling_rate(recipe: Any, steps: Callable[[], int]) -> Callable[[float], float]:
+    """The learning rate of a learner: linear from `rate` to `last_rate` of the recipe over its `total` steps.
+
+    Args:
+        recipe: The recipe.
+        steps: Returns the number of steps that are done.
+    """
+    return lambda _: recipe.last_rate + (recipe.rate - recipe.last_rate) * max(0.0, 1 - steps() / recipe.total)
+
+
+def seed_segment(recipe: Any, segment: int) -> int:
+    """Seeds all generators for a training segment, from 0, so that a resumed run continues as if it had not stopped.
+
+    Returns:
+        The seed.
+    """
+    seed: int = recipe.seed * 1_000_003 + segment + 1
+    torch.manual_seed(seed)
+    np.random.seed(seed % 2**32)
+    random.seed(seed)
+    return seed
 
 
 class BatchVecEnv(VecEnv):
