@@ -16,6 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::AllOf;
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -171,6 +172,43 @@ TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {
               HasSubstr("non-finite"));
   EXPECT_THAT(found_by_the_checks("return [loss_db(abs(share + DARK + noise))]", "return [1.0, 2.0]"),
               HasSubstr("capture() returned 2 readings, expected 1 reading"));
+}
+
+// Faults that the perfect device does not show, since it has no uncertain quantity.
+TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
+  fs::copy_file(RELIGN_SOURCE_DIR "/templates/scene-readings-python/my_plugin.py", place_.path("pinhole.py"));
+  const std::string pinhole = place_.read("pinhole.py");
+  const auto found = [&](const std::vector<std::pair<std::string, std::string>>& changes) {
+    std::string source = pinhole;
+    for (const auto& [text, other] : changes) {
+      const std::size_t at = source.find(text);
+      EXPECT_NE(at, std::string::npos) << text;
+      source.replace(at, text.size(), other);
+    }
+    place_.write("pinhole.py", source);
+    return call({"plugin", "check", "--one", "devices", "--report", "1", "pinhole.py"}).out;
+  };
+  EXPECT_THAT(found({}), HasSubstr(R"({"reason":"","verdict":"ok"})"));
+  EXPECT_THAT(found({{"0.5 + 0.5 * place / half", "0.5 - 0.5 * place / half"}}),
+              AllOf(HasSubstr("dB at its own optimum, but"), HasSubstr("failed")));
+  EXPECT_THAT(found({{"return pose, *self.score(pose, seed)", "return pose, 0.3, 0.0"}}),
+              HasSubstr("its own optimum is stated to score 0.300 dB, but scores 0 dB"));
+  EXPECT_THAT(
+      found({{"return loss_db(true_pose, self.focus), 0.0", "return 0.1 * loss_db(true_pose, self.focus), 0.0"}}),
+      HasSubstr("what measures the score is 10.00 times the score"));
+  EXPECT_THAT(found({{"\"x\": 50.0", "\"x\": 10.0"}}), HasSubstr("8 devices is at an end of the travel of 'x'"));
+  EXPECT_THAT(found({{"return min(-10", "return 0.7 + min(-10"}}),
+              HasSubstr("none of 8 devices is in specification at its own optimum"));
+  EXPECT_THAT(found({{"RAYLEIGH_MM = 5.0", "RAYLEIGH_MM = 1e9"}}),
+              AllOf(HasSubstr("does not depend on 'z' around the best poses"),
+                    HasSubstr("depend on the uncertain quantity 'focus_z'"), HasSubstr("warning")));
+  const std::pair<std::string, std::string> narrow = {"WAIST_UM = 40.0", "WAIST_UM = 0.05"};
+  EXPECT_THAT(found({narrow}), HasSubstr("the score is 60.0 dB at the start of every device"));
+  EXPECT_THAT(
+      found({narrow,
+             {"def own_optimum(", "def known("},
+             {"\"elements\": [],", "\"elements\": [], \"own_optimum\": \"searched\","}}),
+      AnyOf(HasSubstr("two searches for its own optimum end at"), HasSubstr("the score does not depend on 'x'")));
 }
 
 // The example knows its best poses; without them the harness finds the same scores, once for each instance.

@@ -2,9 +2,11 @@
 
 import importlib.util
 import math
+import os
 import pathlib
 import sys
 import unittest
+from unittest import mock
 
 import numpy as np
 from support import relign_bench
@@ -75,7 +77,8 @@ class Package(unittest.TestCase):
     def test_a_missing_package_is_named(self):
         if CHEETAH:
             self.skipTest("Cheetah is installed")
-        with self.assertRaisesRegex(Exception, "pip install cheetah-accelerator"):
+        here = mock.patch.dict(os.environ, {"RELIGN_PYTHON": sys.executable})
+        with here, self.assertRaisesRegex(Exception, "pip install cheetah-accelerator"):
             relign_bench.Bench(str(FOLDER / "beam.py"), "declared", threads=1)
 
 

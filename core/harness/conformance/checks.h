@@ -58,6 +58,9 @@ Finding check_mtf(const Subject& subject);
 Finding check_travel(const Subject& subject);
 Finding check_stage(const Subject& subject);
 
+// device_checks.cpp
+Finding check_devices(const Subject& subject);
+
 // noise_level_checks.cpp
 Finding check_perturbations(const Subject& subject);
 Finding check_same_draw(const Subject& subject);
