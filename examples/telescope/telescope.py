@@ -13,10 +13,12 @@ from relign_bench.plugin import Assembly, Scene, parameter, serve, uncertain_val
 # Of each hexapod. A turn about the axis changes nothing but the camera's orientation.
 MOTIONS = (("x", "mm", 2.5), ("y", "mm", 2.5), ("z", "mm", 0.5), ("Rx", "deg", 0.05), ("Ry", "deg", 0.05))
 AXES = [(f"{part}_{name}", unit, half) for part in ("M2", "camera") for name, unit, half in MOTIONS]
-SPEED_PER_S = {"mm": 0.5, "deg": 0.02}
-NOMINAL_POSE = [0.5] * len(AXES)
+SPEED_PER_S = {"mm": 0.5, "deg": 0.02, "nm": 100.0}
 ZERNIKES = range(4, 12)  # of a mirror's figure, in the order of Noll: focus to spherical aberration
 MIRRORS = ("M1", "M2")
+# With bending: what the actuators behind both mirrors add to their figures, in nm, as Zernike coefficients, too.
+BENDING_HALF_NM = 200.0
+BENDING = [(mirror, j) for mirror in MIRRORS for j in range(4, 24)]
 WORST_NM = 1e5  # where rays fail
 # Normal laws, cut at 2.5 standard deviations: standard deviation, unit, meaning.
 UNCERTAIN = {
@@ -58,48 +60,77 @@ def residuals_nm(values, figures_nm=None):
     return optics.residuals_nm(telescope_at(values, figures_nm))
 
 
+def axes(bending):
+    """(name, unit, half travel) of each: those of the hexapods, and with bending those of the mirrors."""
+    return AXES + [(f"{mirror}_bend_Z{j}", "nm", BENDING_HALF_NM) for mirror, j in BENDING] * bending
+
+
+def figures_of(values, errors_nm=None):
+    """The figures of both mirrors.
+
+    Args:
+        values: Of all axes.
+        errors_nm: {mirror: Zernike coefficients in the order of ZERNIKES}
+    """
+    figures = {mirror: list((errors_nm or {}).get(mirror, [0.0] * len(ZERNIKES))) for mirror in MIRRORS}
+    if len(values) > len(AXES):
+        for mirror in MIRRORS:
+            bends = [value for value, (bent, _) in zip(values[len(AXES):], BENDING) if bent == mirror]
+            errors = figures[mirror] + [0.0] * (len(bends) - len(figures[mirror]))
+            figures[mirror] = [error + bend for error, bend in zip(errors, bends)]
+    return figures
+
+
 @functools.cache
-def sensitivity():
-    """Derivatives of the design's residuals by the ten positions, in units of the half travel, shape (residuals, 10)."""
+def sensitivity(bending=False):
+    """Derivatives of the design's residuals by all positions, in units of the half travel, shape (residuals, axes)."""
     need_batoid()
-    columns = []
-    for axis, (_, _, half) in enumerate(AXES):
+    columns, moving = [], axes(bending)
+    for axis, (_, _, half) in enumerate(moving):
         ends = []
         for sign in (-1, 1):
-            values = [0.0] * len(AXES)
+            values = [0.0] * len(moving)
             values[axis] = sign * 0.02 * half
-            ends.append(residuals_nm(values))
+            ends.append(residuals_nm(values[:len(AXES)], figures_of(values)))
         columns.append((ends[1] - ends[0]) / 0.04)
     return np.stack(columns, axis=1)
 
 
-def corrected(residuals, kept):
+def corrected(residuals, kept, bending=False):
     """The move, in half travels, that lowers the residuals most, along the directions of largest effect.
 
     Moves of both hexapods that cancel each other have hardly any effect: they are left out, as the observatory does.
     """
-    u, s, v = np.linalg.svd(sensitivity(), full_matrices=False)
+    u, s, v = np.linalg.svd(sensitivity(bending), full_matrices=False)
     return -(v[:kept].T / s[:kept]) @ (u[:, :kept].T @ residuals)
 
 
 class Built(Assembly):
     """A telescope as built."""
 
-    def __init__(self, quantities):
+    def __init__(self, quantities, bending=False):
         need_batoid()
         q = {name: quantities.get(name, DESIGN.get(name, 0.0)) for name in (*UNCERTAIN, *RANGES)}
-        self.zeros = [q[f"{name}_zero"] for name, *_ in AXES]
+        self.bending = bending
+        self.zeros = [q[f"{name}_zero"] for name, *_ in AXES] + [0.0] * (len(BENDING) * bending)
         self.figures_nm = {mirror: [q[f"{mirror}_Z{j}"] for j in ZERNIKES] for mirror in MIRRORS}
         self.seeing, self.photons = q["seeing"], q["photons"]
 
     def values(self, true_pose):
-        """Of M2 and camera, in mm and deg from where the design has them."""
-        return [(2 * p - 1) * half + zero for p, (_, _, half), zero in zip(true_pose, AXES, self.zeros)]
+        """Of all axes, in mm, deg and nm from where the design has them."""
+        return [(2 * p - 1) * half + zero for p, (_, _, half), zero in zip(true_pose, axes(self.bending), self.zeros)]
+
+    def parts(self, true_pose):
+        """The ten values of the hexapods, and the figures."""
+        values = self.values(true_pose)
+        return values[:len(AXES)], figures_of(values, self.figures_nm)
+
+    def residuals(self, true_pose):
+        return residuals_nm(*self.parts(true_pose))
 
     def image(self, true_pose, rng):
         """Two rows of four donuts, in photons / 1000, and below them a line that begins with the measured score."""
-        values = self.values(true_pose)
-        light = self.photons * optics.donuts(telescope_at(values, self.figures_nm), self.seeing)
+        light = self.photons * optics.donuts(telescope_at(*self.parts(true_pose)), self.seeing)
         light = np.where(np.isfinite(light), light, 0.0).clip(0.0) + BACKGROUND
         measured = self.score(true_pose, 0)[0]
         if rng is not None:
@@ -117,23 +148,24 @@ class Built(Assembly):
         return self.image(true_pose, None)
 
     def score(self, true_pose, seed):
-        residuals = residuals_nm(self.values(true_pose), self.figures_nm)
+        residuals = self.residuals(true_pose)
         score = float(np.sqrt(np.sum(residuals**2)))
         return (min(score, WORST_NM) if math.isfinite(score) else WORST_NM), 0.0
 
     def own_optimum(self, seed):
         """Gauss-Newton with the design's derivatives, which are nearly those of every telescope, within the travel."""
-        pose = np.clip([0.5 - zero / half / 2 for (_, _, half), zero in zip(AXES, self.zeros)], 0, 1)
+        pose = np.clip([0.5 - zero / half / 2 for (_, _, half), zero in zip(axes(self.bending), self.zeros)], 0, 1)
         best = self.score(pose, seed)[0], pose
-        for kept in (7, 7, 7, 9, 9, 10, 10, 10):  # from the directions of large effect to all
-            pose = np.clip(best[1] + corrected(residuals_nm(self.values(best[1]), self.figures_nm), kept) / 2, 0, 1)
+        # From the directions of large effect to all; of fifty, many bend the mirrors against each other.
+        for kept in (20, 20, 25, 25, 30, 30, 35, 35) if self.bending else (7, 7, 7, 9, 9, 10, 10, 10):
+            pose = np.clip(best[1] + corrected(self.residuals(best[1]), kept, self.bending) / 2, 0, 1)
             best = min(best, (self.score(pose, seed)[0], pose), key=lambda found: found[0])
         return list(map(float, best[1])), best[0], 0.0
 
     def fwhm_arcsec(self, true_pose):
         """Full width at half maximum of the telescope's own share of a star image, 2.355 times the spot's deviation an axis,
         the root mean square over the field."""
-        spots, fields, aperture = optics.spots_m(telescope_at(self.values(true_pose), self.figures_nm))
+        spots, fields, aperture = optics.spots_m(telescope_at(*self.parts(true_pose)))
         variance = float(fields @ ((spots**2).sum(2) @ aperture)) / 2
         return math.degrees(2.355 * math.sqrt(variance) / optics.FOCAL_LENGTH_M) * 3600
 
@@ -141,7 +173,9 @@ class Built(Assembly):
 class Telescope(Scene):
     id = "telescope"
     reproducible = "this_cpu"
+    presets = {"telescope-bending": {"bending": True}}
 
+    bending = parameter(False, description="Also bend both mirrors, by twenty modes each: 50 axes")
     spec_nm = parameter(250.0, minimum=1.0, maximum=1e5, unit="nm", description="Largest wavefront error of the specification")
 
     def describe(self):
@@ -151,11 +185,11 @@ class Telescope(Scene):
         laws += [(name, unit, meaning, {"law": "uniform", "lower": low, "upper": high})
                  for name, (low, high, unit, meaning) in RANGES.items()]
         return {
-            "name": "telescope",
+            "name": "telescope-bending" if self.bending else "telescope",
             "summary": "The Rubin telescope: second mirror and camera, a hexapod each, and donuts at the corners of the field",
             "axes": [{"name": name, "unit": unit, "lower": -half, "upper": half, "speed_per_s": SPEED_PER_S[unit]}
-                     for name, unit, half in AXES],
-            "nominal_pose": NOMINAL_POSE,
+                     for name, unit, half in axes(self.bending)],
+            "nominal_pose": [0.5] * len(axes(self.bending)),
             "image": {"width": width, "height": height + 1, "white": 0.3},
             "score": {"name": "wavefront error", "unit": "nm", "scale": "log", "resolution": 1.0, "pixel": [height, 0]},
             "elements": [],
@@ -165,10 +199,10 @@ class Telescope(Scene):
         }
 
     def reference(self):
-        return Built({}).render_noise_free(NOMINAL_POSE)
+        return Built({}, self.bending).render_noise_free([0.5] * len(axes(self.bending)))
 
     def mount(self, offsets):
-        return Built(uncertain_values(offsets, (*UNCERTAIN, *RANGES)))
+        return Built(uncertain_values(offsets, (*UNCERTAIN, *RANGES)), self.bending)
 
 
 if __name__ == "__main__":

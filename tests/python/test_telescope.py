@@ -186,17 +186,45 @@ class Scene(unittest.TestCase):
                  for name, (sigma, *_) in telescope.UNCERTAIN.items()}
         built = telescope.Built(drawn)
         pose, score, _ = built.own_optimum(0)
-        self.assertLess(score, 0.2 * built.score(telescope.NOMINAL_POSE, 0)[0])
+        self.assertLess(score, 0.2 * built.score([0.5] * 10, 0)[0])
         for size in (0.001, 0.02):
             for _ in range(20):
                 beside = np.clip(np.asarray(pose) + size * random.standard_normal(len(pose)), 0, 1)
                 self.assertGreater(built.score(beside, 0)[0], 0.99 * score)
 
+    def test_bent_mirrors_make_up_for_their_figures(self):
+        random = np.random.default_rng(2)
+        errors = {f"{mirror}_Z{j}": 20 * random.standard_normal() for mirror in telescope.MIRRORS for j in telescope.ZERNIKES}
+        rigid, bent = telescope.Built(errors), telescope.Built(errors, bending=True)
+        self.assertEqual(len(telescope.axes(True)), 50)
+        self.assertEqual(rigid.score([0.5] * 10, 0), bent.score([0.5] * 50, 0))
+        moves = {}  # back to the design: the figure's errors with the other sign
+        for axis, (name, _, half) in enumerate(telescope.axes(True)):
+            mirror, _, rest = name.partition("_bend_")
+            if f"{mirror}_{rest}" in errors:
+                moves[axis] = 0.5 - errors[f"{mirror}_{rest}"] / half / 2
+        back = [moves.get(axis, 0.5) for axis in range(50)]
+        self.assertEqual(len(moves), len(errors))
+        self.assertAlmostEqual(bent.score(back, 0)[0], telescope.Built({}).score([0.5] * 10, 0)[0], places=6)
+        pose, score, _ = bent.own_optimum(0)
+        self.assertLess(score, rigid.own_optimum(0)[1])
+        self.assertLess(score, bent.score(back, 0)[0])
+        for _ in range(20):
+            beside = np.clip(np.asarray(pose) + 0.01 * random.standard_normal(50), 0, 1)
+            self.assertGreater(bent.score(beside, 0)[0], 0.99 * score)
+
+    def test_all_fifty_axes_are_moved_and_reported(self):
+        bench = relign_bench.Bench(str(FOLDER / "telescope.py"), "declared", scene_parameters={"bending": True},
+                                   noise_level_parameters={"start": 0.4}, threads=1)
+        trial = bench.run("nlopt-bobyqa", steps=3, protocol="blind", instance=2)
+        self.assertTrue(trial.ended_well, trial.message)
+        self.assertEqual([len(step["true_pose"]) for step in trial.steps], [50] * 4)
+
     def test_photons_are_as_many_as_declared_and_scatter_as_photons(self):
         built = telescope.Built({"photons": 2e5})
-        frame, mean = (image[:-1] * 1000.0 for image in (built.capture(telescope.NOMINAL_POSE, 7),
-                                                         built.render_noise_free(telescope.NOMINAL_POSE)))
-        np.testing.assert_array_equal(frame, built.capture(telescope.NOMINAL_POSE, 7)[:-1] * 1000.0)
+        frame, mean = (image[:-1] * 1000.0 for image in (built.capture([0.5] * 10, 7),
+                                                         built.render_noise_free([0.5] * 10)))
+        np.testing.assert_array_equal(frame, built.capture([0.5] * 10, 7)[:-1] * 1000.0)
         self.assertAlmostEqual(((frame - mean) ** 2 / mean).mean(), 1, delta=0.05)
         light = (mean - telescope.BACKGROUND).reshape(2, telescope.TILE, 4, telescope.TILE).sum((1, 3)) / 2e5
         np.testing.assert_allclose(light, 0.925, atol=0.01)  # the lenses at the corner take the rest
