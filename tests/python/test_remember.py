@@ -14,6 +14,7 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
 
+from relign_bench.conventions import to_bytes
 from relign_bench.training.episodes import Episode, Pool, probed, searching
 from relign_bench.training.history import HistoryFormat, HistoryNet
 from relign_bench.training.remember import Training
@@ -154,6 +155,24 @@ class Images(unittest.TestCase):
     def test_networks_add_images_and_history(self):
         net = HistoryNet(10, 3, (16, 8), (2, 20, 40))
         self.assertEqual(net(torch.zeros(4, 2, 20, 40, dtype=torch.uint8), torch.zeros(4, 10)).shape, (4, 3))
+
+    def test_harness_moves_as_the_policy_that_was_trained_on_images(self):
+        scene = str(EXAMPLES / "interferometer" / "interferometer.py")
+        with tempfile.TemporaryDirectory() as folder:
+            run = pathlib.Path(folder, "run")
+            subprocess.run(command(run, scene, pool=2, passes=1, moves=2, frames=2, batch=4, tuning_steps=1,
+                                   noise_parameters='{"start": 0.2}'), check=True, capture_output=True)
+            training = Training.open(run, 1)
+            pool, policy = training.pool, training.policy()
+            trial = relign_bench.Bench(scene, "declared", threads=1, noise_level_parameters={"start": 0.2}).run(
+                str(run / "imitation.json"), steps=3, protocol="blind", keep_frames=True)
+        self.assertTrue(trial.ended_well, trial.message)
+        poses = np.array([step["commanded_pose"] for step in trial.steps])[None]
+        images = to_bytes(trial.frames, pool.batch.white)[None]
+        self.assertEqual(images.shape[2:], pool.shape)
+        for step in range(1, len(trial.steps)):
+            seen = Episode(poses[:, :step], images[:, :step], poses[:, :step], np.zeros((1, step)))
+            np.testing.assert_allclose(poses[0, step - 1] + policy(seen)[0], poses[0, step], atol=1e-5, err_msg=str(step))
 
 
 if __name__ == "__main__":
