@@ -38,12 +38,12 @@ std::vector<std::uint8_t> grey_of(const images::Image& image, double white) {
 
 }  // namespace
 
-std::vector<std::vector<double>> read_pose_path(const std::string& path, const trials::SceneFacts& facts,
-                                                const std::optional<trials::Instance>& instance) {
+std::vector<std::vector<double>> read_pose_path(const std::string& path, const LoadedScene& scene,
+                                                const ChosenLens& lens) {
   std::vector<std::vector<double>> poses;
   if (path.find("->") != std::string::npos) {
     for (const std::string& pose : parts_between_arrows(path))
-      poses.push_back(chosen_pose(pose, "--animate", facts, instance));
+      poses.push_back(chosen_pose(pose, "--animate", scene, lens));
     return poses;
   }
   const JsonSource source = JsonSource::from_file(path);
@@ -54,7 +54,8 @@ std::vector<std::vector<double>> read_pose_path(const std::string& path, const t
   if (listed == nullptr || !listed->is_array() || listed->size() < 2) {
     problems.push_back(source.problem(
         listed == nullptr ? "" : "/poses",
-        "\"poses\" must be a list of at least two poses: \"nominal\", \"start\", or one number per axis, 0 to 1"));
+        "\"poses\" must be a list of at least two poses: \"nominal\", \"start\", \"optimum\", or one number per "
+        "axis, 0 to 1"));
     throw_if_any(problems);
   }
   for (std::size_t i = 0; i < listed->size(); ++i) {
@@ -63,7 +64,7 @@ std::vector<std::vector<double>> read_pose_path(const std::string& path, const t
     std::string text = pose.is_string() ? pose.get<std::string>() : pose.dump();
     if (pose.is_array()) text = text.substr(1, text.size() - 2);
     try {
-      poses.push_back(chosen_pose(text, "pose", facts, instance));
+      poses.push_back(chosen_pose(text, "pose", scene, lens));
     } catch (const Error& error) {
       problems.push_back(source.problem("/poses/" + std::to_string(i), error.what()));
     }

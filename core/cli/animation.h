@@ -7,18 +7,18 @@
 #include <string>
 #include <vector>
 
+#include "cli/chosen_lens.h"
 #include "cli/progress.h"
 #include "images/image.h"
 #include "plugin_host/objects.h"
-#include "trials/instance.h"
 #include "trials/scene_facts.h"
 
 namespace relign::cli {
 
 // Parses "start->nominal", or reads a file {"poses": [[0.5, ...], "nominal", ...]}; at least two poses, each one true
 // coordinate per axis from 0 to 1. Throws Error(bad_input).
-std::vector<std::vector<double>> read_pose_path(const std::string& path, const trials::SceneFacts& facts,
-                                                const std::optional<trials::Instance>& instance);
+std::vector<std::vector<double>> read_pose_path(const std::string& path, const LoadedScene& scene,
+                                                const ChosenLens& lens);
 
 // `frames` (at least 2) poses, interpolated linearly, both ends included; every leg takes the same time.
 std::vector<std::vector<double>> frames_along(const std::vector<std::vector<double>>& path, int frames);

@@ -5,8 +5,11 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/assembly_file.h"
+#include "trials/own_optimum.h"
 
 namespace relign::cli {
+
+constexpr std::uint64_t kOptimumSeed = 4;  // of the search
 
 void add_lens_options(CLI::App& verb, LensChoice& choice) {
   CLI::Option* level = verb.add_option(
@@ -46,13 +49,22 @@ ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedS
   return lens;
 }
 
-std::vector<double> chosen_pose(const std::string& text, const std::string& option, const trials::SceneFacts& facts,
-                                const std::optional<trials::Instance>& instance) {
+std::vector<double> chosen_pose(const std::string& text, const std::string& option, const LoadedScene& scene,
+                                const ChosenLens& lens) {
+  const trials::SceneFacts& facts = scene.facts;
   if (text == "nominal") return facts.nominal_pose;
   if (text == "start") {
-    if (!instance)
+    if (!lens.instance)
       throw Error(ErrorKind::bad_input, option + " start: only an instance has a start pose; add --noise-level");
-    return instance->perturbations.start;
+    return lens.instance->perturbations.start;
+  }
+  if (text == "optimum") {
+    plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
+    const auto found = trials::own_optimum(assembly, facts, kOptimumSeed);
+    if (!found)
+      throw Error(ErrorKind::bad_input,
+                  option + " optimum: the scene '" + facts.name + "' neither knows nor searches for own optima");
+    return found->true_pose;
   }
   const std::vector<double> pose = parse_numbers(text, option);
   std::vector<std::string> names;

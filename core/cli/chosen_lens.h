@@ -29,10 +29,10 @@ struct ChosenLens {
 // Throws Error(bad_input) if both a level and an assembly are given.
 ChosenLens choose_lens(Context& context, const LensChoice& choice, const LoadedScene& scene);
 
-// Parses "nominal", "start" (of the instance) or one number per axis, 0 to 1. Throws Error(bad_input) that names
-// `option`.
-std::vector<double> chosen_pose(const std::string& text, const std::string& option, const trials::SceneFacts& facts,
-                                const std::optional<trials::Instance>& instance);
+// Parses "nominal", "start" (of the instance), "optimum" (of the lens as built) or one number per axis, 0 to 1. Throws
+// Error(bad_input) that names `option`.
+std::vector<double> chosen_pose(const std::string& text, const std::string& option, const LoadedScene& scene,
+                                const ChosenLens& lens);
 
 // Throws Error(bad_input) for a hardware station, which cannot render a given pose.
 void refuse_station(const LoadedScene& scene, const std::string& scene_id);

@@ -73,7 +73,7 @@ LoadedScene load_chosen_scene(Context& context, const RenderArguments& arguments
 
 int render_animation(Context& context, const RenderArguments& arguments, const LoadedScene& scene) {
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
-  const std::vector<std::vector<double>> path = read_pose_path(arguments.path, scene.facts, lens.instance);
+  const std::vector<std::vector<double>> path = read_pose_path(arguments.path, scene, lens);
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
   AnimationPlan plan;
   plan.poses = frames_along(path, arguments.frames);
@@ -169,7 +169,7 @@ int render_derivatives(Context& context, const RenderArguments& arguments, const
     throw Error(ErrorKind::bad_input, "--samples: with --derivatives at most " + std::to_string(kMostSamples) +
                                           ", found " + std::to_string(arguments.samples));
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
-  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene, lens);
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
   images::Image image(scene.facts.image_width, scene.facts.image_height);
   std::vector<float> pixels((scene.facts.axes.size() + 1) * image.values.size());
@@ -240,7 +240,7 @@ int render(Context& context, const RenderArguments& arguments, bool posed, bool 
   if (moving) return render_animation(context, arguments, scene);
   if (arguments.derivatives) return render_derivatives(context, arguments, scene);
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
-  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene, lens);
 
   plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
   const auto [image, average] = take(assembly, scene, pose, arguments);
@@ -288,8 +288,9 @@ void add_render(CLI::App& app, Context& context) {
       ->type_name("SCENE")
       ->capture_default_str();
   verb.add_option("--pose", given.pose,
-                  "true pose: nominal, start, or one number per axis as a fraction of the travel, 0 to 1")
-      ->type_name("POSE:{nominal,start}")
+                  "true pose: nominal, start, optimum (the lens's own), or one number per axis as a fraction of the "
+                  "travel, 0 to 1")
+      ->type_name("POSE:{nominal,start,optimum}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--target", given.target,

@@ -1,5 +1,6 @@
 // relign-bench scene landscape and tolerances: the error over the poses of a scene, and over its lenses.
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -87,8 +88,8 @@ std::string landscape_subtitle(const LandscapeArguments& arguments) {
     lens = "instance " + std::to_string(arguments.lens.instance) + " of " + arguments.lens.level;
   if (!arguments.lens.assembly.empty()) lens = "lens of " + fs::path(arguments.lens.assembly).filename().string();
   return lens + "; noise-free error in planes through the " +
-         (arguments.pose == "nominal" || arguments.pose == "start" ? arguments.pose + " pose"
-                                                                   : "pose " + arguments.pose);
+         (std::isalpha(static_cast<unsigned char>(arguments.pose.front())) ? arguments.pose + " pose"
+                                                                           : "pose " + arguments.pose);
 }
 
 int landscape(Context& context, const LandscapeArguments& arguments) {
@@ -106,12 +107,15 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   if (scene.facts.axes.size() < 2)
     throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has fewer than two axes; a plane needs two");
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
-  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene.facts, lens.instance);
+  const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene, lens);
 
   drawing::Landscape landscape;
   landscape.title = "Landscape of " + scene.facts.name;
   landscape.subtitle = landscape_subtitle(arguments);
   landscape.measure = scene.facts.score.label();
+  // The RMSE is logarithmic in charts of trials, but linear here, where its bowl is to be seen.
+  if (const SceneScore& score = scene.facts.score; score.logarithmic && !score.squared)
+    landscape.logarithmic_from = score.resolution;
   landscape.points = arguments.points;
   for (std::size_t axis = 0; axis < pose.size(); ++axis) {
     const trials::Axis& known = scene.facts.axes[axis];
@@ -208,9 +212,9 @@ void add_scene(CLI::App& app, Context& context) {
       ->capture_default_str();
   verb.add_option(
           "--pose", given.pose,
-          "true pose that all planes contain: nominal, start, or one number per axis as a fraction of the travel, 0 "
-          "to 1")
-      ->type_name("POSE:{nominal,start}")
+          "true pose that all planes contain: nominal, start, optimum (the lens's own), or one number per axis as a "
+          "fraction of the travel, 0 to 1")
+      ->type_name("POSE:{nominal,start,optimum}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
   verb.add_option("--points", given.points,

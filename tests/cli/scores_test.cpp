@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -209,6 +210,23 @@ TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
              {"def own_optimum(", "def known("},
              {"\"elements\": [],", "\"elements\": [], \"own_optimum\": \"searched\","}}),
       AnyOf(HasSubstr("two searches for its own optimum end at"), HasSubstr("the score does not depend on 'x'")));
+}
+
+TEST_F(CliScores, DevicesAreSeenAtTheirOwnOptimum) {
+  const auto posed = [this](const std::string& pose) {
+    const Outcome outcome = call({"render", "--scene", "./fibre.py", "--noise-level", "declared", "--instance", "3",
+                                  "--pose", pose, "--noise-free", "-o", "one.npy", "--json"});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const std::string pixel = place_.read("one.npy");
+    float loss = 0;
+    std::memcpy(&loss, pixel.data() + pixel.size() - sizeof loss, sizeof loss);
+    return loss;
+  };
+  EXPECT_LT(posed("optimum"), 1);
+  EXPECT_GT(posed("nominal"), posed("optimum"));
+  scene_with("def own_optimum(", "def known_optimum(");
+  EXPECT_THAT(call({"render", "--scene", "./scene.py", "--pose", "optimum"}).err,
+              HasSubstr("neither knows nor searches for own optima"));
 }
 
 // The example knows its best poses; without them the harness finds the same scores, once for each instance.

@@ -127,12 +127,14 @@ void draw_legend(Canvas& canvas, const Landscape& landscape, const Rectangle& pl
   }
   canvas.picture(place, bar);
   canvas.rectangle(place, {}, Stroke{kInk, 1});
+  const bool logarithmic = landscape.logarithmic_from > 0;
   const std::vector<double> all = ticks(range.low, range.high, 5);
   const double step = all.size() > 1 ? all[1] - all[0] : std::max(std::fabs(range.low), 1.0);
   for (const double value : all) {
     const double y = place.y + (1 - range.share(value)) * place.height;
     canvas.segments({{{place.x + place.width, y}, {place.x + place.width + 4, y}}}, {kQuietInk, 1});
-    canvas.text({place.x + place.width + 8, y + 4}, tick_text(value, step), {11, kQuietInk});
+    canvas.text({place.x + place.width + 8, y + 4},
+                logarithmic ? significant(std::pow(10, value), 2) : tick_text(value, step), {11, kQuietInk});
   }
   canvas.text({place.x, place.y - 10}, landscape.measure, {13, kInk, Anchor::start, false, true});
   const double x = place.x + 92;
@@ -140,11 +142,17 @@ void draw_legend(Canvas& canvas, const Landscape& landscape, const Rectangle& pl
   canvas.text({x + 16, place.y + 18}, "nominal pose", {12, kInk});
   draw_ring(canvas, {x, place.y + 38});
   canvas.text({x + 16, place.y + 42}, "lowest of the plane", {12, kInk});
-  canvas.text({x - 6, place.y + 66}, "contours every " + significant((range.high - range.low) / kContours, 2),
+  const double apart = (range.high - range.low) / kContours;
+  canvas.text({x - 6, place.y + 66},
+              logarithmic ? "contours at factors of " + significant(std::pow(10, apart), 2)
+                          : "contours every " + significant(apart, 2),
               {12, kQuietInk});
 }
 
-void draw(Canvas& canvas, const Landscape& landscape, const LandscapeLayout& layout) {
+void draw(Canvas& canvas, Landscape landscape, const LandscapeLayout& layout) {
+  if (const double from = landscape.logarithmic_from; from > 0)
+    for (LandscapePlane& plane : landscape.planes)
+      for (double& value : plane.values) value = std::log10(std::max(value, from));
   const Range range = range_of(landscape);
   canvas.text({kLeft, 30}, landscape.title, {18, kInk, Anchor::start, false, true});
   canvas.text({kLeft, 50}, landscape.subtitle, {12, kQuietInk});

@@ -25,7 +25,9 @@ struct LandscapePlane {
 struct Landscape {
   std::string title, subtitle;
   std::string measure;  // "RMSE", "insertion loss in dB"
-  int points = 0;       // on each axis, from lower to upper; at least 2
+  // Colours and contours are logarithmic from this value on; 0: linear.
+  double logarithmic_from = 0;
+  int points = 0;  // on each axis, from lower to upper; at least 2
   std::vector<LandscapeAxis> axes;
   std::vector<LandscapePlane> planes;  // in the order of plane_axes
 };

@@ -61,6 +61,18 @@ TEST(Contours, SaddlesDoNotCross) {
   }
 }
 
+TEST(Landscape, IsLogarithmicFromTheResolutionOn) {
+  Landscape landscape = cone(2, 5);
+  for (double& value : landscape.planes[0].values) value = std::pow(10, 8 * value - 3);  // 0.001 to 1e4
+  EXPECT_THAT(landscape_svg(landscape), HasSubstr("contours every "));
+  landscape.logarithmic_from = 0.01;
+  const std::string svg = landscape_svg(landscape);
+  EXPECT_THAT(svg, HasSubstr("contours at factors of "));
+  for (const char* tick : {">0.010<", ">1.0<", ">100<"}) EXPECT_THAT(svg, HasSubstr(tick));
+  landscape.planes[0].values.assign(25, 0.0);
+  EXPECT_THAT(landscape_svg(landscape), Not(HasSubstr("nan")));
+}
+
 TEST(LandscapeLayout, PanelsAndLegendDoNotOverlap) {
   for (std::size_t axes = 2; axes <= 7; ++axes) {
     const LandscapeLayout layout(axes);
