@@ -87,9 +87,11 @@ std::string landscape_subtitle(const LandscapeArguments& arguments) {
   if (!arguments.lens.level.empty())
     lens = "instance " + std::to_string(arguments.lens.instance) + " of " + arguments.lens.level;
   if (!arguments.lens.assembly.empty()) lens = "lens of " + fs::path(arguments.lens.assembly).filename().string();
-  return lens + "; noise-free error in planes through the " +
-         (std::isalpha(static_cast<unsigned char>(arguments.pose.front())) ? arguments.pose + " pose"
-                                                                           : "pose " + arguments.pose);
+  const bool named = std::isalpha(static_cast<unsigned char>(arguments.pose.front())) != 0;
+  return lens + "; noise-free error in planes through " +
+         (arguments.pose == "optimum" ? "its own optimum"
+          : named                     ? "the " + arguments.pose + " pose"
+                                      : "the pose " + arguments.pose);
 }
 
 int landscape(Context& context, const LandscapeArguments& arguments) {
