@@ -9,13 +9,13 @@ Standard library only.
 
 import csv
 import pathlib
-import re
 import statistics
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import pages  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
-PAGE = HERE / "README.md"
-BLOCK = re.compile(r"(<!-- (table|modules|poses|bounds) -->\n).*?(<!-- end -->)", re.S)
 LIMITS = {"field_mtf_deficit": 0, "centre_px": 4, "pose_um": 20, "tilt_arcmin": 15}  # of suites/camera_module.json
 CLOSE_UM, CLOSE_ARCMIN = 2, 2
 HEADER = (
@@ -155,23 +155,6 @@ def bounds_table():
     return text
 
 
-TABLES = {"table": table, "modules": modules_table, "poses": poses_table, "bounds": bounds_table}
-
-
-def main():
-    if not {"--write", "--check"} & set(sys.argv):
-        print("\n".join(make() for make in TABLES.values()), end="")
-        return 0
-    page = PAGE.read_text(encoding="utf-8")
-    wanted = BLOCK.sub(lambda match: match[1] + TABLES[match[2]]() + match[3], page)
-    if "--write" in sys.argv:
-        PAGE.write_text(wanted, encoding="utf-8")
-        return 0
-    if wanted == page:
-        return 0
-    print("README.md: a table is stale; run table.py --write", file=sys.stderr)
-    return 1
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    made = {"yields": table(), "modules": modules_table(), "poses": poses_table(), "bounds": bounds_table()}
+    sys.exit(pages.main(sys.argv[1:], __doc__, [HERE / "README.md"], made))

@@ -11,14 +11,14 @@ Standard library only; --read needs the package relign_bench, and the figure mat
 import csv
 import math
 import pathlib
-import re
 import statistics
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import pages  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
-PAGE = HERE / "README.md"
 TRIALS = HERE / "trials.csv"
-BLOCK = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end -->)", re.S)
 COLUMNS = ("problem", "method", "instance", "failed", "possible", "captures", "seconds", "score", "own_optimum", "limit", "budget")
 # In the order of the page; names of the suites without "domains-".
 PROBLEMS = {"lens": "lens", "fibre": "fibre", "fibre-both-ends": "fibre, both ends", "beam": "beam", "telescope": "telescope",
@@ -238,21 +238,10 @@ def main(arguments):
         read_results(arguments[1:])
         return 0
     found = read_trials_csv()
-    page = PAGE.read_text(encoding="utf-8")
-    made = BLOCK.sub(lambda block: block[1] + TABLES[block[2]](found) + block[3], page)
     if arguments == ["--write"]:
-        PAGE.write_text(made, encoding="utf-8")
         figure(found)
-    elif arguments == ["--check"]:
-        if made != page:
-            print("reports/domains/README.md: a table is stale; run reports/domains/table.py --write")
-            return 1
-    elif arguments:
-        print(__doc__)
-        return 2
-    else:
-        print("\n".join(table(found) for table in TABLES.values()))
-    return 0
+    return pages.main(arguments, __doc__, [HERE / "README.md"],
+                      {name: make(found) for name, make in TABLES.items() if found})
 
 
 if __name__ == "__main__":

@@ -9,12 +9,12 @@ Standard library only.
 
 import json
 import pathlib
-import re
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import pages  # noqa: E402
+
 HERE = pathlib.Path(__file__).resolve().parent
-PAGE = HERE / "README.md"
-BLOCK = re.compile(r"(<!-- table -->\n).*?(<!-- end -->)", re.S)
 NO_VALUE = "-"
 
 
@@ -50,17 +50,6 @@ def table(feed):
     return "\n".join(lines) + "\n"
 
 
-def main():
-    text = table(json.loads((HERE / "feed.json").read_text(encoding="utf-8")))
-    if not {"--write", "--check"} & set(sys.argv):
-        print(text, end="")
-        return 0
-    page = PAGE.read_text(encoding="utf-8")
-    wanted = BLOCK.sub(lambda match: match[1] + text + match[2], page)
-    if "--write" in sys.argv:
-        PAGE.write_text(wanted, encoding="utf-8")
-    return int("--check" in sys.argv and page != wanted)
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    feed = json.loads((HERE / "feed.json").read_text(encoding="utf-8"))
+    sys.exit(pages.main(sys.argv[1:], __doc__, [HERE / "README.md"], {"round": table(feed)}))

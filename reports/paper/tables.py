@@ -7,7 +7,7 @@
 Standard library only.
 """
 
-import re
+import pathlib
 import statistics
 import sys
 
@@ -30,6 +30,9 @@ from cells import (
 )
 from claims import claims, methods
 from specification import LIMITS
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+import pages  # noqa: E402
 
 TREE = HERE.parent.parent
 PAGES = [TREE / "README.md", *(TREE / "docs" / f"{name}.md" for name in
@@ -277,34 +280,5 @@ def tables():
     return made
 
 
-def replaced(name, page, made):
-    """The page with every `<!-- table NAME -->` ... `<!-- end -->` filled."""
-    def fill(match):
-        if match["name"] not in made:
-            raise SystemExit(f"{name}: unknown table '{match['name']}'; tables: {', '.join(made)}")
-        return f"<!-- table {match['name']} -->\n\n{made[match['name']]}\n\n<!-- end -->"
-
-    return re.sub(r"<!-- table (?P<name>[^>]+?) -->.*?<!-- end -->", fill, page, flags=re.DOTALL)
-
-
-def main(arguments):
-    made = tables()
-    if not arguments:
-        for name, text in made.items():
-            print(f"{name}\n\n{text}\n")
-        return 0
-    if arguments not in (["--write"], ["--check"]):
-        print(__doc__)
-        return 2
-    stale = [page for page in PAGES if page.read_text() != replaced(page.name, page.read_text(), made)]
-    if arguments == ["--check"]:
-        for page in stale:
-            print(f"{page}: the tables differ from {HERE}; python3 reports/paper/tables.py --write updates them")
-        return 1 if stale else 0
-    for page in stale:
-        page.write_text(replaced(page.name, page.read_text(), made))
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(pages.main(sys.argv[1:], __doc__, PAGES, tables()))
