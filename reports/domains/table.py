@@ -219,7 +219,7 @@ def figure(found):
     matplotlib.use("svg")
     matplotlib.rcParams["svg.hashsalt"] = "relign"  # equal files from equal values
     from matplotlib import pyplot
-    picture, axes = pyplot.subplots(figsize=(7, 4), layout="constrained")
+    picture, axes = pyplot.subplots(figsize=(8, 4), layout="constrained")
     ratios = [2 ** (k / 16) for k in range(16 * 5 + 1)]
     colours = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#777777", "#bbbbbb")  # Okabe and Ito
     for method, colour in zip(METHODS, colours):
@@ -228,7 +228,7 @@ def figure(found):
              xlabel="captures, against the fewest of any method on the instance")
     axes.set_xticks((1, 2, 4, 8, 16, 32), ("1", "2", "4", "8", "16", "32"))
     axes.minorticks_off()
-    axes.legend(loc="upper left", fontsize="small")
+    picture.legend(loc="outside right upper", fontsize="small")
     axes.grid(alpha=0.3)
     picture.savefig(HERE / "profile.svg", metadata={"Date": None})
 
