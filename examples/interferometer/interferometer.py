@@ -81,16 +81,14 @@ class Interferometer(Assembly):
         return self.telescope(*values[4:]), self.mirrors(values[:4])
 
     def image(self, true_pose, phases, noise):
-        """The frames at these phases, and below them a line that begins with the measured 1 - visibility."""
+        """The frames at these phases, and the measured 1 - visibility."""
         alone, wave = (self.brightness / PEAK * part for part in self.camera.fringes(*self.beams(true_pose), self.powers))
         turns = np.exp(-1j * np.asarray(phases))[:, None, None]
         frames = alone + 2 * (wave * turns).real + noise
-        image = np.zeros((COLUMNS * SIDE + 1, COLUMNS * SIDE), dtype=np.float32)
-        image[:-1] = frames.reshape(COLUMNS, COLUMNS, SIDE, SIDE).swapaxes(1, 2).reshape(COLUMNS * SIDE, -1)
+        image = frames.reshape(COLUMNS, COLUMNS, SIDE, SIDE).swapaxes(1, 2).reshape(COLUMNS * SIDE, -1)
         totals = frames.sum(axis=(1, 2))
         dark = totals.mean() < DARK * self.brightness * 2 / (PEAK * PITCH_MM**2)
-        image[-1, 0] = 1.0 if dark else 1 - min(visibility_of(totals), 1.0)
-        return image
+        return image.astype(np.float32), [1.0 if dark else 1 - min(visibility_of(totals), 1.0)]
 
     def capture(self, true_pose, frame_seed):
         rng = np.random.default_rng(frame_seed)
@@ -162,8 +160,9 @@ class MachZehnder(Scene):
             "axes": [{"name": name, "unit": unit, "lower": lower, "upper": upper, "speed_per_s": (upper - lower) / 2}
                      for name, unit, lower, upper in AXES],
             "nominal_pose": NOMINAL_POSE,
-            "image": {"width": COLUMNS * SIDE, "height": COLUMNS * SIDE + 1, "white": 1.0},
-            "score": {"name": "1 - visibility", "scale": "log", "resolution": 1e-5, "pixel": [COLUMNS * SIDE, 0]},
+            "image": {"width": COLUMNS * SIDE, "height": COLUMNS * SIDE, "white": 1.0},
+            "readings": [{"name": "1 - visibility"}],
+            "score": {"name": "1 - visibility", "scale": "log", "resolution": 1e-5, "reading": "1 - visibility"},
             "elements": [],
             "uncertain": [*cut, {"name": "brightness", "unit": "white", "meaning": "of two aligned beams in phase",
                                  "law": {"law": "uniform", "lower": BRIGHTNESS[0], "upper": BRIGHTNESS[1]}}],

@@ -129,17 +129,14 @@ class Built(Assembly):
         return residuals_nm(*self.parts(true_pose))
 
     def image(self, true_pose, rng):
-        """Two rows of four donuts, in photons / 1000, and below them a line that begins with the measured score."""
+        """Two rows of four donuts, in photons / 1000, and the measured score."""
         light = self.photons * optics.donuts(telescope_at(*self.parts(true_pose)), self.seeing)
         light = np.where(np.isfinite(light), light, 0.0).clip(0.0) + BACKGROUND
         measured = self.score(true_pose, 0)[0]
         if rng is not None:
             light = rng.poisson(light)
             measured = abs(measured * (1 + MEASURED_SHARE * rng.standard_normal()) + MEASURED_NM * rng.standard_normal())
-        image = np.zeros((light.shape[0] + 1, light.shape[1]), dtype=np.float32)
-        image[:-1] = light / 1000
-        image[-1, 0] = measured
-        return image
+        return (light / 1000).astype(np.float32), [measured]
 
     def capture(self, true_pose, frame_seed):
         return self.image(true_pose, np.random.default_rng(frame_seed))
@@ -190,8 +187,9 @@ class Telescope(Scene):
             "axes": [{"name": name, "unit": unit, "lower": -half, "upper": half, "speed_per_s": SPEED_PER_S[unit]}
                      for name, unit, half in axes(self.bending)],
             "nominal_pose": [0.5] * len(axes(self.bending)),
-            "image": {"width": width, "height": height + 1, "white": 0.3},
-            "score": {"name": "wavefront error", "unit": "nm", "scale": "log", "resolution": 1.0, "pixel": [height, 0]},
+            "image": {"width": width, "height": height, "white": 0.3},
+            "readings": [{"name": "wavefront error", "unit": "nm"}],
+            "score": {"name": "wavefront error", "unit": "nm", "scale": "log", "resolution": 1.0, "reading": "wavefront error"},
             "elements": [],
             "uncertain": [{"name": name, "unit": unit, "meaning": meaning, "law": law} for name, unit, meaning, law in laws],
             "machine_time": {"settle_ms": 2000, "exposure_ms": 15000, "readout_ms": 2000},

@@ -18,7 +18,7 @@ class Score:
         name: "RMSE" for a scene that compares images, which needs no declaration.
         unit: "" without one.
         squared: Whether records keep its square, as the RMSE is kept as an MSE.
-        measure: Place of the value that measures it among the readings, or the pixels in rows; None: the RMSE of the
+        measure: Place of the reading that measures it among the values of a capture, row by row; None: the RMSE of the
             image does.
     """
 
@@ -53,8 +53,8 @@ def score_of(scene: dict[str, Any]) -> Score:
     if declared is None:
         return RMSE
     names = [reading["name"] for reading in scene.get("readings", [])]
-    measure = names.index(declared["reading"]) if declared.get("reading") in names else None
-    if "pixel" in declared:
-        row, column = declared["pixel"]
-        measure = row * scene["image"]["width"] + column
+    image = scene.get("image", {"width": 0, "height": 0})
+    measure = None
+    if declared.get("reading") in names:
+        measure = image["width"] * image["height"] + names.index(declared["reading"])
     return Score(declared["name"], declared.get("unit", ""), False, measure)

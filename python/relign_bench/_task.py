@@ -20,7 +20,7 @@ from .batch import Batch
 from .conventions import LARGEST_MOVE
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from ._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation, Parameters, Slots
 
@@ -68,7 +68,8 @@ class AlignmentTask:
         self.frames = self.batch.frames  # a view: always the latest captures
         height, width = self._observed_shape(observation_size)
         shape = (self.frame_stack, height, width)
-        readings = "readings" in self.batch.description
+        description = self.batch.description
+        readings = "image" not in description
         least, most = (-np.inf, np.inf) if readings else (0.0, float(np.float32(FLOAT_WHITES * self.white)))
         if observation is None:
             observation = "float32" if readings else "uint8"
@@ -79,13 +80,17 @@ class AlignmentTask:
                                     spaces.Box(least, most, shape, np.float32))
         low, high = {"unit": (-1.0, 1.0), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0.0, 1.0)}[action]
         self.action_space = spaces.Box(low, high, (self.axes,), np.float32)
-        self.observation_space = image
+        parts: dict[str, spaces.Space[Any]] = {"image": image}
+        count = len(description["readings"]) if "readings" in description and not readings else 0
+        if count:
+            parts["readings"] = spaces.Box(-np.inf, np.inf, (self.frame_stack, 1, count), np.float32)
         if self.include_actions:
-            past = spaces.Box(low, high, (self.frame_stack * self.axes,), np.float32)
-            self.observation_space = spaces.Dict({"image": image, "actions": past})
+            parts["actions"] = spaces.Box(low, high, (self.frame_stack * self.axes,), np.float32)
+        self.observation_space: spaces.Space[Any] = image if len(parts) == 1 else spaces.Dict(parts)
         kind = DeviceStacks if device == "cuda" else Stacks
         self._stacks = kind(slots, shape, self._binning, self.white if observation == "uint8" else None,
                             most)
+        self._readings = kind(slots, (self.frame_stack, 1, count), 1, None, np.inf) if count else None
         self.past_actions: Float32Array = np.zeros((slots, self.frame_stack, self.axes), np.float32)
         self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
@@ -97,6 +102,9 @@ class AlignmentTask:
 
     def _observed_shape(self, columns: int | None) -> tuple[int, int]:
         height, width = self.reference.shape
+        if {"image", "readings"} <= self.batch.description.keys():
+            height -= 1  # the row of readings
+        self._rows = height
         columns = width if columns is None else require_integer(columns, "observation_size", 1)
         if width % columns or height % (width // columns):
             sizes = [str(width // k) for k in range(1, LARGEST_BINNING + 1) if width % k == height % k == 0]
@@ -116,13 +124,14 @@ class AlignmentTask:
         for family in sorted(set(families)):
             chosen = [k for k, other in enumerate(families) if other == family]
             self.batch.reset([slots[k] for k in chosen], [numbers[k] for k in chosen], family)
-        self._stacks.clear(slots)
+        for stacks in filter(None, (self._stacks, self._readings)):
+            stacks.clear(slots)
         self.past_actions[slots] = 0
         self.steps[slots] = 0
         self.numbers[slots] = numbers
         for slot, family in zip(slots, families):
             self.families[slot] = family
-        self._stacks.push(slots, self.frames)
+        self._push(slots)
         self.scores[slots] = self._scores(self.score, slots)
 
     def step(self, slots: Slots, actions: AnyArray) -> tuple[Float64Array, BoolArray, BoolArray]:
@@ -140,7 +149,7 @@ class AlignmentTask:
         self.steps[slots] += 1
         self.past_actions[slots] = np.roll(self.past_actions[slots], -1, axis=1)
         self.past_actions[slots, -1] = actions
-        self._stacks.push(slots, self.frames)
+        self._push(slots)
         before, after = self.scores[slots], self._scores(self.score, slots)
         combined = after if self.score == "combined" else self._scores("combined", slots)
         self.scores[slots] = after
@@ -162,18 +171,27 @@ class AlignmentTask:
         return _rewards.scores(name, self.batch.measured_error(slots), self.batch.true_poses(slots), self.nominal_pose,
                                frames, self.reference)
 
+    def _push(self, slots: Slots) -> None:
+        self._stacks.push(slots, self.frames[:, :self._rows])
+        if self._readings:
+            count = self._readings.one(0).shape[-1]
+            self._readings.push(slots, self.frames[:, self._rows:, :count])
+
     def observation_of(self, slot: int) -> Observation:
         """A slot's observation; a copy, which later steps do not change."""
-        return self._with_actions(self._stacks.one(slot), self.past_actions[slot].ravel())
+        return self._observation(lambda stacks: stacks.one(slot), self.past_actions[slot].ravel())
 
     def observations(self) -> Observation:
         """The observations of all slots, stacked; a copy, which later steps do not change."""
-        return self._with_actions(self._stacks.all(), self.past_actions.reshape(len(self.scores), -1))
+        return self._observation(lambda stacks: stacks.all(), self.past_actions.reshape(len(self.scores), -1))
 
-    def _with_actions(self, images: AnyArray, actions: Float32Array) -> Observation:
-        if not self.include_actions:
-            return images
-        return {"image": images, "actions": _cuda.on_device(actions) if self.batch.device == "cuda" else actions.copy()}
+    def _observation(self, copy: Callable[[Stacks], AnyArray], actions: Float32Array) -> Observation:
+        parts = {"image": copy(self._stacks)}
+        if self._readings:
+            parts["readings"] = copy(self._readings)
+        if self.include_actions:
+            parts["actions"] = _cuda.on_device(actions) if self.batch.device == "cuda" else actions.copy()
+        return parts["image"] if len(parts) == 1 else parts
 
     def infos(self, slots: Slots) -> dict[str, AnyArray]:
         """The infos of these slots, without the noise-free error; see `AlignmentEnv`. Arrays with one row per slot."""

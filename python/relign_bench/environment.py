@@ -38,8 +38,9 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     * "uint8": 255 is three times the value of a white pixel, because noise exceeds white.
     * "float32": the scene's units.
 
-    With `include_actions`, `Dict` of "image" and "actions": the latest frame_stack actions in one row, the newest last, zeros
-    before the start.
+    Of a scene of readings: as they are, shape (frame_stack, 1, readings). Of a scene with images and readings, `Dict` of
+    "image" and "readings". With `include_actions`, `Dict` with "actions", too: the latest frame_stack actions in one row, the
+    newest last, zeros before the start.
 
     ## Rewards
 

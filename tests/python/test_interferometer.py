@@ -21,7 +21,6 @@ import interferometer  # noqa: E402
 import optics  # noqa: E402
 
 LIGHTPIPES = importlib.util.find_spec("LightPipes") is not None
-PIXEL = '"pixel": [COLUMNS * SIDE, 0]'  # in the scene's description
 
 
 def draw(random):
@@ -148,31 +147,33 @@ class Scene(unittest.TestCase):
                     self.assertGreaterEqual(one.score(near(pose, random, size), 0)[0], best - 1e-9)
         self.assertGreaterEqual(within, 28)
 
-    def test_captures_are_frames_of_a_period_with_a_line_below(self):
+    def test_captures_are_frames_of_a_period_and_the_measured_score(self):
         one = interferometer.Interferometer({"brightness": 0.8}, 0.02, 0.01)
-        image = one.capture(interferometer.NOMINAL_POSE, 5)
-        self.assertEqual((image.shape, image.dtype), ((257, 256), np.float32))
-        np.testing.assert_array_equal(image, one.capture(interferometer.NOMINAL_POSE, 5))
-        self.assertLess(image[-1, 0], 0.03)
-        clean = one.render_noise_free(interferometer.NOMINAL_POSE)
+        image, (measured,) = one.capture(interferometer.NOMINAL_POSE, 5)
+        self.assertEqual((image.shape, image.dtype), ((256, 256), np.float32))
+        again, (measured_again,) = one.capture(interferometer.NOMINAL_POSE, 5)
+        np.testing.assert_array_equal(image, again)
+        self.assertEqual(measured, measured_again)
+        self.assertLess(measured, 0.03)
+        clean, (exact,) = one.render_noise_free(interferometer.NOMINAL_POSE)
         self.assertAlmostEqual(clean[:64, :64].max(), 0.8, delta=0.02)  # in phase
         self.assertLess(clean[128:192, :64].max(), 1e-3)  # half a period later
-        self.assertLess(clean[-1, 0], 1e-5)
+        self.assertLess(exact, 1e-5)
 
     def test_the_measured_visibility_is_right_on_average(self):
         random = np.random.default_rng(4)
         one = interferometer.Interferometer({}, 0.02, 0.01)
         pose = near(interferometer.NOMINAL_POSE, random, 0.03)
-        expected = one.render_noise_free(pose)[-1, 0]
-        self.assertAlmostEqual(statistics.fmean(one.capture(pose, seed)[-1, 0] for seed in range(100)), expected, delta=2e-3)
+        expected = one.render_noise_free(pose)[1][0]
+        self.assertAlmostEqual(statistics.fmean(one.capture(pose, seed)[1][0] for seed in range(100)), expected, delta=2e-3)
         self.assertAlmostEqual(one.score(pose, 0)[0], expected, delta=0.01)
 
     def test_far_poses_are_dark_or_without_fringes_and_never_nan(self):
         one = interferometer.Interferometer({}, 0.02, 0.01)
         for pose in ([-1] * 6, [2] * 6, [0, 1, 1, 0, 0, 1], [50, -50, 50, -50, 5, 50], [1e4] * 6, [0.5] * 4 + [-20, 0.5]):
-            image = one.capture(pose, 1)
+            image, (measured,) = one.capture(pose, 1)
             self.assertTrue(np.isfinite(image).all(), pose)
-            self.assertTrue(0.9 < image[-1, 0] <= 1, pose)
+            self.assertTrue(0.9 < measured <= 1, pose)
             self.assertTrue(0.9 < one.score(pose, 0)[0] <= 1, pose)
 
     def test_unknown_and_impossible_quantities_are_refused(self):
@@ -200,22 +201,36 @@ class Checks(unittest.TestCase):
     def test_the_scene_passes_them(self):
         self.assertIn("0 with a warning, 0 failed", self.checked(FOLDER))
 
-    def checked_with_pixel(self, pixel):
-        """The same with another pixel that measures the score."""
+    def checked_with(self, text, other):
+        """The same of a copy with another text."""
         with tempfile.TemporaryDirectory() as folder:
             copy = pathlib.Path(shutil.copytree(FOLDER, pathlib.Path(folder) / "copy"))
             source = (copy / "interferometer.py").read_text(encoding="utf-8")
-            self.assertIn(PIXEL, source)
-            (copy / "interferometer.py").write_text(source.replace(PIXEL, pixel), encoding="utf-8")
+            self.assertIn(text, source)
+            (copy / "interferometer.py").write_text(source.replace(text, other), encoding="utf-8")
             return self.checked(copy)
 
-    def test_a_pixel_that_does_not_measure_the_score_is_found(self):
-        found = self.checked_with_pixel('"pixel": [32, 32]')  # where the beams are
-        self.assertRegex(found, "its noise-free pixel that measures the score is .* at the nominal pose")
+    def test_a_reading_that_does_not_measure_the_score_is_found(self):
+        found = self.checked_with("[1.0 if dark else 1 - min(visibility_of(totals), 1.0)]", "[visibility_of(totals)]")
+        self.assertRegex(found, "its noise-free reading '1 - visibility' is .* at the nominal pose")
 
-    def test_a_pixel_outside_the_image_is_refused(self):
-        found = self.checked_with_pixel('"pixel": [257, 0]')
-        self.assertIn("of a pixel of the image of 257 rows and 256 columns", found)
+    def test_images_without_their_readings_are_refused(self):
+        found = self.checked_with(", [1.0 if dark else 1 - min(visibility_of(totals), 1.0)]", "")
+        self.assertIn("reference() returned ndarray, expected (pixels, readings), a tuple, since the scene has both", found)
+
+
+class Environment(unittest.TestCase):
+    def test_images_and_readings_are_observed_side_by_side(self):
+        env = relign_bench.AlignmentEnv(str(FOLDER / "interferometer.py"), "declared", frame_stack=2, observation_size=128,
+                                        threads=1)
+        seen, _ = env.reset(seed=3)
+        self.assertEqual({name: space.shape for name, space in env.observation_space.items()},
+                         {"image": (2, 128, 128), "readings": (2, 1, 1)})
+        seen, _, _, _, info = env.step(np.full(6, 0.1, np.float32))
+        self.assertTrue(env.observation_space.contains(seen))
+        self.assertEqual((seen["image"].dtype, seen["readings"].dtype), (np.uint8, np.float32))
+        self.assertAlmostEqual(float(seen["readings"][-1, 0, 0]), float(info["measured_error"]), places=6)
+        self.assertNotEqual(*seen["readings"][:, 0, 0])
 
 
 class Procedure(unittest.TestCase):

@@ -37,7 +37,7 @@ SceneScore read_scene_score(const JsonSource& source, const Measurements& measur
   const auto found =
       std::find_if(readings.begin(), readings.end(), [&](const Reading& r) { return r.name == measured_by; });
   if (found != readings.end())
-    measure = static_cast<std::size_t>(found - readings.begin());
+    measure = measured.pixels + static_cast<std::size_t>(found - readings.begin());
   else if (reader.has("reading"))
     reader.complain("reading", "expected the name of one of the 'readings', found '" + measured_by + "'");
   else if (!readings.empty())
@@ -45,20 +45,6 @@ SceneScore read_scene_score(const JsonSource& source, const Measurements& measur
   if (found != readings.end() && found->unit != score.unit)
     reader.complain("unit",
                     "is '" + score.unit + "', but that of the reading '" + measured_by + "' is '" + found->unit + "'");
-  if (reader.has("pixel")) {
-    const std::vector<double> pixel = reader.numbers("pixel", 2, {0, 0});
-    const auto is_place = [](double value, std::size_t size) {
-      return value >= 0 && value < static_cast<double>(size) && value == std::floor(value);
-    };
-    if (readings.empty() && is_place(pixel[0], measured.height) && is_place(pixel[1], measured.width))
-      measure = static_cast<std::size_t>(pixel[0]) * measured.width + static_cast<std::size_t>(pixel[1]);
-    else
-      reader.complain("pixel", readings.empty()
-                                   ? "expected the row and the column, from 0, of a pixel of the image of " +
-                                         std::to_string(measured.height) + " rows and " +
-                                         std::to_string(measured.width) + " columns"
-                                   : "is for scenes of an image; 'reading' names one of the 'readings'");
-  }
   reader.reject_unknown();
   return score;
 }

@@ -2,7 +2,7 @@
 //
 // Scenes that compare images are judged by the RMSE against the reference image. Others declare "score" in their
 // description: {"name": "insertion loss", "unit": "dB", "scale": "linear", "resolution": 0.01, "reading": "loss"}. In a
-// capture it is measured by a reading, or by a pixel of the image ("pixel": [row, column]); else by the RMSE.
+// capture it is measured by a reading, else by the RMSE.
 #pragma once
 
 #include <cstddef>
@@ -41,14 +41,14 @@ struct Reading {
   std::string name, unit;
 };
 
-// What a capture has: readings, or without them an image.
+// What a capture has, as a row of values: an image, readings, or both, the readings behind the image.
 struct Measurements {
   std::vector<Reading> readings;
-  std::size_t width = 0, height = 0;  // of the image
+  std::size_t pixels = 0;  // of the image; 0: none
 };
 
-// Of a description with "score"; `measure` gets the place of the value that measures it, among the readings or the
-// pixels, and stays as it is without one.
+// Of a description with "score"; `measure` gets the place of the value that measures it in a capture, and stays as it
+// is without one.
 SceneScore read_scene_score(const JsonSource& source, const Measurements& measured, std::optional<std::size_t>& measure,
                             std::vector<Problem>& problems);
 // As the manifest keeps it, and back. Of other JSON: the RMSE.

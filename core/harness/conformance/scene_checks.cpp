@@ -189,11 +189,8 @@ static std::string flaw_of_score(Opened& opened, MountedAssembly& perfect) {
   const double reading = readings[*facts.score_measure];
   constexpr double kAllowed = 0.5, kResolutions = 10;
   if (!(std::fabs(reading - best) <= kAllowed * std::max(std::fabs(reading), best) + kResolutions * score.resolution))
-    return "its noise-free " +
-           (facts.readings.empty() ? "pixel that measures the score"
-                                   : "reading '" + facts.readings[*facts.score_measure].name + "'") +
-           " is " + significant(reading) + score.suffix() + " at the nominal pose, but the score there is " +
-           significant(best) + score.suffix();
+    return "its noise-free reading '" + facts.score_reading() + "' is " + significant(reading) + score.suffix() +
+           " at the nominal pose, but the score there is " + significant(best) + score.suffix();
   return "";
 }
 

@@ -51,18 +51,21 @@ class SceneProcess {
   }
 
  private:
-  // 0 when the description has none, which trials/scene_facts.h reports together with other mistakes. Readings are a
-  // row.
+  // Of a capture, in which readings are a line. 0 when the description has none, which trials/scene_facts.h reports
+  // together with other mistakes.
   std::uint32_t side(const std::string& name) const {
     constexpr double kMaxSide = 20000;  // pixels
-    if (const auto readings = description_.find("readings"); readings != description_.end() && readings->is_array())
-      return name == "height" ? 1 : static_cast<std::uint32_t>(std::min<std::size_t>(readings->size(), kMaxSide));
+    const auto readings = description_.find("readings");
+    const bool reads = readings != description_.end() && readings->is_array();
+    const std::uint32_t line = reads && name == "height" ? 1 : 0;
     const auto image = description_.find("image");
+    if (image == description_.end() && reads)
+      return name == "height" ? line : static_cast<std::uint32_t>(std::min<std::size_t>(readings->size(), kMaxSide));
     if (image == description_.end() || !image->is_object()) return 0;
     const auto found = image->find(name);
     if (found == image->end() || !found->is_number()) return 0;
     const double value = found->get<double>();
-    return value >= 1 && value <= kMaxSide && value == std::floor(value) ? static_cast<std::uint32_t>(value) : 0;
+    return value >= 1 && value <= kMaxSide && value == std::floor(value) ? static_cast<std::uint32_t>(value) + line : 0;
   }
 
   void take_pixels(const char* during, float* pixels, std::size_t images) {

@@ -175,7 +175,7 @@ class Pictures {
         }
         if (!landscape.is_null()) write_file_atomically(own / "landscape.json", landscape.dump() + "\n");
       });
-    if (!facts.readings.empty() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
+    if (!facts.has_image() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
     guarded([&] {
       const images::Image reference = copy(runner_.scene(job).reference());
       fs::create_directories(shown.parent_path());
@@ -252,7 +252,7 @@ class Pictures {
     Json trials = Json::array();
     for (const Chosen& one : chosen) {
       const trials::SceneFacts& facts = prepared_.scenes[planned_.at(one.record.trial)->scene];
-      if (!facts.readings.empty()) continue;
+      if (!facts.has_image()) continue;
       Json frames = Json::array();
       const auto add = [&](unsigned step) {
         const std::string file = one.record.trial + "/" + frame_name(step);

@@ -143,13 +143,7 @@ SceneFacts read(const JsonSource& source) {
     if (!(value >= 0 && value <= 1)) top.complain("nominal_pose", "every value must be from 0 to 1");
 
   facts.readings = read_readings(source, top, problems);
-  if (!facts.readings.empty()) {
-    if (top.has("image")) top.complain("image", "expected either an image or readings, found both");
-    facts.image_width = static_cast<unsigned>(facts.readings.size());
-    facts.image_height = 1;
-  } else if (!top.has("image")) {
-    top.complain_missing("image", "{\"width\": ..., \"height\": ..., \"white\": ...}, or \"readings\": [...]");
-  } else {
+  if (top.has("image")) {
     constexpr std::int64_t largest_side = 20000;
     ObjectReader image(source, "/image", problems);
     for (const char* side : {"width", "height"})
@@ -158,11 +152,21 @@ SceneFacts read(const JsonSource& source) {
     facts.image_height = static_cast<unsigned>(image.integer("height", 1, 1, largest_side));
     facts.image_white = image.number("white", 1, 1e-12, 1e12);
     image.reject_unknown();
+    if (facts.readings.size() > facts.image_width)
+      top.complain("readings", "expected at most as many readings as the image has columns, " +
+                                   std::to_string(facts.image_width) + "; found " +
+                                   std::to_string(facts.readings.size()));
+  } else if (!facts.readings.empty()) {
+    facts.image_width = static_cast<unsigned>(facts.readings.size());
+  } else {
+    top.complain_missing("image", "{\"width\": ..., \"height\": ..., \"white\": ...}, or \"readings\": [...]");
   }
+  const std::size_t pixels = std::size_t{facts.image_width} * facts.image_height;
 
   facts.pitch_um = top.number("pitch_um", 0, 1e-6, 1e6);
   if (top.get("fields"))
     facts.fields = images::read_edge_fields(source, "/fields", facts.image_width, facts.image_height, problems);
+  if (!facts.readings.empty()) ++facts.image_height;  // the line of readings
 
   facts.elements = read_texts(top, "elements", !facts.owns_stage);
   for (auto name = facts.elements.begin(); name != facts.elements.end(); ++name)
@@ -170,8 +174,7 @@ SceneFacts read(const JsonSource& source) {
       top.complain("elements", "duplicate element '" + *name + "'");
   facts.uncertain = read_uncertain(source, top, facts.elements, problems);
   if (top.get("score")) {
-    facts.score = read_scene_score(source, {facts.readings, facts.image_width, facts.image_height}, facts.score_measure,
-                                   problems);
+    facts.score = read_scene_score(source, {facts.readings, pixels}, facts.score_measure, problems);
   } else if (!facts.readings.empty()) {
     top.complain_missing("score", R"({"name": ..., "unit": ..., "resolution": ..., "reading": ...})");
   }

@@ -59,7 +59,8 @@ struct SceneFacts {
   images::EdgeFields fields;  // places with slanted edges; may be empty
   std::vector<std::string> elements;
   std::vector<UncertainQuantity> uncertain;
-  std::vector<Reading> readings;  // instead of an image; they are a row of pixels, one each
+  // They begin the last line of a capture, a pixel each, which is its only one in a scene without an image.
+  std::vector<Reading> readings;
   SceneScore score;
   MachineTime machine_time;
   Json spec;                       // as in the description, null when absent
@@ -70,6 +71,10 @@ struct SceneFacts {
   bool searches_optimum = false;
   std::string text;                          // the description verbatim
   std::optional<std::size_t> score_measure;  // reading or pixel that measures the score; without it, the RMSE does
+
+  // The name of the reading that measures the score, which has a measure.
+  const std::string& score_reading() const { return readings[*score_measure % image_width].name; }
+  bool has_image() const { return image_height > (readings.empty() ? 0U : 1U); }
 
   // What a capture measures of the score, noise included; not finite where a pixel is not. Both have all pixels.
   double measured(const float* pixels, const float* reference) const;

@@ -226,7 +226,7 @@ void TrialHost::capture() {
   if (!std::isfinite(measured))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
                                               std::to_string(pending_.step) + " has non-finite " +
-                                              (setup_->scene.readings.empty() ? "pixels" : "readings"));
+                                              (setup_->scene.has_image() ? "pixels" : "readings"));
   pending_.measured = whole ? measured : std::numeric_limits<double>::quiet_NaN();
   pending_.merit = measured;
   if (rules_.merit == Merit::combined)

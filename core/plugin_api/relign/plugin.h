@@ -232,8 +232,9 @@ typedef struct relign_scene_interface {
    *   "axes": [{"name": "x", "unit": "mm", "lower": -1, "upper": 1}, ...]   pose 0..1 maps to lower..upper; units other
    *                                                                         than mm and deg need "speed_per_s"
    *   "nominal_pose": [0.5, ...]
-   *   "image": {"width": 200, "height": 200, "white": 0.115}                white = display value of a lit pixel; or
-   *   "readings": [{"name": "loss", "unit": "dB"}, ...]                     instead: an image of one row, a pixel each
+   *   "image": {"width": 200, "height": 200, "white": 0.115}                white = display value of a lit pixel
+   *   "readings": [{"name": "loss", "unit": "dB"}, ...]                     instead, or beside it: the last row of a
+   *                                                                         capture begins with them, a pixel each
    *   "elements": ["L1", ...]                                               those that a noise level may offset
    * and optionally
    *   "machine_time": {"speed_mm_per_s": 5, ...}, "spec": {...}             defaults for suites
@@ -244,8 +245,7 @@ typedef struct relign_scene_interface {
    *                  "law": {"law": "normal", "sigma": 0.1}}, ...]          offsets of elements
    *   "score": {"name": "insertion loss", "unit": "dB",                     what poses are judged by instead of the
    *             "scale": "linear" (or "log"), "resolution": 0.01,           RMSE, required with readings: from 0, lower
-   *             "reading": "loss"}                                          is better; the reading that measures
-   *                                                                         it, or of an image "pixel": [row, column]
+   *             "reading": "loss"}                                          is better; the reading that measures it
    *   "files": ["/abs/path", ...]                                           data files that determine the image
    *   "summary": "..."
    * [object-thread] */

@@ -79,11 +79,20 @@ class _AnySceneHandler:
         return []
 
     def _share(self, images: list[Any], giver: str) -> None:
-        if self._readings:
-            self._file.write(b"".join(readings_bytes(values, len(self._readings), giver) for values in images))
-            return
+        self._file.write(b"".join(self._bytes(capture, giver) for capture in images))
+
+    def _bytes(self, capture: Any, giver: str) -> bytes:
+        if not self._image:
+            return readings_bytes(capture, len(self._readings), giver)
         height, width = int(self._image["height"]), int(self._image["width"])
-        self._file.write(b"".join(float32_bytes(pixels, height, width, giver) for pixels in images))
+        if not self._readings:
+            return float32_bytes(capture, height, width, giver)
+        if not isinstance(capture, tuple) or len(capture) != 2:
+            raise TypeError(f"{giver} returned {type(capture).__name__}, expected (pixels, readings), a tuple, since the scene "
+                            "has both")
+        pixels, readings = capture
+        count = len(self._readings)
+        return float32_bytes(pixels, height, width, giver) + readings_bytes(readings, count, giver) + bytes(4 * (width - count))
 
 
 class SimulatorHandler(_AnySceneHandler):

@@ -1,7 +1,8 @@
 """Base classes of scenes.
 
 Pixels are a 2-D numpy array, a list of rows of numbers, or float32 values behind the buffer protocol (bytes, array("f")):
-height rows of width values, row 0 on top.
+height rows of width values, row 0 on top. Readings are a list of numbers. A scene that has both returns a tuple (pixels,
+readings), and its captures have a last row that begins with the readings.
 """
 
 from __future__ import annotations
@@ -44,14 +45,14 @@ class Scene(SceneAbilities, Plugin):
     kind = "scene"
 
     def describe(self) -> dict[str, Any]:
-        """The scene's description: name, axes, nominal_pose, image or readings and score, elements.
+        """The scene's description: name, axes, nominal_pose, image, readings and score, elements.
 
         The keys are those of relign_scene_interface::describe in plugin.h.
         """
         raise self._missing("describe(self)")
 
     def reference(self) -> Any:
-        """Pixels or readings of the reference O*, noise-free, of the perfect device at the nominal pose. Called once."""
+        """Pixels, readings or both of the reference O*, noise-free, of the perfect device at the nominal pose. Called once."""
         raise self._missing("reference(self)")
 
     def mount(self, offsets: Offsets) -> Assembly:
@@ -76,7 +77,7 @@ class Assembly(AssemblyAbilities):
     """
 
     def capture(self, true_pose: Pose, frame_seed: int) -> Any:
-        """Pixels or readings of a noisy capture. Equal arguments must give equal ones."""
+        """Pixels, readings or both of a noisy capture. Equal arguments must give equal ones."""
         raise NotImplementedError(f"{type(self).__name__} has no capture(self, true_pose, frame_seed)")
 
     def noise_free_mse(self, true_pose: Pose, seed: int) -> tuple[float, float]:

@@ -79,7 +79,7 @@ class Pool:
             raise ValueError(f"scene '{scene}' declares no score")
         self.score, self.axes = score_of(description), self.batch.axes
         self.resolution = float(description["score"]["resolution"])
-        self.images = "readings" not in description
+        self.images = "image" in description
         self.reading = None if self.images else self.score.measure
         self.observable = np.array([axis.get("observable", True) for axis in description["axes"]])
         height, width = self.batch.reference.shape

@@ -47,20 +47,16 @@ TEST(SceneScore, ThatIsDeclaredIsItsRecord) {
   EXPECT_EQ(found.measure, 1U);
 }
 
-TEST(SceneScore, IsMeasuredByAPixelOfAnImage) {
-  const Measurements image = {{}, 40, 30};
-  const std::string start = R"({"name": "1 - visibility", "resolution": 1e-5, "pixel": )";
-  const ReadScore found = read(start + "[2, 7]}", image);
+TEST(SceneScore, IsMeasuredByAReadingBehindAnImage) {
+  const Measurements both = {{{"power", "mW"}, {"visibility", ""}}, 1200};
+  const ReadScore found = read(R"({"name": "1 - visibility", "resolution": 1e-5, "reading": "visibility"})", both);
   EXPECT_EQ(found.problems, "");
-  EXPECT_EQ(found.measure, 87U);
-  for (const std::string place : {"[30, 0]", "[0, 40]", "[-1, 0]", "[0.5, 0]"}) {
-    const ReadScore outside = read(start + place + "}", image);
-    EXPECT_THAT(outside.problems, HasSubstr("of the image of 30 rows and 40 columns")) << place;
-    EXPECT_FALSE(outside.measure) << place;
-  }
-  EXPECT_THAT(read(start + "[1]}", image).problems, HasSubstr("pixel"));
-  EXPECT_THAT(read(R"({"name": "loss", "unit": "dB", "resolution": 1, "reading": "loss", "pixel": [0, 0]})").problems,
-              HasSubstr("is for scenes of an image; 'reading' names one of the 'readings'"));
+  EXPECT_EQ(found.measure, 1201U);
+  EXPECT_THAT(read(R"({"name": "1 - visibility", "resolution": 1e-5})", both).problems,
+              HasSubstr("missing key 'reading'"));
+  const ReadScore of_image = read(R"({"name": "1 - visibility", "resolution": 1e-5})", {{}, 1200});
+  EXPECT_EQ(of_image.problems, "");
+  EXPECT_FALSE(of_image.measure) << "the RMSE measures it";
 }
 
 TEST(SceneScore, SurvivesTheManifest) {

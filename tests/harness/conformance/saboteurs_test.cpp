@@ -177,7 +177,8 @@ TEST_F(Copy, FailsWithAnotherManifest) {
 }
 
 TEST(Promises, HaveASaboteurEach) {
-  std::set<std::string> broken = {"library", "manifest"};  // the copies
+  // The copies, and the scenes of tests/cli/scores_test.cpp.
+  std::set<std::string> broken = {"library", "manifest", "devices"};
   for (const Misdeed& misdeed : kMisdeeds) broken.insert(misdeed.check);
   for (const Check& check : all_checks()) EXPECT_TRUE(broken.count(check.name)) << check.name;
 }

@@ -75,6 +75,32 @@ std::string with(const std::string& part, const std::string& replacement) {
   return text.replace(found, part.size(), replacement);
 }
 
+TEST(SceneFacts, ReadingsAreTheLastRowOfACapture) {
+  const std::string score = R"("score": {"name": "loss", "resolution": 0.1, "reading": "second"}, "elements":)";
+  const auto read = [&](const std::string& readings) {
+    return with("\"elements\":", "\"readings\": [" + readings + "], " + score);
+  };
+  const std::string two = R"({"name": "first"}, {"name": "second"})";
+  const SceneFacts both = read_scene_facts(read(two), "lens");
+  EXPECT_EQ(both.image_width, 200u);
+  EXPECT_EQ(both.image_height, 101u);
+  EXPECT_TRUE(both.has_image());
+  EXPECT_EQ(both.score_measure, 200u * 100 + 1);
+  EXPECT_EQ(both.score_reading(), "second");
+  std::string many = two;
+  for (int k = 0; k < 199; ++k) many += ", {\"name\": \"r" + std::to_string(k) + "\"}";
+  EXPECT_THAT(refusal(read(many)), HasSubstr("at most as many readings as the image has columns, 200; found 201"));
+
+  std::string alone = read(two);
+  const std::size_t image = alone.find("\"image\"");
+  alone.erase(image, alone.find('}', image) + 2 - image);
+  const SceneFacts row = read_scene_facts(alone, "lens");
+  EXPECT_EQ(row.image_width, 2u);
+  EXPECT_EQ(row.image_height, 1u);
+  EXPECT_FALSE(row.has_image());
+  EXPECT_EQ(row.score_measure, 1u);
+}
+
 TEST(SceneFacts, ReportsEveryMistake) {
   EXPECT_THAT(refusal("no JSON"), HasSubstr("invalid JSON"));
   EXPECT_THAT(refusal("[]"), HasSubstr("expected an object"));
