@@ -41,7 +41,7 @@ inline constexpr std::array kExitCodes = {
         "of a plugin that changed run again without it."},
     Explanation{"4", "records differ, or a check or gate failed",
                 "verify: a replay differs, a record is damaged, or nothing could be replayed. merge, submit evaluate: "
-                "records of the same trial differ. report: a check of the records failed. compare: a condition of "
+                "records of the same trial differ. run, report: a check of the records failed. compare: a condition of "
                 "--gate does not hold. leaderboard build: an evaluation was left out.",
                 "Read the warnings: each names the trial and what differs. Another program, processor or plugin than "
                 "that of the records is the usual reason; docs/clusters.md says what may differ."},

@@ -238,6 +238,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   const report::Report report(options.results, std::nullopt, plan_check(context));
   report.write_tables();
   report.write_html(page);
+  const bool refuted = warn_of_failed_checks(report);
   if (context.json) {
     const Json result = {{"results", options.results.string()}, {"report", page.string()},  {"trials", summary.trials},
                          {"finished", summary.finished},        {"reused", summary.reused}, {"failed", summary.failed},
@@ -256,6 +257,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
                  own_command("report " + shell_quoted(options.results.string()) + " --open").c_str(),
                  sealed ? "" : ("  " + hint + "\n").c_str());
   }
+  if (refuted) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
 

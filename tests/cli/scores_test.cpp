@@ -115,6 +115,21 @@ TEST_F(CliScores, AreMergedVerifiedAndChecked) {
   EXPECT_THAT(forged.out + forged.err, HasSubstr("'recommended_mse' -3"));
 }
 
+// What a scene cannot have is said where it is met, and neither a trial nor a run ends as if nothing was wrong.
+TEST_F(CliScores, BelowZeroAreShownAndFailTheRun) {
+  scene_with("return loss_db(self.share(true_pose)), 0.0", "return loss_db(self.share(true_pose)) - 90, 0.0");
+  const Outcome tried = call({"try", "coordinate-walk", "--scene", "./scene.py", "--noise-level", "declared",
+                              "--protocol", "blind", "--steps", "1"});
+  EXPECT_THAT(tried.out, AllOf(HasSubstr("  -30.00000"), Not(HasSubstr("<0.01"))));
+  place_.write("fibre.py", place_.read("scene.py"));
+  const Outcome run = call({"run", "suite.json", "-o", "out"});
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_EQ(call({"report", "out", "-o", "again.html"}).exit_code, run.exit_code);
+  EXPECT_THAT(run.err, HasSubstr("failed check: out: scores: trial "));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("FAILED scores: "), HasSubstr("report   out/report.html")));
+  EXPECT_TRUE(fs::exists(place_.path("out/report.html")));
+}
+
 // As any other scene: a method in a sandbox has the same trials, an evaluation is ranked, and a cluster runs a plan.
 TEST_F(CliScores, RunInASandboxOnALeaderboardAndOnACluster) {
   ASSERT_EQ(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
