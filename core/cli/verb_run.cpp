@@ -81,8 +81,9 @@ void print_failures(const runner::RunSummary& summary) {
   for (std::size_t i = 0; i < summary.failures.size() && i < kShown; ++i) print_warning(summary.failures[i]);
   if (summary.failures.size() > kShown)
     print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
-  if (!summary.failures.empty())
-    std::fprintf(stderr, "Causes of failures, and what to do next: %s\n", own_command("explain END").c_str());
+  if (!summary.failures.empty()) std::fputs("Causes of failures, and what to do next:\n", stderr);
+  for (const std::string& end : summary.failed_ends)
+    std::fprintf(stderr, "  %s\n", own_command("explain " + shell_quoted(end)).c_str());
 }
 
 // " --plugin PATH" for a plugin outside the scanned folders, empty for others.
