@@ -188,6 +188,30 @@ TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {
               HasSubstr("capture() returned 2 readings, expected 1 reading"));
 }
 
+// A trial names the reading and the score, not pixels and a mean squared error of which the scene knows nothing.
+TEST_F(CliScores, MistakesOfAScoreAreNamedByTheTrial) {
+  const auto found_by_the_trial = [this](const std::string& text, const std::string& other) {
+    scene_with(text, other);
+    const Outcome tried = call({"try", "home", "--scene", "./scene.py", "--noise-level", "declared", "--steps", "1"});
+    EXPECT_NE(tried.exit_code, 0) << tried.out;
+    std::string error = tried.err.substr(tried.err.find("error: "));
+    error.resize(std::min(error.find('\n'), error.size()));
+    EXPECT_THAT(error, AllOf(Not(HasSubstr("mse")), Not(HasSubstr("pixel")))) << "without the traceback, if any";
+    return error;
+  };
+  EXPECT_THAT(found_by_the_trial("return [loss_db(abs(share + DARK + noise))]", "return [math.nan]"),
+              HasSubstr("the capture of step 0 has a non-finite reading 'loss'"));
+  const std::string score = "return loss_db(self.share(true_pose)), 0.0";
+  EXPECT_THAT(found_by_the_trial(score, "return loss_db(self.share(true_pose))"),
+              HasSubstr("failed in score: TypeError: score() returned float, expected two values (insertion loss, "
+                        "standard_error)"));
+  EXPECT_THAT(found_by_the_trial(score, "return math.nan, 0.0"),
+              HasSubstr("the insertion loss of score() is nan, expected a finite number"));
+  EXPECT_THAT(found_by_the_trial(score, "return 1.0, -1.0"), HasSubstr("failed in score: value or standard error"));
+  EXPECT_THAT(found_by_the_checks("return pose, *self.score(pose, seed)", "return pose, 1.0"),
+              HasSubstr("expected three values (true_pose, insertion loss, standard_error)"));
+}
+
 // The example knows its best poses; without them the harness finds the same scores, once for each instance.
 TEST_F(CliScores, OwnOptimaAreSearchedForOnRequest) {
   const auto own_optima = [this](const std::string& scene) {
