@@ -213,7 +213,7 @@ void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
 
 void ProcessPlugin::send_line(std::string_view line, const char* during) {
   if (!failure_.empty()) throw PluginEnded(failure_, outcome_);
-  if (child_->send(line, in_seconds(timeouts_.handshake_seconds))) return;
+  if (child_->send(line, in_seconds(timeouts_.call_seconds))) return;
   fail(during, "it stopped reading messages", Cause::ended);
 }
 

@@ -9,7 +9,9 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/text.h"
 #include "contract/fake_trial.h"
+#include "plugin_host/process_plugin.h"
 #include "process_folder.h"
 
 namespace relign::plugin_host {
@@ -345,6 +347,14 @@ say('{"message":"service","id":"crystal ball"}\n'); assert hear()["message"] == 
 say('{"message":"step","pose":[0.5,0.25]}\n'); assert hear()["pose"] == [0.5, 0.25]
 say('{"message":"done"}\n'))"));
   EXPECT_THAT(trial_->steps, SizeIs(1));
+}
+
+// Importing a large package takes more than half a minute on a loaded machine.
+TEST_F(ProcessTest, HasTheTimeToStartThatTheDocumentStates) {
+  const double seconds = ProcessTimeouts().handshake_seconds;
+  EXPECT_GE(seconds, 120);
+  EXPECT_THAT(read_file(RELIGN_SOURCE_DIR "/docs/process_plugins.md"),
+              HasSubstr("| " + shortest(seconds) + " | from the start of a process until `created`"));
 }
 
 TEST_F(ProcessTest, KillsHangingProcessWithItsGroup) {
