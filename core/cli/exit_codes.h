@@ -36,12 +36,12 @@ inline constexpr std::array kExitCodes = {
         "3", "finished, but trials failed",
         "A plugin failed, crashed or took too long in some trials; all others count. From try: its trial "
         "failed. From plugin prepare: the pretraining failed for some noise levels.",
-        "Warnings and report name each failed trial and its end: relign-bench explain END. logs/ in the results "
-        "folder has the output of its plugins. After a repair, add --retry-failed to the same command; trials "
-        "of a plugin that changed run again without it."},
+        "Warnings and report name each failed trial and its end, for example timeout: relign-bench explain timeout. "
+        "logs/ in the results folder has the output of its plugins. After a repair, add --retry-failed to the same "
+        "command; trials of a plugin that changed run again without it."},
     Explanation{"4", "records differ, or a check or gate failed",
                 "verify: a replay differs, a record is damaged, or nothing could be replayed. merge, submit evaluate: "
-                "records of the same trial differ. report: a check of the records failed. compare: a condition of "
+                "records of the same trial differ. run, report: a check of the records failed. compare: a condition of "
                 "--gate does not hold. leaderboard build: an evaluation was left out.",
                 "Read the warnings: each names the trial and what differs. Another program, processor or plugin than "
                 "that of the records is the usual reason; docs/clusters.md says what may differ."},

@@ -41,15 +41,9 @@ class Reports {
 
   report::Report of(const std::vector<std::string>& folders) {
     report::Report made(std::vector<fs::path>(folders.begin(), folders.end()), rule_, plan_);
-    for (const std::string& finding : made.findings()) {
-      print_warning("failed check: " + finding);
-      failed_ = true;
-    }
-    for (const report::QualityGate& gate : made.model().gates) {
-      if (gate.ok || (gate.name != "ran" && gate.name != "replay")) continue;
-      print_warning(gate.text);
-      failed_ = failed_ || gate.name == "replay";
-    }
+    failed_ = warn_of_failed_checks(made) || failed_;
+    for (const report::QualityGate& gate : made.model().gates)
+      if (!gate.ok && gate.name == "ran") print_warning(gate.text);
     return made;
   }
   int exit_code() const { return failed_ ? kGateTripped : kDone; }

@@ -81,8 +81,9 @@ void print_failures(const runner::RunSummary& summary) {
   for (std::size_t i = 0; i < summary.failures.size() && i < kShown; ++i) print_warning(summary.failures[i]);
   if (summary.failures.size() > kShown)
     print_warning("... and " + std::to_string(summary.failures.size() - kShown) + " more");
-  if (!summary.failures.empty())
-    std::fprintf(stderr, "Causes of failures, and what to do next: %s\n", own_command("explain END").c_str());
+  if (!summary.failures.empty()) std::fputs("Causes of failures, and what to do next:\n", stderr);
+  for (const std::string& end : summary.failed_ends)
+    std::fprintf(stderr, "  %s\n", own_command("explain " + shell_quoted(end)).c_str());
 }
 
 // " --plugin PATH" for a plugin outside the scanned folders, empty for others.
@@ -238,6 +239,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
   const report::Report report(options.results, std::nullopt, plan_check(context));
   report.write_tables();
   report.write_html(page);
+  const bool refuted = warn_of_failed_checks(report);
   if (context.json) {
     const Json result = {{"results", options.results.string()}, {"report", page.string()},  {"trials", summary.trials},
                          {"finished", summary.finished},        {"reused", summary.reused}, {"failed", summary.failed},
@@ -256,6 +258,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
                  own_command("report " + shell_quoted(options.results.string()) + " --open").c_str(),
                  sealed ? "" : ("  " + hint + "\n").c_str());
   }
+  if (refuted) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
 

@@ -39,9 +39,10 @@ struct TryArguments {
 
 constexpr int kDecimals = 5;  // of a score
 
-// Noise-free errors are accurate to the score's resolution.
+// Noise-free errors are accurate to the score's resolution. A score clearly below 0 is a fault of its scene.
 std::string noise_free_text(double recorded, const SceneScore& score) {
   if (std::isnan(recorded)) return "unknown";
+  if (!score.squared && recorded <= -score.resolution) return fixed(recorded, kDecimals);
   const double value = score.shown(recorded);
   return value < score.resolution ? "<" + shortest(score.resolution) : fixed(value, kDecimals);
 }

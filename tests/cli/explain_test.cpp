@@ -39,6 +39,7 @@ TEST(Explain, StatesCausesAndNextStepOfEveryFailure) {
   for (const nlohmann::json& entry : all) {
     const std::string code = entry["code"];
     EXPECT_NE(entry["meaning"], "") << code;
+    EXPECT_THAT(entry["next"].get<std::string>(), testing::Not(HasSubstr("explain END"))) << "a command that works";
     const bool good = code == "0" || code == "budget_spent" || code == "finished";
     EXPECT_EQ(entry["causes"] == "", good) << code;
     EXPECT_EQ(entry["next"] == "", good) << code;

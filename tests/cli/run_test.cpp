@@ -186,6 +186,7 @@ TEST(CliRun, FailingAlgorithmDoesNotStopOthers) {
   EXPECT_EQ(json::parse(outcome.out).at("failed"), 2);
   EXPECT_EQ(json::parse(outcome.out).at("trials"), 6);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("breaks_down"), HasSubstr("the gripper let go")));
+  EXPECT_THAT(outcome.err, HasSubstr("what to do next:\n  " RELIGN_PROGRAM " explain failed\n"));
   EXPECT_TRUE(fs::exists(place.path("results/fails/report.html")));
 }
 

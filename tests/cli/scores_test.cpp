@@ -117,6 +117,21 @@ TEST_F(CliScores, AreMergedVerifiedAndChecked) {
   EXPECT_THAT(forged.out + forged.err, HasSubstr("'recommended_mse' -3"));
 }
 
+// What a scene cannot have is said where it is met, and neither a trial nor a run ends as if nothing was wrong.
+TEST_F(CliScores, BelowZeroAreShownAndFailTheRun) {
+  scene_with("return loss_db(self.share(true_pose)), 0.0", "return loss_db(self.share(true_pose)) - 90, 0.0");
+  const Outcome tried = call({"try", "coordinate-walk", "--scene", "./scene.py", "--noise-level", "declared",
+                              "--protocol", "blind", "--steps", "1"});
+  EXPECT_THAT(tried.out, AllOf(HasSubstr("  -30.00000"), Not(HasSubstr("<0.01"))));
+  place_.write("fibre.py", place_.read("scene.py"));
+  const Outcome run = call({"run", "suite.json", "-o", "out"});
+  EXPECT_EQ(run.exit_code, 4) << run.err;
+  EXPECT_EQ(call({"report", "out", "-o", "again.html"}).exit_code, run.exit_code);
+  EXPECT_THAT(run.err, HasSubstr("failed check: out: scores: trial "));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("FAILED scores: "), HasSubstr("report   out/report.html")));
+  EXPECT_TRUE(fs::exists(place_.path("out/report.html")));
+}
+
 // As any other scene: a method in a sandbox has the same trials, an evaluation is ranked, and a cluster runs a plan.
 TEST_F(CliScores, RunInASandboxOnALeaderboardAndOnACluster) {
   ASSERT_EQ(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
@@ -227,6 +242,30 @@ TEST_F(CliScores, DevicesAreSeenAtTheirOwnOptimum) {
   scene_with("def own_optimum(", "def known_optimum(");
   EXPECT_THAT(call({"render", "--scene", "./scene.py", "--pose", "optimum"}).err,
               HasSubstr("neither knows nor searches for own optima"));
+}
+
+// A trial names the reading and the score, not pixels and a mean squared error of which the scene knows nothing.
+TEST_F(CliScores, MistakesOfAScoreAreNamedByTheTrial) {
+  const auto found_by_the_trial = [this](const std::string& text, const std::string& other) {
+    scene_with(text, other);
+    const Outcome tried = call({"try", "home", "--scene", "./scene.py", "--noise-level", "declared", "--steps", "1"});
+    EXPECT_NE(tried.exit_code, 0) << tried.out;
+    std::string error = tried.err.substr(tried.err.find("error: "));
+    error.resize(std::min(error.find('\n'), error.size()));
+    EXPECT_THAT(error, AllOf(Not(HasSubstr("mse")), Not(HasSubstr("pixel")))) << "without the traceback, if any";
+    return error;
+  };
+  EXPECT_THAT(found_by_the_trial("return [loss_db(abs(share + DARK + noise))]", "return [math.nan]"),
+              HasSubstr("the capture of step 0 has a non-finite reading 'loss'"));
+  const std::string score = "return loss_db(self.share(true_pose)), 0.0";
+  EXPECT_THAT(found_by_the_trial(score, "return loss_db(self.share(true_pose))"),
+              HasSubstr("failed in score: TypeError: score() returned float, expected two values (insertion loss, "
+                        "standard_error)"));
+  EXPECT_THAT(found_by_the_trial(score, "return math.nan, 0.0"),
+              HasSubstr("the insertion loss of score() is nan, expected a finite number"));
+  EXPECT_THAT(found_by_the_trial(score, "return 1.0, -1.0"), HasSubstr("failed in score: value or standard error"));
+  EXPECT_THAT(found_by_the_checks("return pose, *self.score(pose, seed)", "return pose, 1.0"),
+              HasSubstr("expected three values (true_pose, insertion loss, standard_error)"));
 }
 
 // The example knows its best poses; without them the harness finds the same scores, once for each instance.

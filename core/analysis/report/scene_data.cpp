@@ -7,6 +7,7 @@
 #include "base/files.h"
 #include "base/inside.h"
 #include "base/json_members.h"
+#include "base/limits.h"
 #include "markup/escape.h"
 #include "records/record.h"
 #include "report/scene_axes.h"
@@ -185,7 +186,6 @@ double next_image_excess(const fs::path& results, const Json& manifest, const st
 namespace {
 
 constexpr std::uintmax_t kMaxAxesBytes = 1'000'000;
-constexpr std::size_t kMaxAxes = 16;
 
 std::vector<SceneAxis> axes_of(const fs::path& file) {
   std::vector<SceneAxis> axes;

@@ -1,7 +1,12 @@
 // Limits shared by several modules.
 #pragma once
 
+#include <cstddef>
+
 namespace relign {
+
+// Axes of a scene: the flags of limits are the bits of one 64-bit word.
+inline constexpr std::size_t kMaxAxes = 64;
 
 // Steps of a trial, in suites, on the command line and in records. In records it bounds the memory that a report takes
 // for an untrusted file.

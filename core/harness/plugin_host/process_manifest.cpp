@@ -22,6 +22,20 @@ std::string interpreter() {
   return chosen && *chosen ? chosen : "python3";
 }
 
+}  // namespace
+
+std::string missing_module(const std::string& line) {
+  const std::string error = "ModuleNotFoundError: ", pythons_own = "No module named '";
+  if (!line.starts_with(error)) return "";
+  const std::string text = line.substr(error.size());
+  if (!text.starts_with(pythons_own)) return text;  // the author's, who knows the package
+  const std::string module = text.substr(pythons_own.size(), text.find('\'', pythons_own.size()) - pythons_own.size());
+  return text + "; install its package, `" + interpreter() + " -m pip install " + module.substr(0, module.find('.')) +
+         "` if it has the module's name, or set RELIGN_PYTHON to a Python that has it";
+}
+
+namespace {
+
 const char* const kFiles = "files";  // a list of modules from the script; in the cache an object with their hashes
 
 // The first folder that Python searches for a script's modules: that of the file itself, not of a link to it.
@@ -64,6 +78,8 @@ std::string run_for_manifest(const fs::path& script, const Sandbox* sandbox) {
   if (got == ChildProcess::Got::end) {
     // For a missing import or a syntax error the last line of a traceback is the message.
     const bool raised = child.crash() != "crashed(exit 0)" && !child.last_output().empty();
+    if (const std::string missing = raised ? missing_module(child.last_output().back()) : ""; !missing.empty())
+      throw Error(ErrorKind::plugin_rejected, script.string() + " cannot be started: " + missing);
     refuse((raised ? child.last_output().back()
                    : "it printed no manifest; end the file with serve(YourClass) of relign_bench.plugin") +
            ending_text(child));
@@ -171,7 +187,9 @@ Manifest read_script_manifest(const fs::path& script, const Sandbox* sandbox) {
   }
   const fs::path cache = cache_folder();
   const fs::path kept =
-      cache.empty() ? cache : cache / "manifests" / (short_hash("script manifest 3\n" + content) + ".json");
+      cache.empty()
+          ? cache
+          : cache / "manifests" / (short_hash("script manifest 4\n" + interpreter() + "\n" + content) + ".json");
   std::string text = cached_text(kept, module_folder(script));
   const bool known = !text.empty();
   if (!known) text = run_for_manifest(script, sandbox);

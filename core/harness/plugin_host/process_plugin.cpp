@@ -213,7 +213,7 @@ void ProcessPlugin::create(const Choice& choice, const HostServices& services) {
 
 void ProcessPlugin::send_line(std::string_view line, const char* during) {
   if (!failure_.empty()) throw PluginEnded(failure_, outcome_);
-  if (child_->send(line, in_seconds(timeouts_.handshake_seconds))) return;
+  if (child_->send(line, in_seconds(timeouts_.call_seconds))) return;
   fail(during, "it stopped reading messages", Cause::ended);
 }
 
@@ -299,9 +299,12 @@ void ProcessPlugin::fail(const char* during, const std::string& message, Cause c
   // A process that has just closed the connection is about to end by itself: wait for its exit status.
   // In a sandbox the kernel ends all others first, which may be thousands.
   constexpr double kSecondsToEnd = 1, kSecondsToEndAll = 10;
-  failure_ = "plugin '" + plugin_id_ + "' failed in " + during + ": " + indented(message);
+  const std::string failed = "plugin '" + plugin_id_ + "' failed in " + during + ": ";
+  failure_ = failed + indented(message);
   child_->end(cause == Cause::ended && child_->is_confined() ? kSecondsToEndAll : kSecondsToEnd);
-  failure_ += ending_text(*child_);
+  const std::deque<std::string>& output = child_->last_output();
+  const std::string missing = missing_module(cause == Cause::ended && !output.empty() ? output.back() : message);
+  failure_ = missing.empty() ? failure_ + ending_text(*child_) : failed + missing;
   outcome_ = cause == Cause::reported ? "failed" : cause == Cause::timeout ? "timeout" : "protocol_error";
   if (cause == Cause::ended && !child_->crash().empty()) outcome_ = child_->crash();
   throw PluginEnded(failure_, outcome_);

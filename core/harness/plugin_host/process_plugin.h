@@ -19,9 +19,9 @@ namespace relign::plugin_host {
 
 // Time limits of a plugin, each with the environment variable that overrides it.
 struct ProcessTimeouts {
-  double handshake_seconds = 30;  // RELIGN_HANDSHAKE_SECONDS: from its start until it is ready for a trial
-  double stop_seconds = 5;        // RELIGN_STOP_SECONDS: from the first "stop" until its "done"
-  double call_seconds = 60;       // RELIGN_CALL_SECONDS: for one answer of a scene or a noise level
+  double handshake_seconds = 120;  // RELIGN_HANDSHAKE_SECONDS: from its start until it is ready for a trial
+  double stop_seconds = 5;         // RELIGN_STOP_SECONDS: from the first "stop" until its "done"
+  double call_seconds = 60;        // RELIGN_CALL_SECONDS: for one answer of a scene or a noise level
   static ProcessTimeouts from_environment();
 };
 

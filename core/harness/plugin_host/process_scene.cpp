@@ -39,6 +39,8 @@ class SceneProcess {
   std::uint32_t height() const { return height_; }
   std::size_t pixels() const { return std::size_t{width_} * height_; }
 
+  const char* judge() const { return description_.contains("score") ? "score" : "noise_free_mse"; }
+
   bool offers(std::string_view ability) const { return abilities_.count(ability) > 0; }
 
   // Requests images, which follow one another. `line` is without its newline and closing brace.
@@ -114,9 +116,9 @@ class ProcessAssembly final : public AssemblyBackend {
   }
 
   MountedAssembly::Truth noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) override {
-    const char* what = "noise_free_mse";
+    const char* what = scene_.judge();
     const Json answer = scene_.plugin().ask_line(
-        about_pose(what, true_pose) + ",\"seed\":" + std::to_string(seed) + "}\n", "measured", what);
+        about_pose("noise_free_mse", true_pose) + ",\"seed\":" + std::to_string(seed) + "}\n", "measured", what);
     return {scene_.plugin().number(answer, "mse", what), scene_.plugin().number(answer, "standard_error", what)};
   }
 
@@ -208,6 +210,8 @@ class ProcessScene final : public SceneBackend {
   std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) override {
     return std::make_unique<ProcessAssembly>(scene_, ++mounted_, offsets_json);
   }
+
+  const char* judge() const override { return scene_.judge(); }
 
   bool offers(std::string_view ability) override { return scene_.offers(ability); }
 

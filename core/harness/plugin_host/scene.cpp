@@ -131,7 +131,8 @@ bool MountedAssembly::captures_regions() const { return implementation_->scene->
 
 MountedAssembly::Truth MountedAssembly::noise_free_mse(const std::vector<double>& true_pose, std::uint64_t seed) {
   const Truth truth = implementation_->backend->noise_free_mse(true_pose, seed);
-  check_truth(*implementation_->scene->backend, "noise_free_mse", truth);
+  SceneBackend& scene = *implementation_->scene->backend;
+  check_truth(scene, scene.judge(), truth);
   return truth;
 }
 

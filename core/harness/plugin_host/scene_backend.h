@@ -35,6 +35,9 @@ class SceneBackend {
   virtual relign_image reference() = 0;
   virtual std::unique_ptr<AssemblyBackend> mount(const std::string& offsets_json) = 0;
 
+  // What errors call the function that judges a pose.
+  virtual const char* judge() const { return "noise_free_mse"; }
+
   virtual bool offers(std::string_view ability) = 0;  // as far as it is known before the call
 
   struct Batch {

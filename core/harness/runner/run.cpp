@@ -145,23 +145,22 @@ class Run {
     summary.failed = progress.failed;
     summary.stopped = stop_requested();
     summary.seconds = reporter_.seconds();
-    summary.failures = failures();
+    add_failures(summary);
     return summary;
   }
 
-  std::vector<std::string> failures() const {
+  void add_failures(RunSummary& summary) const {
     const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
-    std::vector<std::string> failures;
     for (const std::size_t place : selected_) {
       const suites::PlannedTrial& trial = prepared_.plan.trials[place];
       const auto found = finished.find(trial.id);
       if (found == finished.end() || records::ended_well(found->second.end)) continue;
-      failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
-                         suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
-                         std::to_string(trial.instance) + ": " + found->second.end + ": " + found->second.message +
-                         log_hint(trial.id));
+      summary.failed_ends.insert(found->second.end);
+      summary.failures.push_back("trial " + trial.id + " " + suite_.algorithms[trial.algorithm].name + " on " +
+                                 suite_.scenes[trial.scene].name + " " + suite_.levels[trial.level].name + " #" +
+                                 std::to_string(trial.instance) + ": " + found->second.end + ": " +
+                                 found->second.message + log_hint(trial.id));
     }
-    return failures;
   }
 
   std::string log_hint(const std::string& trial) const {

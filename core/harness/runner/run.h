@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -60,6 +61,7 @@ struct RunSummary {
   bool stopped = false;
   double seconds = 0;
   std::vector<std::string> failures;  // "trial 4f1c... compass on relign_od rho0.25 #3: timeout: message"
+  std::set<std::string> failed_ends;  // of these trials: "timeout"
 };
 
 struct PreparedPlan {

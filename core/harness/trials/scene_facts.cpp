@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "base/characters.h"
+#include "base/limits.h"
 #include "images/score.h"
 
 namespace relign::trials {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t kMaxAxes = 64;  // limit flags are the bits of one 64-bit word
 
 std::vector<Axis> read_axes(const JsonSource& source, ObjectReader& top, bool owns_stage,
                             std::vector<Problem>& problems) {

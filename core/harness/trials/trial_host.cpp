@@ -9,6 +9,7 @@
 
 #include "base/error.h"
 #include "base/seeds.h"
+#include "base/text.h"
 
 namespace relign::trials {
 namespace {
@@ -33,6 +34,14 @@ std::vector<float> packed(const relign_image& image) {
 
 // Of an image without padding.
 images::View view_of(const relign_image& image) { return {image.pixels, image.width, image.height}; }
+
+// "a non-finite reading 'loss'"
+std::string non_finite_values(const SceneFacts& scene, const std::vector<float>& values) {
+  const std::size_t first = std::size_t{scene.image_width} * (scene.image_height - 1);
+  for (std::size_t i = 0; i < scene.readings.size(); ++i)
+    if (!std::isfinite(values[first + i])) return "a non-finite reading " + in_quotes(scene.readings[i].name);
+  return "non-finite pixels";
+}
 
 }  // namespace
 
@@ -225,8 +234,8 @@ void TrialHost::capture() {
   const double measured = whole ? setup_->scene.measured(pixels_.data(), reference_.data()) : score_regions();
   if (!std::isfinite(measured))
     throw Error(ErrorKind::plugin_failed, "scene '" + setup_->scene.name + "': the capture of step " +
-                                              std::to_string(pending_.step) + " has non-finite " +
-                                              (setup_->scene.has_image() ? "pixels" : "readings"));
+                                              std::to_string(pending_.step) + " has " +
+                                              non_finite_values(setup_->scene, pixels_));
   pending_.measured = whole ? measured : std::numeric_limits<double>::quiet_NaN();
   pending_.merit = measured;
   if (rules_.merit == Merit::combined)

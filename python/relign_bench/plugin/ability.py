@@ -41,26 +41,35 @@ class Ability:
             values.append(value)
         return values
 
-    def answer(self, returned: Any, message: dict[str, Any], giver: str) -> tuple[dict[str, Any], list[Any]]:
-        """The members of the answer, and the images."""
+    def answer(self, returned: Any, message: dict[str, Any], giver: str,
+               called: dict[str, str]) -> tuple[dict[str, Any], list[Any]]:
+        """The members of the answer, and the images.
+
+        Args:
+            returned: What the method returned.
+            message: The request.
+            giver: The method.
+            called: What errors call a result, by its name; others by their own.
+        """
         if self.each:
             count = len(message[self.each])
             rows = values_of(returned, giver, [f"row {i}" for i in range(count)])
-            table = [self._row(row, giver)[0] for row in rows]
+            table = [self._row(row, giver, called)[0] for row in rows]
             return {name: [row[name] for row in table] for name in self.results}, []
-        answer, images = self._row(returned, giver)
+        answer, images = self._row(returned, giver, called)
         if IMAGES in self.results.values():
             named = {kind: message[name] for name, kind in self.arguments.items()}
             slopes = range(len(named["numbers"]) + 5 * len(named["counts"]))
             images = values_of(images[0], giver, ["image", *(f"slope {number}" for number in slopes)])
         return answer, list(images)
 
-    def _row(self, returned: Any, giver: str) -> tuple[dict[str, Any], list[Any]]:
-        values = [returned] if len(self.results) == 1 else values_of(returned, giver, list(self.results))
+    def _row(self, returned: Any, giver: str, called: dict[str, str]) -> tuple[dict[str, Any], list[Any]]:
+        names = [called.get(name, name) for name in self.results]
+        values = [returned] if len(names) == 1 else values_of(returned, giver, names)
         members: dict[str, Any] = {}
         images = []
         for value, (name, kind) in zip(values, self.results.items()):
-            what = f"the {name} of {giver}"
+            what = f"the {called.get(name, name)} of {giver}"
             if kind in (PIXELS, IMAGES):
                 images.append(value)
             elif kind == "pose":

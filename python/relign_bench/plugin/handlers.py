@@ -59,6 +59,7 @@ class _AnySceneHandler:
     _file: ImageFile
     _image: Any
     _readings: Any
+    _judged: Any  # what messages call the number that poses are judged by
 
     def __init__(self, plugin: Scene) -> None:
         self._plugin = plugin
@@ -68,6 +69,8 @@ class _AnySceneHandler:
         if isinstance(self._plugin, Station):
             description = dict(description, owns_stage=True, truth=False)
         self._image, self._readings = description.get("image"), description.get("readings")
+        score = description.get("score")
+        self._judged = score.get("name", "score") if isinstance(score, dict) else "mse"
         self._file = ImageFile(message["image_file"])
         return {"message": "described", "description": description, "abilities": self._abilities()}
 
@@ -129,11 +132,12 @@ class SimulatorHandler(_AnySceneHandler):
     def on_noise_free_mse(self, message: Message) -> Message:
         assembly = self._mounted[message["assembly"]]
         returned = assembly.noise_free_mse(pose_of(message["pose"]), message["seed"])
-        mse, standard_error = values_of(returned, "noise_free_mse()", ("mse", "standard_error"))
+        giver = "noise_free_mse()" if self._judged == "mse" else "score()"
+        value, standard_error = values_of(returned, giver, (self._judged, "standard_error"))
         return {
             "message": "measured",
-            "mse": number_of(mse, "the mse of noise_free_mse()"),
-            "standard_error": number_of(standard_error, "the standard_error of noise_free_mse()"),
+            "mse": number_of(value, f"the {self._judged} of {giver}"),
+            "standard_error": number_of(standard_error, f"the standard_error of {giver}"),
         }
 
     def on_ability(self, message: Message) -> Message:
@@ -143,7 +147,7 @@ class SimulatorHandler(_AnySceneHandler):
         returned = method(*ability.given(message)) if method else None
         if returned is None:
             return {"message": "unsupported"}
-        answer, images = ability.answer(returned, message, f"{name}()")
+        answer, images = ability.answer(returned, message, f"{name}()", {"mse": self._judged})
         if images:
             self._share(images, f"{name}()")
         return dict(answer, message="result")
@@ -179,8 +183,9 @@ class StationHandler(_AnySceneHandler):
         }
 
     def on_capture(self, message: Message) -> Message:
-        pixels, seconds = values_of(self._plugin.capture(), "capture()", ("pixels", "machine_seconds"))
-        self._share([pixels], "capture()")
+        kind = "readings" if self._readings else "pixels"
+        captured, seconds = values_of(self._plugin.capture(), "capture()", (kind, "machine_seconds"))
+        self._share([captured], "capture()")
         return {"message": "captured", "machine_seconds": _seconds(seconds, "capture()")}
 
 

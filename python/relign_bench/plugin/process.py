@@ -139,7 +139,7 @@ def _serve_host(cls: type[Plugin], host: Host) -> int:
             sys.stdout.flush()
             host.send(**answer)
         except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must get an answer
-            if not isinstance(error, SystemExit):
+            if not isinstance(error, (SystemExit, ModuleNotFoundError)):  # of which the host says it all
                 print(_authors_traceback(error), end="", file=sys.stderr)
             sys.stdout.flush()
             sys.stderr.flush()

@@ -51,6 +51,16 @@ class ScenePart : public MadeResults {
   Json facts() { return to_json(page_model(load_results(folder_)))["scene_facts"][0]; }
 };
 
+TEST_F(ScenePart, HasEveryAxisThatASceneMayHave) {
+  Json axes = Json::array();
+  for (int i = 0; i < 64; ++i)
+    axes.push_back({{"name", "a" + std::to_string(i)}, {"unit", "nm"}, {"lower", -1}, {"upper", 1}});
+  put("description.json", {{"axes", axes}});
+  const Json shown = facts()["axes"];
+  ASSERT_EQ(shown.size(), 64U);
+  EXPECT_THAT(shown[63].dump(), HasSubstr("a63"));
+}
+
 TEST_F(ScenePart, ShowsLensTravelAndTheErrorAroundTheNominalPose) {
   const Json shown = facts()["landscape"];
   EXPECT_EQ(shown["lines"][0]["away"], Json({-50, 0, 50}));

@@ -9,7 +9,9 @@
 
 #include "base/files.h"
 #include "base/hash.h"
+#include "base/text.h"
 #include "contract/fake_trial.h"
+#include "plugin_host/process_plugin.h"
 #include "process_folder.h"
 
 namespace relign::plugin_host {
@@ -298,6 +300,18 @@ TEST_F(ProcessTest, ReportsCrashes) {
               AllOf(HasSubstr("failed in the handshake"), HasSubstr("exit status 1"), HasSubstr("no licence")));
   EXPECT_THAT(failure(raw("begin(); print('last words', flush=True); os.kill(os.getpid(), 11)")),
               AllOf(HasSubstr("failed in run"), HasSubstr("killed by SIGSEGV"), HasSubstr("\n  last words")));
+  // Of a missing package one sentence, and no traceback.
+  EXPECT_EQ(
+      failure(raw("import nosuch.part")),
+      "plugin 'raw' failed in the handshake: No module named 'nosuch'; install its package, `python3 -m pip install "
+      "nosuch` if it has the module's name, or set RELIGN_PYTHON to a Python that has it");
+  logged_.clear();
+  EXPECT_THAT(failure(script("import nosuch")),
+              AllOf(HasSubstr("failed in run: No module named 'nosuch' (guess.py, line 6); install its package"),
+                    Not(HasSubstr("Traceback"))));
+  EXPECT_EQ(failure(script("raise ModuleNotFoundError('Optics is missing: pip install optics')")),
+            "plugin 'guess' failed in run: Optics is missing: pip install optics (guess.py, line 6)");
+  EXPECT_THAT(logged_, IsEmpty());
   EXPECT_THAT(failure(raw("begin(); os._exit(0)")),
               AllOf(HasSubstr("closed the connection"), HasSubstr("ended with exit status 0")));
   EXPECT_THAT(failure(script("trial.step([0, 0]); sys.exit(0)")), HasSubstr("it called sys.exit(0) during the trial"));
@@ -333,6 +347,14 @@ say('{"message":"service","id":"crystal ball"}\n'); assert hear()["message"] == 
 say('{"message":"step","pose":[0.5,0.25]}\n'); assert hear()["pose"] == [0.5, 0.25]
 say('{"message":"done"}\n'))"));
   EXPECT_THAT(trial_->steps, SizeIs(1));
+}
+
+// Importing a large package takes more than half a minute on a loaded machine.
+TEST_F(ProcessTest, HasTheTimeToStartThatTheDocumentStates) {
+  const double seconds = ProcessTimeouts().handshake_seconds;
+  EXPECT_GE(seconds, 120);
+  EXPECT_THAT(read_file(RELIGN_SOURCE_DIR "/docs/process_plugins.md"),
+              HasSubstr("| " + shortest(seconds) + " | from the start of a process until `created`"));
 }
 
 TEST_F(ProcessTest, KillsHangingProcessWithItsGroup) {
