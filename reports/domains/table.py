@@ -19,12 +19,14 @@ import pages  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 TRIALS = HERE / "trials.csv"
-COLUMNS = ("problem", "method", "instance", "failed", "possible", "captures", "seconds", "score", "own_optimum", "limit", "budget")
+COLUMNS = ("problem", "method", "instance", "failed", "possible", "outside",
+           "captures", "seconds", "score", "own_optimum", "limit", "budget")
 # In the order of the page; names of the suites without "domains-".
 PROBLEMS = {"lens": "lens", "fibre": "fibre", "fibre-both-ends": "fibre, both ends", "beam": "beam", "telescope": "telescope",
             "interferometer": "interferometer"}
 METHODS = ("procedure", "policy", "nlopt-bobyqa", "cma-es", "bo-gp", "bo-turbo", "coordinate-walk", "random")
 HALF = 0.5
+BOX = 0.5  # half of its width, in travels, around the start: where methods that observe the box search under `blind`
 LARGEST_RATIO = 32  # of the figure
 Z = 1.959964  # 95 %
 
@@ -41,10 +43,17 @@ def trial_row(problem, score, limit, closing, steps):
     return {"problem": problem, "method": closing["algorithm"], "instance": closing["instance"],
             "failed": int(closing["end"] not in ("budget_spent", "finished")),
             "possible": int(best is None or best <= limit),
+            "outside": int(outside(closing, steps)),
             "captures": "" if reached is None else reached + 1,
             "seconds": "" if reached is None else f"{steps[reached]['recommended_seconds']:.3f}",
             "score": "" if not shown or shown[-1] is None else f"{shown[-1]:.6g}",
             "own_optimum": "" if best is None else f"{best:.6g}", "limit": f"{limit:g}", "budget": closing["budget"]}
+
+
+def outside(closing, steps):
+    """Whether the instance's own optimum lies outside the box around the start."""
+    pose = closing.get("own_optimum_pose")
+    return pose is not None and any(abs(best - start) > BOX for best, start in zip(pose, steps[0]["true_pose"]))
 
 
 def read_results(folders):
@@ -150,6 +159,21 @@ def median_cell(methods, method, column, digits):
     return f"{middle:.{digits}f}" if middle < math.inf else "-"
 
 
+def boxes(found):
+    """Of all instances, those whose own optimum lies outside the box, and solved instances inside and outside."""
+    rows = []
+    for problem, methods in found.items():
+        instances = possible(methods)
+        far = {i for i in instances if methods["random"][i]["outside"] == "1"}
+        cells = []
+        for method in METHODS:
+            rows_of = methods.get(method)
+            parts = (set(instances) - far, far) if rows_of else ()
+            cells.append(" / ".join(str(sum(solved(rows_of[i]) for i in part)) for part in parts))
+        rows.append([PROBLEMS[problem], f"{len(instances) - len(far)} / {len(far)}", *cells])
+    return markdown(["problem", "instances inside / outside", *(f"`{method}`" for method in METHODS)], rows)
+
+
 def contrast(found):
     """The policy against each other method, by captures until in specification, on the same instances."""
     rows = []
@@ -208,6 +232,7 @@ TABLES = {
     "solved": lambda found: matrix(found, solved_cell),
     "captures": lambda found: matrix(found, lambda methods, method: median_cell(methods, method, "captures", 0)),
     "seconds": lambda found: matrix(found, lambda methods, method: median_cell(methods, method, "seconds", 1)),
+    "boxes": boxes,
     "verdicts": verdicts,
     "policy": contrast,
     "profile": profile_table,
