@@ -5,6 +5,7 @@ import subprocess
 import unittest
 
 PLUGIN = pathlib.Path(__file__).with_name("my_plugin.py")
+NOISE = 0.5  # in the unit of the score, dB: more than a reading differs from it
 
 
 def trial(algorithm, *options):
@@ -18,7 +19,7 @@ class MyPluginTest(unittest.TestCase):
     def test_readings_are_the_score_with_noise(self):
         for step in trial("coordinate-walk", "--steps", "10"):
             self.assertNotEqual(step["measured"], step["commanded_mse"])
-            self.assertAlmostEqual(step["measured"], step["commanded_mse"], delta=0.5)  # dB
+            self.assertAlmostEqual(step["measured"], step["commanded_mse"], delta=NOISE)
 
     def test_devices_differ(self):
         first, second = (trial("random", "--steps", "1", "--instance", str(number))[0] for number in (0, 1))

@@ -204,7 +204,11 @@ TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
     place_.write("pinhole.py", source);
     return call({"plugin", "check", "--one", "devices", "--report", "1", "pinhole.py"}).out;
   };
-  EXPECT_THAT(found({}), HasSubstr(R"({"reason":"","verdict":"ok"})"));
+  EXPECT_THAT(found({}), AllOf(HasSubstr("outside the box that methods observe under 'blind'"), HasSubstr("ok")));
+  EXPECT_THAT(found({{"return [loss_db(true_pose, self.focus) +", "return [0.3 * loss_db(true_pose, self.focus) +"}}),
+              HasSubstr("what captures measure of the score is 0."));
+  EXPECT_THAT(found({{"random.Random(frame_seed)", "random.Random(1)"}}),
+              AllOf(HasSubstr("captures do not depend on the frame seed"), HasSubstr("warning")));
   EXPECT_THAT(found({{"0.5 + 0.5 * place / half", "0.5 - 0.5 * place / half"}}),
               AllOf(HasSubstr("dB at its own optimum, but"), HasSubstr("failed")));
   EXPECT_THAT(found({{"return pose, *self.score(pose, seed)", "return pose, 0.3, 0.0"}}),

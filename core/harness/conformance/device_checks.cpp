@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "base/json_source.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "conformance/checks.h"
@@ -15,6 +16,7 @@
 #include "records/specification.h"
 #include "trials/instance.h"
 #include "trials/own_optimum.h"
+#include "trials/protocol.h"
 #include "trials/scene_facts.h"
 
 namespace relign::conformance {
@@ -62,7 +64,9 @@ class Devices {
                     facts_.nominal_pose};
       if (const std::string flaw = flaw_of(device); !flaw.empty()) return failed(flaw);
     }
-    if (const std::string flaw = flaw_of_measure(); !flaw.empty()) return failed(flaw);
+    for (const std::string& flaw : {flaw_of_measure(ratios_, "what measures the score"),
+                                    flaw_of_measure(ratios_of_captures_, "what captures measure of the score")})
+      if (!flaw.empty()) return failed(flaw);
     const std::vector<std::string> doubts = all_doubts();
     return doubts.empty() ? ok(remarks()) : warning(join(doubts, "; "));
   }
@@ -90,7 +94,13 @@ class Devices {
     if (const std::string flaw = flaw_around(device, optimum.has_value(), there); !flaw.empty()) return flaw;
     if (count_ < kFewestDevices && facts_.searches_optimum && optimum) note_search(device, optimum->mse);
     if (count_ < kFewestDevices) note_quantities(device);
-    starts_.push_back(score_at(device, device.drawn.start).mse);
+    const Pose& start = device.drawn.start;
+    starts_.push_back(score_at(device, start).mse);
+    for (std::size_t axis = 0; axis < start.size(); ++axis)
+      if (std::fabs(device.centre[axis] - start[axis]) > trials::kBlindHalfBox) {
+        ++outside_;
+        break;
+      }
     return "";
   }
 
@@ -128,18 +138,23 @@ class Devices {
     std::vector<float> readings(std::size_t{facts_.image_width} * facts_.image_height);
     if (!device.assembly.render_noise_free(pose, readings.data()))
       device.assembly.capture(pose, kSeed, readings.data());
-    const double reading = readings[*facts_.score_measure], resolution = facts_.score.resolution;
-    if (std::max(reading, score) > kMeasurable * resolution) ratios_.push_back(reading / std::max(score, resolution));
+    note_ratio(readings[*facts_.score_measure], score, ratios_);
+    device.assembly.capture(pose, ++frame_, readings.data());  // other noise each time
+    note_ratio(readings[*facts_.score_measure], score, ratios_of_captures_);
   }
 
-  std::string flaw_of_measure() {
-    if (ratios_.empty()) return "";
-    const auto middle = ratios_.begin() + static_cast<std::ptrdiff_t>(ratios_.size() / 2);
-    std::nth_element(ratios_.begin(), middle, ratios_.end());
+  void note_ratio(double reading, double score, std::vector<double>& ratios) const {
+    const double resolution = facts_.score.resolution;
+    if (std::max(reading, score) > kMeasurable * resolution) ratios.push_back(reading / std::max(score, resolution));
+  }
+
+  std::string flaw_of_measure(std::vector<double>& ratios, const std::string& what) const {
+    if (ratios.empty()) return "";
+    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+    std::nth_element(ratios.begin(), middle, ratios.end());
     if (*middle <= kSameFactor && *middle >= 1 / kSameFactor) return "";
-    return "what measures the score is " + significant(*middle) + " times the score (median of " +
-           counted(ratios_.size(), "pose") + " around the best ones); both must be the same quantity in '" +
-           facts_.score.unit + "'";
+    return what + " is " + significant(*middle) + " times the score (median of " + counted(ratios.size(), "pose") +
+           " around the best ones); both must be the same quantity in '" + facts_.score.unit + "'";
   }
 
   // Searches that start elsewhere must end at the same score.
@@ -153,7 +168,7 @@ class Devices {
 
   // Whether a device without one of its quantities differs from it.
   void note_quantities(Device& device) {
-    const Json elements = Json::parse(device.drawn.elements_json);
+    const Json elements = parsed_json(device.drawn.elements_json);
     std::vector<Pose> poses = {device.centre, device.drawn.start};
     for (const double stride : {0.03, -0.03}) {
       Pose pose = device.centre;
@@ -161,6 +176,11 @@ class Devices {
         pose[axis] = std::clamp(pose[axis] + (axis % 2 ? -stride : stride), 0.0, 1.0);
       poses.push_back(std::move(pose));
     }
+    if (seen(device.assembly, device.centre, kSeed + 1) == seen(device.assembly, device.centre, kSeed) &&
+        differs_from_noise_free(device))
+      seeds_ =
+          "captures do not depend on the frame seed, although they differ from the noise-free ones: their noise is "
+          "the same in every capture";
     std::vector<std::vector<float>> captures;
     for (const Pose& pose : poses) captures.push_back(seen(device.assembly, pose));
     for (const trials::UncertainQuantity& quantity : facts_.uncertain) {
@@ -173,17 +193,26 @@ class Devices {
     }
   }
 
+  bool differs_from_noise_free(Device& device) const {
+    std::vector<float> exact(std::size_t{facts_.image_width} * facts_.image_height);
+    if (!device.assembly.render_noise_free(device.centre, exact.data())) return false;
+    std::vector<float> noisy = seen(device.assembly, device.centre);
+    noisy.pop_back();
+    return noisy != exact;
+  }
+
   // A capture and the score, which follows it.
-  std::vector<float> seen(MountedAssembly& assembly, const Pose& pose) const {
+  std::vector<float> seen(MountedAssembly& assembly, const Pose& pose, std::uint64_t seed = kSeed) const {
     std::vector<float> values(std::size_t{facts_.image_width} * facts_.image_height);
-    assembly.capture(pose, kSeed, values.data());
+    assembly.capture(pose, seed, values.data());
     values.push_back(static_cast<float>(assembly.noise_free_mse(pose, kSeed).mse));
     return values;
   }
 
   std::vector<std::string> all_doubts() const {
     std::vector<std::string> doubts;
-    if (!searches_.empty()) doubts.push_back(searches_);
+    for (const std::string& doubt : {seeds_, searches_})
+      if (!doubt.empty()) doubts.push_back(doubt);
     if (specified_ && optima_ > 0 && in_specification_ == 0)
       doubts.push_back("none of " + counted(optima_, "device") +
                        " is in specification at its own optimum (lowest: " + with_unit(best_) + ")");
@@ -208,6 +237,10 @@ class Devices {
       if (count == optima_)
         remarks.push_back("the own optimum of every device is at an end of the travel of '" + facts_.axes[axis].name +
                           "'");
+    if (optima_ > 0 && outside_ > 0)
+      remarks.push_back("the own optimum of " + std::to_string(outside_) + " of " + counted(optima_, "device") +
+                        " is outside the box that methods observe under 'blind', half of the travel to each side of "
+                        "the start; a level of starts near the nominal pose keeps it inside");
     const auto [low, high] = std::minmax_element(starts_.begin(), starts_.end());
     if (*high - *low <= facts_.score.resolution)
       remarks.push_back("the score is " + with_unit(*low) +
@@ -219,14 +252,17 @@ class Devices {
   trials::SceneFacts facts_;
   std::uint64_t count_ = 0;  // devices so far
   std::vector<bool> matters_;
-  std::vector<double> starts_;               // scores
+  std::vector<double> starts_;  // scores
+  std::uint64_t frame_ = kSeed;
+  std::vector<double> ratios_of_captures_;
   std::vector<double> ratios_;               // of what measures the score to the score
   std::set<std::string> known_;              // quantities that change something
   std::map<std::size_t, unsigned> at_edge_;  // axis: devices
+  unsigned outside_ = 0;                     // devices with the optimum outside the box of the protocol "blind"
   unsigned optima_ = 0, in_specification_ = 0;
   bool specified_ = false;
   double best_ = std::numeric_limits<double>::infinity();
-  std::string searches_;
+  std::string searches_, seeds_;  // doubts
 };
 
 }  // namespace

@@ -8,11 +8,7 @@
 #include "trials/trial_host.h"
 
 namespace relign::trials {
-namespace {
-
-constexpr double kHalfBox = 0.5;  // as in the protocol "blind"
-
-}  // namespace
+namespace {}  // namespace
 
 NestedTrial::NestedTrial(TrialHost& host, TrialView& outer, const plugin_host::Choice& inner, unsigned budget,
                          std::uint64_t seed, double largest_move)
@@ -44,8 +40,8 @@ void NestedTrial::describe_task(std::uint64_t seed, unsigned budget, double larg
     // The outer box, except where it would reveal the start to an algorithm that may not observe it.
     const bool would_reveal_start = outer_task.observes & ~task_.observes & RELIGN_OBSERVES_START;
     for (std::size_t i = 0; i < origin_.size(); ++i) {
-      box_lower_.push_back(would_reveal_start ? -kHalfBox : outer_task.box_lower[i] - origin_[i]);
-      box_upper_.push_back(would_reveal_start ? kHalfBox : outer_task.box_upper[i] - origin_[i]);
+      box_lower_.push_back(would_reveal_start ? -kBlindHalfBox : outer_task.box_lower[i] - origin_[i]);
+      box_upper_.push_back(would_reveal_start ? kBlindHalfBox : outer_task.box_upper[i] - origin_[i]);
     }
     task_.box_lower = box_lower_.data();
     task_.box_upper = box_upper_.data();

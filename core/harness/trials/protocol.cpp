@@ -14,7 +14,6 @@ namespace {
 constexpr double kAgentMove = 0.2;  // paper: agents move by at most this per axis and step
 constexpr double kBoxLower = 0.2;   // paper: baselines search [0.2, 0.8]^n
 constexpr double kBoxUpper = 0.8;
-constexpr double kBlindHalfBox = 0.5;  // around the unknown start: contains the nominal pose for every start
 constexpr double kNearDistance = 0.1;  // paper's C: within this distance only the image counts
 }  // namespace
 

@@ -24,6 +24,10 @@
 namespace relign::trials {
 
 enum class Protocol { paper, blind };
+
+// Of the box of "blind", around the unknown start: contains the nominal pose for every start in the middle of the
+// travel.
+constexpr double kBlindHalfBox = 0.5;
 enum class Merit { combined, rmse, mtf, edge_energy };
 
 // Limits of merit mtf, from the specification's "mtf". NaN: none.
