@@ -22,7 +22,7 @@ runner::TrialJob job_for(const LoadedScene& scene, const plugin_host::Choice& le
   job.protocol = protocol;
   const bool rmse = protocol == trials::Protocol::blind || scene.facts.owns_stage;
   job.merit = rmse ? trials::Merit::rmse : trials::Merit::combined;
-  job.mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec));
+  job.mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec, scene.facts.score));
   job.machine_time = scene.facts.machine_time;
   return job;
 }

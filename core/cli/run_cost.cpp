@@ -49,7 +49,7 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
     if (facts.truth) cost.noise_free += least_seconds_of([&] { lens.noise_free_mse(*pose, 1); }) / std::size(poses);
   }
   if (criteria.any()) {
-    trials::Judge judge(lens, facts, criteria, design);
+    trials::Judge judge(lens, facts, criteria, design, 1);
     for (const std::vector<double>* pose : poses)
       cost.judging += seconds_of([&] { judge.at(*pose, optimum); }) / std::size(poses);
     // The search itself takes minutes with diffraction.

@@ -167,7 +167,7 @@ int run_try(Context& context, const TryArguments& given) {
       .algorithm = algorithm,
       .terms = {.protocol = *trials::protocol_from_name(arguments.protocol),
                 .merit = trials::merit_from_name(arguments.merit),
-                .mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec)),
+                .mtf_limits = runner::limits_of(records::specification_of(Json(), scene.facts.spec, scene.facts.score)),
                 .budget = arguments.steps,
                 .algorithm_seed = algorithm_seed(arguments.suite_seed, algorithm.id, arguments.instance),
                 .machine_time = scene.facts.machine_time},

@@ -48,7 +48,7 @@ int validate(Context& context, const std::string& file) {
       memory += "memory         " + printable(entry.name) + ": " +
                 significant(static_cast<double>(scene.memory_bytes) / 1e6, 3) +
                 " MB in each worker, measured now while this process created the scene\n";
-    const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec);
+    const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec, scene.facts.score);
     const SceneScore& score = scene.facts.score;
     if (spec.score < score.resolution)
       print_warning(entry.name + ": the specification requires " + (score.squared ? "an " : "") + score.name + " of " +
@@ -83,7 +83,7 @@ int validate(Context& context, const std::string& file) {
     const bool owns_stage = facts[i].owns_stage;
     station = station || owns_stage;
     const trials::Criteria criteria =
-        trials::criteria_of(records::specification_of(suite.spec, facts[i].spec), facts[i]);
+        trials::criteria_of(records::specification_of(suite.spec, facts[i].spec, facts[i].score), facts[i]);
     // Does not move hardware.
     const RunCost cost = owns_stage ? RunCost{}
                                     : measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice, criteria,

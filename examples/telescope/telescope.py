@@ -19,7 +19,7 @@ MIRRORS = ("M1", "M2")
 # With bending: what the actuators behind both mirrors add to their figures, in nm, as Zernike coefficients, too.
 BENDING_HALF_NM = 200.0
 BENDING = [(mirror, j) for mirror in MIRRORS for j in range(4, 24)]
-WORST_NM = 1e5  # where rays fail
+WORST_NM, WORST_ARCSEC = 1e5, 1e3  # where rays fail
 # Normal laws, cut at 2.5 standard deviations: standard deviation, unit, meaning.
 UNCERTAIN = {
     **{f"{part}_{name}_zero": (half / 6, unit, "where the hexapod's zero is") for part in ("M2", "camera")
@@ -167,6 +167,11 @@ class Built(Assembly):
         return math.degrees(2.355 * math.sqrt(variance) / optics.FOCAL_LENGTH_M) * 3600
 
 
+    def further_score(self, pose, seed, which):
+        width = self.fwhm_arcsec(pose)
+        return min(width, WORST_ARCSEC) if math.isfinite(width) else WORST_ARCSEC
+
+
 class Telescope(Scene):
     id = "telescope"
     reproducible = "this_cpu"
@@ -189,7 +194,8 @@ class Telescope(Scene):
             "nominal_pose": [0.5] * len(axes(self.bending)),
             "image": {"width": width, "height": height, "white": 0.3},
             "readings": [{"name": "wavefront error", "unit": "nm"}],
-            "score": {"name": "wavefront error", "unit": "nm", "scale": "log", "resolution": 1.0, "reading": "wavefront error"},
+            "score": {"name": "wavefront error", "unit": "nm", "scale": "log", "resolution": 1.0, "reading": "wavefront error",
+                      "further": [{"name": "FWHM", "unit": "arcsec"}]},
             "elements": [],
             "uncertain": [{"name": name, "unit": unit, "meaning": meaning, "law": law} for name, unit, meaning, law in laws],
             "machine_time": {"settle_ms": 2000, "exposure_ms": 15000, "readout_ms": 2000},

@@ -19,4 +19,8 @@ PER_STEP = (
     "rotation_px",
     "pose_um",
     "tilt_arcmin",
+    "further_score_1",
+    "further_score_2",
+    "further_score_3",
+    "further_score_4",
 )

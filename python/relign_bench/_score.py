@@ -20,12 +20,14 @@ class Score:
         squared: Whether records keep its square, as the RMSE is kept as an MSE.
         measure: Place of the reading that measures it among the values of a capture, row by row; None: the RMSE of the
             image does.
+        further: Name and unit of each further score; they rank nothing.
     """
 
     name: str = "RMSE"
     unit: str = ""
     squared: bool = True
     measure: int | None = None
+    further: tuple[tuple[str, str], ...] = ()
 
     @property
     def label(self) -> str:
@@ -57,4 +59,5 @@ def score_of(scene: dict[str, Any]) -> Score:
     measure = None
     if declared.get("reading") in names:
         measure = image["width"] * image["height"] + names.index(declared["reading"])
-    return Score(declared["name"], declared.get("unit", ""), False, measure)
+    further = tuple((one["name"], one.get("unit", "")) for one in declared.get("further", []))
+    return Score(declared["name"], declared.get("unit", ""), False, measure, further)

@@ -100,6 +100,78 @@ TEST_F(CliScores, AreShownAsRecordedAndInExcessByDifference) {
   EXPECT_NEAR(row["excess"].back()["own"]["median"].get<double>(), excess[1], 1e-3 * excess[1]) << row["excess"];
 }
 
+// The example with the misalignment of its tips as a further score.
+constexpr const char* kScore = R"("resolution": 0.01, "reading": "loss"})";
+constexpr const char* kFurther = R"("resolution": 0.01, "reading": "loss",
+                                    "further": [{"name": "distance", "unit": "um"}, {"name": "gap", "unit": "um"}]})";
+constexpr const char* kMeasured = R"(
+    def further_score(self, pose, seed, which):
+        return 100 * sum(abs(p - 0.5) for p in pose) if which == 0 else pose[2]
+
+)";
+
+TEST_F(CliScores, FurtherOnesAreRecordedLimitedAndShown) {
+  scene_with(kScore, kFurther);
+  std::string source = place_.read("scene.py");
+  const std::size_t at = source.find("\nclass Fibre(Scene)");
+  ASSERT_NE(at, std::string::npos);
+  place_.write("scene.py", source.insert(at, kMeasured));
+  std::string text = suite(R"("score": 1.0, "further_scores": {"gap": 0.6})");
+  text.replace(text.find("fibre.py"), 8, "scene.py");
+  place_.write("suite.json", text);
+  const Outcome run = call({"run", "suite.json", "-o", "out"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("gap 0.600 um"));
+  const json group = json::parse(call({"report", "out", "--format", "json"}).out)["results"][0]["groups"][0];
+  EXPECT_EQ(group["score"]["further"][1]["name"], "gap");
+  const json row = group["rows"][0];
+
+  std::vector<double> gaps;
+  std::size_t met = 0;
+  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
+  json last;
+  for (std::string line; std::getline(lines, line);) {
+    const json read = json::parse(line);
+    if (!read.contains("end")) {
+      last = read;
+    } else if (read["algorithm"] == row["method"]) {
+      const json gap = read["further_score_2"];
+      ASSERT_EQ(gap.size(), read["steps"]);
+      EXPECT_EQ(gap.back(), last["recommended_true_pose"][2]);
+      EXPECT_EQ(read["own_optimum_further_scores"][1], read["own_optimum_pose"][2]);
+      gaps.push_back(gap.back());
+      met += gap.back() <= 0.6 && last["recommended_mse"] <= 1.0;
+    }
+  }
+  ASSERT_EQ(gaps.size(), 3U);
+  std::sort(gaps.begin(), gaps.end());
+  EXPECT_NEAR(row["further_scores"][1]["median"].get<double>(), gaps[1], 1e-3);
+  EXPECT_NEAR(row["yield"]["share"].get<double>(), static_cast<double>(met) / 3, 1e-9);
+  EXPECT_THAT(place_.read("out/report.html"), AllOf(HasSubstr("Further scores"), HasSubstr("gap 0.600 um")));
+  EXPECT_THAT(call({"report", "out", "--format", "csv"}).out, Not(HasSubstr("nan")));
+  const Outcome checked = call({"plugin", "check", "./scene.py"});
+  EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
+  const Outcome verified = call({"verify", "out"});
+  EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
+
+  text.replace(text.find("\"gap\""), 5, "\"gab\"");
+  place_.write("suite.json", text);
+  const Outcome unknown = call({"validate", "suite.json"});
+  EXPECT_NE(unknown.exit_code, 0);
+  EXPECT_THAT(unknown.err, HasSubstr("'gab', which the scene does not declare; it declares 'distance', 'gap'"));
+}
+
+TEST_F(CliScores, FurtherOnesThatNothingMeasuresAreRefused) {
+  EXPECT_THAT(found_by_the_checks(kScore, kFurther), HasSubstr("does not offer relign.scene.further-score/1"));
+  place_.write("suite.json", R"({"name": "f", "scenes": ["./scene.py"], "noise_levels": ["declared"],
+                                 "algorithms": ["random"], "instances": 1, "steps": 2})");
+  const Outcome run = call({"run", "suite.json", "-o", "out"});
+  EXPECT_NE(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("declares the further score 'distance', but does not offer"));
+  const std::string same = R"("resolution": 0.01, "reading": "loss", "further": [{"name": "insertion loss"}]})";
+  EXPECT_THAT(found_by_the_checks(kScore, same), HasSubstr("of no other score, found 'insertion loss'"));
+}
+
 TEST_F(CliScores, AreMergedVerifiedAndChecked) {
   ASSERT_EQ(call({"plan", "suite.json", "-o", "plan.json", "--shards", "2"}).exit_code, 0);
   for (const char* shard : {"0/2", "1/2"})

@@ -179,6 +179,22 @@ class Scene(unittest.TestCase):
         self.assertEqual(trial.score.label, "wavefront error in nm")
         self.assertLess(trial.errors()[-1], 250)
         self.assertLess(trial.errors()[-1], 1.5 * trial.summary["own_optimum_mse"])
+        self.assertEqual(trial.score.further, (("FWHM", "arcsec"),))
+        best, last = trial.summary["own_optimum_further_scores"][0], trial.summary["further_score_1"][-1]
+        self.assertGreater(best, 0.04)
+        self.assertLess(last, 2 * best)
+
+    def test_a_star_out_of_focus_is_as_wide_as_the_cone(self):
+        built, defocus_mm, z = telescope.Built({}), 0.2, 7  # the camera's
+        self.assertEqual(telescope.AXES[z][0], "camera_z")
+        pose = [0.5] * 10
+        pose[z] = 0.5 + defocus_mm / telescope.AXES[z][2] / 2
+        # Rays meet at the sine of their place in the pupil: the mean of tan^2 over a ring, half of it along one axis.
+        edge, hole = 1 / (2 * F_NUMBER) ** 2, optics.OBSCURED**2
+        squares = math.log((1 - edge * hole) / (1 - edge)) / (edge * (1 - hole)) - 1
+        deviation_m = 1e-3 * defocus_mm * math.sqrt(squares / 2)
+        expected = math.degrees(2.355 * deviation_m / FOCAL_LENGTH_M) * 3600
+        self.assertAlmostEqual(built.further_score(pose, 0, 0) / expected, 1, delta=0.03)
 
     def test_no_pose_near_the_own_optimum_is_better(self):
         random = np.random.default_rng(1)

@@ -16,9 +16,12 @@ struct Section {
 
 // In the order of the page, before and after the curves and the replay.
 const std::vector<Section> kBefore = {
-    {"verdict", {verdict_section}}, {"aggregate", {aggregate_section}},
-    {"ranking", {ranking_section}}, {"rules", {specification_section, cost_section, rules_section}},
-    {"levels", {levels_section}},   {"matrix", {matrix_section}},
+    {"verdict", {verdict_section}},
+    {"aggregate", {aggregate_section}},
+    {"ranking", {ranking_section}},
+    {"rules", {further_scores_section, specification_section, cost_section, rules_section}},
+    {"levels", {levels_section}},
+    {"matrix", {matrix_section}},
     {"heat", {heat_section}}};
 const std::vector<Section> kAfter = {
     {"pairs", {pairs_section}},          {"training", {training_section}}, {"scene", {scene_section}},

@@ -91,6 +91,7 @@ struct Row {
   std::optional<Yield> yield;
   std::optional<TimeToSpec> to_spec;
   std::vector<CriterionScore> to_specification;  // empty unless criteria are judged after every step
+  std::vector<statistics::Band> further;         // the scene's further scores, in its order
   std::optional<MtfScores> mtf;
   std::vector<statistics::CostStudy> costs;  // at the largest budget and at least cost; empty without prices
   std::vector<ResidualAxis> residual;
@@ -174,8 +175,9 @@ struct Group {
   std::vector<Ecdf> ecdf;
   std::vector<Pair> pairs;
   SceneScore scored_by;
-  double own_optimum = kMissing;  // median score at the instances' own optima
-  double next_image = kMissing;   // Cramer-Rao bound of one more image
+  double own_optimum = kMissing;                     // median score at the instances' own optima
+  std::vector<statistics::Band> further_at_optimum;  // medians of the scene's further scores there, no intervals
+  double next_image = kMissing;                      // Cramer-Rao bound of one more image
   records::Specification spec;
   statistics::Prices prices;
   std::size_t cannot_meet_spec = 0;       // infeasible instances

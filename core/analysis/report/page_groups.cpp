@@ -189,6 +189,7 @@ void add_to_row(Row& row, const statistics::SeriesStudy& study, const std::vecto
     }
   }
   row.costs = study.costs;
+  for (const statistics::Band& band : study.further) row.further.push_back(shown(band));
   if (study.mtf_centre.n > 0) row.mtf = {score_of(study.mtf_centre), score_of(study.mtf_corner)};
   if (!spec.limits_anything() || study.yield.n == 0) return;
   row.yield = {share_of(study.in_spec, study.yield), std::nullopt};
@@ -290,6 +291,8 @@ void add_statistics(Group& group, const statistics::GroupStudy& found, const sta
     group.own_optimum = shown(best);
     if (group.scored_by.squared) group.next_image = shown(std::sqrt(best * best + next_image));
   }
+  for (const statistics::Quantiles& values : found.further_at_optimum)
+    group.further_at_optimum.push_back(shown(statistics::Band{values.n, values.median, {}}));
   group.spec = shown_spec(found.spec);
   group.prices = study.prices;
   if (found.spec.limits_anything()) {
@@ -355,10 +358,10 @@ statistics::StudyOptions study_options(const LoadedResults& results, std::option
   options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
   options.prices = statistics::prices_of(member(results.manifest, "cost"));
   const Json& of_suite = object_of(results.manifest, "spec");
-  options.spec = records::specification_of(of_suite, Json());
-  if (of_suite.empty())
-    for (const Json& scene : list_of(results.manifest, "scenes"))
-      options.spec_of_scene[text_of(scene, "name")] = records::specification_of(of_suite, object_of(scene, "spec"));
+  options.spec = records::specification_of(of_suite, Json(), SceneScore());
+  for (const Json& scene : list_of(results.manifest, "scenes"))
+    options.spec_of_scene[text_of(scene, "name")] = records::specification_of(
+        of_suite, of_suite.empty() ? object_of(scene, "spec") : Json(), scene_score_of(scene));
   return options;
 }
 

@@ -120,6 +120,16 @@ static Json prices_json(const statistics::Prices& prices) {
   return json;
 }
 
+static void put_medians(Json& json, const char* key, const std::vector<statistics::Band>& medians) {
+  for (const statistics::Band& median : medians) {
+    Json& one = json[key].emplace_back();
+    put(one, "n", median.n);
+    if (median.n == 0) continue;
+    put(one, "median", median.estimate);
+    put_interval(one, median.interval);
+  }
+}
+
 static void write(Json& json, const Row& row) {
   put(json, "method", row.method, "oracle", row.oracle(), "class", class_name(row.of_class), "merit", row.merit, "key",
       row.key, "observes", row.observes, "trials", row.trials, "failed", row.failed, "step", row.step, "recommended",
@@ -133,6 +143,7 @@ static void write(Json& json, const Row& row) {
   put_filled(json, "training_tag", row.training_tag);
   put_filled(json, "excess", row.excess);
   put_filled(json, "to_specification", row.to_specification);
+  put_medians(json, "further_scores", row.further);
   if (!row.costs.empty()) json["costs"] = costs_json(row.costs);
   if (!row.residual.empty()) put(json["residual"], "axes", row.residual);
 }
@@ -213,6 +224,7 @@ static void write(Json& json, const Group& group) {
   if (group.station) json["station"] = true;
   if (group.measured_only) json["measured_only"] = true;
   put_filled(json, "ecdf", group.ecdf);
+  put_medians(json, "further_scores_at_optimum", group.further_at_optimum);
   put_filled(json, "pairs", group.pairs);
   if (std::isfinite(group.own_optimum)) json["floor"]["own_optimum"] = group.own_optimum;
   if (std::isfinite(group.next_image)) json["floor"]["next_image"] = group.next_image;

@@ -256,6 +256,33 @@ void ranking_section(PageWriter& out, const PageParts& parts) {
            "quiet noprint");
 }
 
+void further_scores_section(PageWriter& out, const PageParts& parts) {
+  const auto measured = [](const Row& row) { return !row.further.empty(); };
+  if (!any_row(parts.page, measured)) return;
+  out.heading(3, "Further scores")
+      .text(
+          "Noise-free, of the pose that the method recommends at the end, the better the lower: median with its 95 % "
+          "interval. The ranking does not use them.",
+          "facts");
+  for (const Group& group : parts.page.groups) {
+    if (std::none_of(group.rows.begin(), group.rows.end(), measured)) continue;
+    Table table{"", group.label, {{"method"}}};
+    for (const FurtherScore& score : group.scored_by.further) table.heads.push_back({score.name, score.unit});
+    const auto add = [&table](const Cell& name, const std::vector<statistics::Band>& medians) {
+      std::vector<Cell> cells = {name};
+      for (const statistics::Band& median : medians)
+        cells.push_back(median.n == 0 ? no_cell()
+                                      : estimate_cell(median.estimate, number_text(median.estimate, 3),
+                                                      interval_text(median.interval, 3, kDash)));
+      table.bodies.back().push_back({std::move(cells)});
+    };
+    for (const Row& row : group.rows)
+      if (!row.further.empty()) add(method_cell(row.method, row.oracle(), row.training_tag), row.further);
+    if (!group.further_at_optimum.empty()) add({"at the own optimum"}, group.further_at_optimum);
+    out.table(table);
+  }
+}
+
 void specification_section(PageWriter& out, const PageParts& parts) {
   const auto judged = [](const Row& row) { return !row.to_specification.empty(); };
   if (!any_row(parts.page, judged)) return;

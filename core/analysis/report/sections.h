@@ -28,6 +28,7 @@ void verdict_section(PageWriter& out, const PageParts& parts);
 
 void aggregate_section(PageWriter& out, const PageParts& parts);
 void ranking_section(PageWriter& out, const PageParts& parts);
+void further_scores_section(PageWriter& out, const PageParts& parts);
 void specification_section(PageWriter& out, const PageParts& parts);  // each criterion of the specification
 void cost_section(PageWriter& out, const PageParts& parts);           // by the prices of the suite
 void rules_section(PageWriter& out, const PageParts& parts);          // results by each rule

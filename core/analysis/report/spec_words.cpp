@@ -17,6 +17,9 @@ std::string criterion_words(const std::string& name, const records::Specificatio
   if (name == "all") return "all";
   const Criterion one = criterion_named(name);
   const CriterionEntry& entry = entry_of(one);
+  if (const FurtherScore* further = score.further_of(one))
+    return further->name + " " + significant(spec.limits[one], kDigits) +
+           (further->unit.empty() ? "" : " " + further->unit);
   if (one == Criterion::field_mtf)
     return std::string(entry.words) + " at " + significant(spec.field_mtf.lp_per_mm, kDigits) + " lp/mm";
   return std::string(entry.words) + " " + significant(spec.limits[one], kDigits) + std::string(entry.unit);

@@ -181,6 +181,17 @@ void add_excess(SeriesStudy& study, const TrialTable& table, const Series& serie
       if (!alone || rule == *alone) after.rules[rule].interval = (band++)->interval;
 }
 
+void add_further_scores(SeriesStudy& study, const TrialTable& table, const Series& series, const Draws& draws) {
+  std::vector<std::vector<double>> columns;
+  for (std::size_t i = 0; i < series.score.further.size(); ++i) {
+    std::vector<double> values;
+    for (const std::uint32_t trial : series.trials)
+      values.push_back(table.criteria_of(table.rows[trial]).last[further_score(i)]);
+    columns.push_back(draws.by_instance(table, series, values));
+  }
+  if (!columns.empty()) study.further = bands(draws.resampling, columns, OrderStatistic::median());
+}
+
 // Instances in specification at the last recommendation by the rule, after curing.
 void count_yield(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
                  RuleScore& score) {
@@ -291,6 +302,7 @@ SeriesStudy study_series(const TrialTable& table, const Series& series, const Dr
     if (has_yield && !spec.limits_criteria()) count_uncured(table, series, spec, rule, study);
   }
   if (!draws.wanted) return study;
+  add_further_scores(study, table, series, draws);
   columns.push_back(draws.by_instance(table, series, last_values(table, series, Track::commanded)));
   const std::vector<Band> medians = bands(draws.resampling, columns, OrderStatistic::median());
   for (const Rule rule : kRules) study.rules[rule].median = medians[static_cast<std::size_t>(rule)];
@@ -451,6 +463,7 @@ Study make_study(const TrialTable& table, StudyOptions options) {
   for (GroupStudy& group : study.groups) {
     const auto spec = options.spec_of_scene.find(group.scene);
     group.spec = spec != options.spec_of_scene.end() ? spec->second : options.spec;
+    find_further_at_optimum(table, group);
     find_infeasible(table, group, options.rule);
     const Draws draws(group.instances, options);
     std::vector<CostColumns> costs(group.series.size(), CostColumns(draws.instances, options.prices, options.cycle));

@@ -104,6 +104,7 @@ struct SeriesStudy {
   // The same for each criterion and, last, for all of them; empty unless the specification has criteria that are judged
   // after every step and the rule is `own`. The members above are then those of "all".
   std::vector<ArrivalStudy> to_specification;
+  std::vector<Band> further;  // medians of the scene's further scores at the own last recommendation, in its order
   // With a specification and stated prices, by the own rule only: at the largest budget, then at the number of steps of
   // least cost, which is the budget again if the number chosen on the other half does not cost less. The latter is left
   // out if the specification limits MTF in corners, which is known at the end only. Savings are against the same one of
@@ -148,7 +149,8 @@ struct GroupStudy {
   std::string scene, noise_level, protocol;
   std::vector<std::size_t> series;  // indices into Study::series
   std::vector<std::uint64_t> instances;
-  Quantiles own_optimum;  // score at the instances' own optima
+  Quantiles own_optimum;                      // score at the instances' own optima
+  std::vector<Quantiles> further_at_optimum;  // the scene's further scores there; empty if unknown
   records::Specification spec;
   // Infeasible instances: the own optimum (of the score) misses the specification. If MTF is limited, no method's last
   // recommendation meets it either, since the pose of lowest score need not be the one of highest MTF.

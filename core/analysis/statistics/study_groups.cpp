@@ -52,6 +52,22 @@ std::vector<GroupStudy> groups_of(const TrialTable& table) {
   return groups;
 }
 
+void find_further_at_optimum(const TrialTable& table, GroupStudy& group) {
+  std::map<std::uint64_t, const std::vector<double>*> of_instance;
+  for (const std::size_t number : group.series)
+    for (const std::uint32_t place : table.series[number].trials) {
+      const TrialRow& row = table.rows[place];
+      const std::vector<double>& values = table.criteria_of(row).further_at_optimum;
+      if (!values.empty()) of_instance[row.instance] = &values;
+    }
+  for (std::size_t i = 0; i < kMostFurtherScores; ++i) {
+    std::vector<double> values;
+    for (const auto& [instance, scores] : of_instance)
+      if (i < scores->size()) values.push_back((*scores)[i]);
+    if (!values.empty()) group.further_at_optimum.push_back(quantiles(std::move(values)));
+  }
+}
+
 void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule) {
   const records::Specification& spec = group.spec;
   if (!spec.limits_anything()) return;

@@ -9,6 +9,7 @@ namespace relign::statistics {
 std::vector<GroupStudy> groups_of(const TrialTable& table);
 
 // Sets group.cannot_meet_spec and group.infeasible; group.spec must be set.
+void find_further_at_optimum(const TrialTable& table, GroupStudy& group);
 void find_infeasible(const TrialTable& table, GroupStudy& group, Rule rule);
 
 }  // namespace relign::statistics

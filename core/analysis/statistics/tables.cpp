@@ -29,6 +29,15 @@ std::string one_line(std::string text) {
   return text;
 }
 
+// Further scores only of scenes that declare some, so that other tables keep their bytes.
+template <class Has>
+std::vector<Criterion> criteria_shown(const Has& has) {
+  std::vector<Criterion> shown;
+  for (const Criterion one : kCriteria)
+    if (!is_further_score(one) || has(one)) shown.push_back(one);
+  return shown;
+}
+
 }  // namespace
 
 std::string curves_csv(const std::vector<Curve>& curves) {
@@ -42,8 +51,13 @@ std::string curves_csv(const std::vector<Curve>& curves) {
   const bool judged = std::any_of(curves.begin(), curves.end(), [](const Curve& curve) {
     return !curve.points.empty() && !std::isnan(curve.points.front().in_spec);
   });
+  const std::vector<Criterion> criteria = criteria_shown([&curves](Criterion one) {
+    return std::any_of(curves.begin(), curves.end(), [one](const Curve& curve) {
+      return !curve.points.empty() && !std::isnan(curve.points.front().criteria[one]);
+    });
+  });
   if (judged) {
-    for (const Criterion one : kCriteria) csv += "," + std::string(entry_of(one).column) + "_median";
+    for (const Criterion one : criteria) csv += "," + std::string(entry_of(one).column) + "_median";
     csv += ",in_spec";
   }
   // Only with a cycle, so that other tables keep their bytes.
@@ -64,7 +78,7 @@ std::string curves_csv(const std::vector<Curve>& curves) {
                field(values.mean) + ',' + field(point.bands[track].low) + ',' + field(point.bands[track].high);
       }
       if (judged) {
-        for (const double value : point.criteria.values) csv += ',' + field(value);
+        for (const Criterion one : criteria) csv += ',' + field(point.criteria[one]);
         csv += ',' + field(point.in_spec);
       }
       if (cycle) csv += ',' + field(point.cycle_seconds);
@@ -128,8 +142,12 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
   csv += std::string(",recommendation,message") + mtf_columns;
   for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track)
     csv += std::string(",") + track_name(kTracks[track]);
+  const std::vector<Criterion> criteria = criteria_shown([&table](Criterion one) {
+    return std::any_of(table.criteria.begin(), table.criteria.end(),
+                       [one](const TrialCriteria& of) { return !std::isnan(of.last[one]); });
+  });
   if (table.has_criteria())
-    for (const Criterion one : kCriteria) csv += "," + std::string(entry_of(one).column);
+    for (const Criterion one : criteria) csv += "," + std::string(entry_of(one).column);
   std::vector<std::size_t> of_trial;  // those that some trial has, so that other tables keep their bytes
   for (std::size_t place = 0; place < table.tabled.size(); ++place)
     if (table.has_tabled(place)) of_trial.push_back(place);
@@ -153,7 +171,7 @@ void instances_csv(const TrialTable& table, const std::function<void(std::string
     }
     for (std::size_t track = kTracksBeforeTheClock; track < kTracks.size(); ++track) csv += score(row.last[track]);
     if (table.has_criteria())
-      for (const double value : table.criteria_of(row).last.values) csv += score(value);
+      for (const Criterion one : criteria) csv += score(table.criteria_of(row).last[one]);
     for (const std::size_t place : of_trial)
       csv += ',' + (row.tabled_of_trial.empty() ? "" : field(row.tabled_of_trial[place]));
     csv += '\n';

@@ -70,6 +70,7 @@ class TableBuilder {
         criteria.last[one] = closing.criteria[one].back();
         row.criteria = static_cast<std::uint32_t>(table_.criteria.size());
       }
+    criteria.further_at_optimum = closing.own_optimum.further_scores;
     criteria.optimum_deficit = closing.criterion_optimum_deficit;
     if (row.criteria > 0) table_.criteria.push_back(criteria);
     const std::vector<std::pair<std::string, double>> tabled = records::tabled_values(closing);

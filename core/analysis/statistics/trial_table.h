@@ -61,6 +61,7 @@ struct TrialMtf {
 // Criteria of a specification that are judged after every step; NaN without them.
 struct TrialCriteria {
   ByCriterion<double> last = records::Specification::none();  // at the last recommendation, by the own rule
+  std::vector<double> further_at_optimum;                     // further scores at the own optimum; empty: unknown
   double optimum_deficit = kMissing;                          // of MTF by field, at the instance's own optimum
 };
 

@@ -3,6 +3,9 @@
 //
 // A new criterion is a line of kCriterionEntries and its function in trials/judge.cpp. Readers of suites and scenes,
 // trial ids, records, tables, page, schemas and documents follow from the line (CONTRIBUTING.md).
+//
+// The last entries are the further scores that a scene declares (base/scene_score.h), in its order. They are judged
+// whether they are limited or not, and a "spec" limits them by their names in the scene.
 #pragma once
 
 #include <array>
@@ -15,10 +18,10 @@
 
 namespace relign {
 
-enum class CriterionNeeds { fields, own_optimum };  // of the scene, besides ground truth
+enum class CriterionNeeds { fields, own_optimum, further_scores };  // of the scene, besides ground truth
 
 struct CriterionEntry {
-  std::string_view key;     // of its limit in a "spec", a number from 0 on; but see Criterion::field_mtf
+  std::string_view key;     // of its limit in a "spec", a number from 0 on; but see Criterion::field_mtf; empty: none
   std::string_view column;  // of its values in records and tables
   CriterionNeeds needs;
   std::string_view words, unit;  // of a page; the unit follows a number
@@ -35,7 +38,12 @@ inline constexpr std::array kCriterionEntries = {
                    "distance from the instance's own optimum, over the observable shifts"},
     CriterionEntry{"tilt_arcmin", "tilt_arcmin", CriterionNeeds::own_optimum, "tilt", "\u2032",
                    "tilt against the instance's own optimum, over the observable rotations"},
+    CriterionEntry{"", "further_score_1", CriterionNeeds::further_scores, "", "", "the scene's first further score"},
+    CriterionEntry{"", "further_score_2", CriterionNeeds::further_scores, "", "", "the scene's second further score"},
+    CriterionEntry{"", "further_score_3", CriterionNeeds::further_scores, "", "", "the scene's third further score"},
+    CriterionEntry{"", "further_score_4", CriterionNeeds::further_scores, "", "", "the scene's fourth further score"},
 };
+inline constexpr std::size_t kMostFurtherScores = 4;
 
 // A place in kCriterionEntries. One has a name, because its limit is not a number: an object with limits for each
 // field, while the limit of the deficit is 0.
@@ -47,6 +55,13 @@ inline constexpr auto kCriteria = [] {
 }();
 inline constexpr const CriterionEntry& entry_of(Criterion criterion) {
   return kCriterionEntries[static_cast<std::size_t>(criterion)];
+}
+inline constexpr bool is_further_score(Criterion criterion) {
+  return entry_of(criterion).needs == CriterionNeeds::further_scores;
+}
+// place: from 0, below kMostFurtherScores.
+inline constexpr Criterion further_score(std::size_t place) {
+  return static_cast<Criterion>(kCriterionEntries.size() - kMostFurtherScores + place);
 }
 inline constexpr Criterion criterion_named(std::string_view column) {
   for (const Criterion one : kCriteria)

@@ -13,6 +13,38 @@ namespace {
 constexpr const char* kLogarithmic = "log";
 constexpr const char* kLinear = "linear";
 
+// Name and unit. taken: names of the scene's other scores.
+FurtherScore read_named(ObjectReader& reader, const std::vector<std::string>& taken) {
+  FurtherScore found;
+  found.name = reader.required_string("name");
+  const bool known = std::find(taken.begin(), taken.end(), found.name) != taken.end();
+  if (reader.has("name") && (found.name.empty() || known || !line_mistake(found.name).empty()))
+    reader.complain("name", "expected a name in one line, of no other score, found '" + found.name + "'");
+  found.unit = reader.string("unit", "");
+  if (!line_mistake(found.unit).empty()) reader.complain("unit", "expected a unit in one line");
+  return found;
+}
+
+std::vector<FurtherScore> read_further(const JsonSource& source, ObjectReader& reader, const std::string& score,
+                                       std::vector<Problem>& problems) {
+  std::vector<FurtherScore> further;
+  const Json* list = reader.get("further");
+  if (!list) return further;
+  if (!list->is_array() || list->size() > kMostFurtherScores) {
+    reader.complain("further", "expected a list of at most " + std::to_string(kMostFurtherScores) +
+                                   R"( {"name": ..., "unit": ...})");
+    return further;
+  }
+  std::vector<std::string> taken = {SceneScore().name, score};
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    ObjectReader one(source, reader.pointer_to("further") + "/" + std::to_string(i), problems);
+    further.push_back(read_named(one, taken));
+    taken.push_back(further.back().name);
+    one.reject_unknown();
+  }
+  return further;
+}
+
 }  // namespace
 
 SceneScore read_scene_score(const JsonSource& source, const Measurements& measured, std::optional<std::size_t>& measure,
@@ -21,12 +53,9 @@ SceneScore read_scene_score(const JsonSource& source, const Measurements& measur
   ObjectReader reader(source, "/score", problems);
   SceneScore score;
   score.squared = false;
-  score.name = reader.required_string("name");
-  if (reader.has("name") &&
-      (score.name.empty() || score.name == SceneScore().name || !line_mistake(score.name).empty()))
-    reader.complain("name", "expected a name in one line other than 'RMSE', found '" + score.name + "'");
-  score.unit = reader.string("unit", "");
-  if (!line_mistake(score.unit).empty()) reader.complain("unit", "expected a unit in one line");
+  const FurtherScore named = read_named(reader, {SceneScore().name});
+  score.name = named.name;
+  score.unit = named.unit;
   const std::string scale = reader.string("scale", kLinear);
   if (scale != kLinear && scale != kLogarithmic)
     reader.complain("scale", "expected 'linear' or 'log', found '" + scale + "'");
@@ -45,15 +74,24 @@ SceneScore read_scene_score(const JsonSource& source, const Measurements& measur
   if (found != readings.end() && found->unit != score.unit)
     reader.complain("unit",
                     "is '" + score.unit + "', but that of the reading '" + measured_by + "' is '" + found->unit + "'");
+  score.further = read_further(source, reader, score.name, problems);
   reader.reject_unknown();
   return score;
 }
 
+const FurtherScore* SceneScore::further_of(Criterion criterion) const {
+  for (std::size_t i = 0; i < further.size() && i < kMostFurtherScores; ++i)
+    if (further_score(i) == criterion) return &further[i];
+  return nullptr;
+}
+
 Json scene_score_json(const SceneScore& score) {
-  return {{"name", score.name},
-          {"unit", score.unit},
-          {"scale", score.logarithmic ? kLogarithmic : kLinear},
-          {"resolution", score.resolution}};
+  Json json = {{"name", score.name},
+               {"unit", score.unit},
+               {"scale", score.logarithmic ? kLogarithmic : kLinear},
+               {"resolution", score.resolution}};
+  for (const FurtherScore& one : score.further) json["further"].push_back({{"name", one.name}, {"unit", one.unit}});
+  return json;
 }
 
 SceneScore scene_score_of(const Json& scene) {
@@ -66,6 +104,9 @@ SceneScore scene_score_of(const Json& scene) {
   score.logarithmic = text_of(json, "scale") == kLogarithmic;
   if (const Json& resolution = member(json, "resolution"); resolution.is_number() && resolution.get<double>() > 0)
     score.resolution = resolution.get<double>();
+  for (const Json& one : list_of(json, "further"))
+    if (score.further.size() < kMostFurtherScores)
+      score.further.push_back({text_of(one, "name"), text_of(one, "unit")});
   return score;
 }
 

@@ -2,7 +2,8 @@
 //
 // Scenes that compare images are judged by the RMSE against the reference image. Others declare "score" in their
 // description: {"name": "insertion loss", "unit": "dB", "scale": "linear", "resolution": 0.01, "reading": "loss"}. In a
-// capture it is measured by a reading, else by the RMSE.
+// capture it is measured by a reading, else by the RMSE. "further": [{"name": "FWHM", "unit": "arcsec"}, ...] are
+// numbers of the same kind that are recorded and may be limited, but rank nothing.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/criteria.h"
 #include "base/displayed_rmse.h"
 #include "base/json_source.h"
 
@@ -20,6 +22,12 @@ inline std::string with_unit(const std::string& name, const std::string& unit) {
   return unit.empty() ? name : name + " in " + unit;
 }
 
+struct FurtherScore {
+  std::string name, unit;
+  std::string label() const { return with_unit(name, unit); }
+  bool operator==(const FurtherScore&) const = default;
+};
+
 struct SceneScore {
   std::string name = "RMSE";
   std::string unit;          // empty: none
@@ -27,10 +35,12 @@ struct SceneScore {
   double resolution = 1e-4;  // smaller differences are within its error
   // Whether records keep its square, as the RMSE is kept as an MSE, which can be estimated without bias.
   bool squared = true;
+  std::vector<FurtherScore> further;  // at most kMostFurtherScores
 
   // Of a recorded value, or of the difference of two: never negative, since an estimate near 0 may be. NaN stays NaN.
   double shown(double recorded) const { return squared || recorded <= 0 ? displayed_rmse(recorded) : recorded; }
   std::string label() const { return with_unit(name, unit); }
+  const FurtherScore* further_of(Criterion criterion) const;  // null: another criterion, or not declared
   // " dB" behind a number
   std::string suffix() const { return unit.empty() ? "" : " " + unit; }
   bool operator==(const SceneScore&) const = default;

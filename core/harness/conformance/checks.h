@@ -54,6 +54,7 @@ Finding check_same_pixels(const Subject& subject);
 Finding check_truth(const Subject& subject);
 Finding check_elements(const Subject& subject);
 Finding check_optimum(const Subject& subject);
+Finding check_further_scores(const Subject& subject);
 Finding check_mtf(const Subject& subject);
 Finding check_travel(const Subject& subject);
 Finding check_stage(const Subject& subject);

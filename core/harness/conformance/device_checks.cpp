@@ -106,7 +106,7 @@ class Devices {
 
   void note_place_of(const Device& device) {
     static const records::Specification none;
-    const records::Specification spec = records::specification_of(Json(), facts_.spec);
+    const records::Specification spec = records::specification_of(Json(), facts_.spec, facts_.score);
     in_specification_ += device.score_there <= spec.score;
     specified_ = !std::isnan(spec.score);
     best_ = std::min(best_, device.score_there);

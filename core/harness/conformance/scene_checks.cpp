@@ -291,6 +291,30 @@ Finding check_mtf(const Subject& subject) {
   return ok();
 }
 
+Finding check_further_scores(const Subject& subject) {
+  Opened opened(subject.choice());
+  const std::vector<FurtherScore>& declared = opened.facts.score.further;
+  if (declared.empty()) return skipped("its score declares none");
+  MountedAssembly assembly = opened.scene.mount(opened.offsets());
+  Opened second(subject.choice(), 3);
+  MountedAssembly twin = second.scene.mount(second.offsets());
+  const std::vector<double> pose = opened.pose_near_nominal(0.02);
+  for (std::uint32_t i = 0; i < declared.size(); ++i) {
+    at("with the further score " + in_quotes(declared[i].name));
+    const auto value = assembly.further_score(pose, 1, i);
+    if (!value) return failed("it does not offer " RELIGN_SCENE_FURTHER_SCORE ", which its declaration requires");
+    if (*value < 0) return failed(in_quotes(declared[i].name) + " is " + significant(*value) + "; it is from 0");
+    const double elsewhere = assembly.further_score(opened.facts.nominal_pose, 1, i).value_or(*value);
+    for (const auto& other : {assembly.further_score(pose, 1, i), twin.further_score(pose, 1, i)})
+      if (other != value)
+        return failed(in_quotes(declared[i].name) + " changes for the same device, pose and seed when called again");
+    if (elsewhere == *value)
+      return warning(in_quotes(declared[i].name) + " is " + significant(*value) +
+                     " at two poses; does it measure one?");
+  }
+  return ok();
+}
+
 Finding check_elements(const Subject& subject) {
   Opened opened(subject.choice());
   if (opened.facts.owns_stage) return skipped(kStation);

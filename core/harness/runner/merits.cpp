@@ -16,7 +16,7 @@ void check_merits(const suites::Suite& suite, const std::vector<trials::SceneFac
     for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
       const auto merit = trials::merit_from_name(suites::effective_merit(algorithm));
       if (!merit) throw Error(ErrorKind::internal, "unknown merit '" + algorithm.merit + "' in a suite");
-      const trials::MtfLimits limits = limits_of(records::specification_of(suite.spec, scene.spec));
+      const trials::MtfLimits limits = limits_of(records::specification_of(suite.spec, scene.spec, scene.score));
       if (const std::string mistake = trials::field_merit_mistake(*merit, limits, scene); !mistake.empty())
         mistakes += (mistakes.empty() ? "'" : "\n'") + algorithm.name + "': " + mistake;
     }

@@ -47,7 +47,8 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     prepared.scene_identity.push_back(data_identity(prepared.scenes.back()));
     scene.reference();
     prepared.scene_memory[entry.name] = peak_memory_bytes();
-    const records::Specification spec = records::specification_of(suite.spec, prepared.scenes.back().spec);
+    const records::Specification spec =
+        records::specification_of(suite.spec, prepared.scenes.back().spec, prepared.scenes.back().score);
     for (const std::string& warning : mtf_warnings(spec, prepared.scenes.back()))
       if (on_message) on_message(entry.name + ": " + warning);
     try {

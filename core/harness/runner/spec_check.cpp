@@ -22,7 +22,7 @@ std::string key_of(const trials::Criteria& criteria) {
 static std::string keys_of(std::optional<CriterionNeeds> needs) {
   std::vector<std::string> keys;
   for (const CriterionEntry& entry : kCriterionEntries)
-    if (!needs || entry.needs == *needs) keys.push_back(in_quotes(std::string(entry.key)));
+    if (!entry.key.empty() && (!needs || entry.needs == *needs)) keys.push_back(in_quotes(std::string(entry.key)));
   const std::string last = keys.back();
   keys.pop_back();
   return keys.empty() ? last : join(keys, ", ") + " and " + last;
@@ -46,7 +46,7 @@ static void check_rule(const suites::Suite& suite, const records::Specification&
 
 void check_criteria(const suites::Suite& suite, const std::string& name, plugin_host::Scene& scene,
                     const trials::SceneFacts& facts) {
-  const records::Specification spec = records::specification_of(suite.spec, facts.spec);
+  const records::Specification spec = records::specification_of(suite.spec, facts.spec, facts.score);
   check_rule(suite, spec);
   const auto refuse = [&](const std::string& reason) {
     throw Error(ErrorKind::bad_input, "the 'spec' cannot be judged on the scene '" + name + "': " + reason);
@@ -56,9 +56,21 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
   if (limits.is_object() && limits.contains(wrong))
     refuse("it limits '" + std::string(wrong) + "', but the scene is judged by its " + facts.score.label() + "; use '" +
            right + "'");
+  if (const std::string limited = records::unknown_further_score(suite.spec, facts.spec, facts.score);
+      !limited.empty()) {
+    std::vector<std::string> names;
+    for (const FurtherScore& one : facts.score.further) names.push_back(in_quotes(one.name));
+    refuse("it limits the further score " + in_quotes(limited) + ", which the scene does not declare; it declares " +
+           (names.empty() ? "none" : join(names, ", ")));
+  }
   if (facts.score.squared && !suite.targets.empty() && suite.targets.front() > 1)
     throw Error(ErrorKind::bad_input, "found the target " + shortest(suite.targets.front()) +
                                           "; targets of the scene '" + name + "', of its RMSE, are from 0 to 1");
+  if (!facts.score.further.empty()) {  // before hours of trials that would fail at their end
+    plugin_host::MountedAssembly perfect = scene.mount("{}");
+    const trials::Criteria none;
+    trials::Judge(perfect, facts, none, {}, 1).at(facts.nominal_pose, {});
+  }
   if (!spec.limits_criteria()) return;
   const auto needs = [&](CriterionNeeds what) {
     return std::any_of(kCriteria.begin(), kCriteria.end(),
@@ -85,7 +97,7 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
 std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,
                                                                 plugin_host::Scene& scene,
                                                                 const trials::SceneFacts& facts) {
-  const records::Specification spec = records::specification_of(suite.spec, facts.spec);
+  const records::Specification spec = records::specification_of(suite.spec, facts.spec, facts.score);
   if (!spec.measures_mtf()) return std::nullopt;
   const bool suites_own = suite.spec.is_object() && !suite.spec.empty();
   const auto refuse = [&](const std::string& reason) {
@@ -98,7 +110,7 @@ std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Su
   if (facts.owns_stage) refuse("the pose of a station's lens is unknown");
   if (suites_own) {
     const Json& mtf = suite.spec["mtf"];
-    const bool scene_has_it = records::specification_of(facts.spec, Json()).diffraction;
+    const bool scene_has_it = records::specification_of(facts.spec, Json(), facts.score).diffraction;
     if (mtf.contains("diffraction") && mtf["diffraction"].get<bool>() != scene_has_it)
       throw Error(ErrorKind::bad_input,
                   std::string("the suite's 'spec' requires an MTF ") + (scene_has_it ? "without" : "with") +

@@ -87,7 +87,7 @@ TrialJob make_job(const PreparedPlan& prepared, const suites::PlannedTrial& tria
   job.limits = suite.limits == "hard" ? trials::Limits::hard : trials::Limits::soft;
   job.machine_time = trials::changed_by(suite.machine_time, job.facts.machine_time);
   job.budget = algorithm.steps;
-  const records::Specification spec = records::specification_of(suite.spec, job.facts.spec);
+  const records::Specification spec = records::specification_of(suite.spec, job.facts.spec, job.facts.score);
   if (spec.measures_mtf()) job.mtf_lp_per_mm = spec.lp_per_mm;
   job.mtf_limits = limits_of(spec);
   job.criteria = trials::criteria_of(spec, job.facts);
@@ -215,7 +215,8 @@ void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_opti
     }
     bench_->design_key = bench_->scene_key;
   }
-  trials::Judge judge(*bench_->assembly, job.facts, job.criteria, bench_->design);
+  trials::Judge judge(*bench_->assembly, job.facts, job.criteria, bench_->design,
+                      frame_seed(bench_->instance.seed, 0, FrameStream::own_optimum));
   std::vector<double> optimum = own_optimum;
   if (!job.criteria.field_mtf.empty()) {
     const std::string key = key_of(job.criteria);
@@ -226,6 +227,8 @@ void TrialRunner::judge(const TrialJob& job, const std::vector<double>& own_opti
     record.criterion_optimum_pose = optimum = found.true_pose;
     record.criterion_optimum_deficit = found.deficit;
   }
+  for (std::size_t i = 0; i < job.facts.score.further.size() && !own_optimum.empty(); ++i)
+    record.own_optimum.further_scores.push_back(judge.at(own_optimum, optimum)[further_score(i)]);
   for (const records::StepRecord& step : record.steps)
     for (const ByCriterion<double> values = judge.at(step.recommended_true_pose, optimum);
          const Criterion one : kCriteria)

@@ -33,7 +33,7 @@ Json judged_criteria(const Suite& suite) {
   if (!suite.spec.is_object()) return nullptr;
   Json criteria = Json::object();
   for (const Criterion one : kCriteria)
-    if (const std::string key(entry_of(one).key); suite.spec.contains(key))
+    if (const std::string key(entry_of(one).key); !key.empty() && suite.spec.contains(key))
       criteria[key] = one == Criterion::field_mtf ? suite.spec[key] : Json(true);
   return criteria.empty() ? Json() : criteria;
 }

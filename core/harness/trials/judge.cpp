@@ -91,13 +91,19 @@ constexpr std::array kJudged = {
     JudgedCriterion{"pose_um", [](const PoseFacts& at) { return 1000 * distance(at, "mm"); }},
     JudgedCriterion{"tilt_arcmin", [](const PoseFacts& at) { return 60 * distance(at, "deg"); }},
 };
-static_assert(std::equal(kJudged.begin(), kJudged.end(), kCriterionEntries.begin(), kCriterionEntries.end(),
+static_assert(std::equal(kJudged.begin(), kJudged.end(), kCriterionEntries.begin(),
+                         kCriterionEntries.end() - kMostFurtherScores,
                          [](const JudgedCriterion& judged, const CriterionEntry& entry) {
                            return judged.column == entry.column;
                          }),
-              "every entry of kCriterionEntries needs its function here, in the same order");
+              "every entry of kCriterionEntries needs its function here, in the same order; the scene has those of "
+              "further scores");
 
 }  // namespace
+
+bool Criteria::any() const {
+  return std::any_of(kCriteria.begin(), kCriteria.end(), [&](Criterion one) { return judged[one]; });
+}
 
 bool Criteria::needs(CriterionNeeds what) const {
   return std::any_of(kCriteria.begin(), kCriteria.end(),
@@ -107,6 +113,7 @@ bool Criteria::needs(CriterionNeeds what) const {
 Criteria criteria_of(const records::Specification& spec, const SceneFacts& scene) {
   Criteria criteria;
   for (const Criterion one : kCriteria) criteria.judged[one] = !std::isnan(spec.limits[one]);
+  for (std::size_t i = 0; i < scene.score.further.size(); ++i) criteria.judged[further_score(i)] = true;
   if (!criteria.judged[Criterion::field_mtf]) return criteria;
   criteria.lp_per_mm = spec.field_mtf.lp_per_mm;
   std::vector<std::string> names;
@@ -142,6 +149,19 @@ const FieldValues& Judge::fields_at(const std::vector<double>& true_pose) {
   return found->second;
 }
 
+const std::vector<double>& Judge::further_scores_at(const std::vector<double>& true_pose) {
+  std::vector<double>& found = known_further_[true_pose];
+  for (std::size_t i = found.size(); i < scene_.score.further.size(); ++i) {
+    const std::string name =
+        "the scene '" + scene_.name + "' declares the further score '" + scene_.score.further[i].name + "', but ";
+    const auto value = lens_.further_score(true_pose, seed_, static_cast<std::uint32_t>(i));
+    if (!value) throw Error(ErrorKind::plugin_failed, name + "does not offer " RELIGN_SCENE_FURTHER_SCORE);
+    if (*value < 0) throw Error(ErrorKind::plugin_failed, name + "returned " + shortest(*value) + "; it is from 0");
+    found.push_back(*value);
+  }
+  return found;
+}
+
 std::vector<double> Judge::deficits(const FieldValues& fields) const {
   std::vector<double> all;
   for (const Criteria::FieldLimit& limit : criteria_.field_mtf) {
@@ -161,7 +181,10 @@ ByCriterion<double> Judge::at(const std::vector<double>& true_pose, const std::v
   }
   ByCriterion<double> values = records::Specification::none();
   for (const Criterion one : kCriteria)
-    if (criteria_.judged[one]) values[one] = kJudged[static_cast<std::size_t>(one)].value(facts);
+    if (criteria_.judged[one] && !is_further_score(one))
+      values[one] = kJudged[static_cast<std::size_t>(one)].value(facts);
+  for (std::size_t i = 0; i < scene_.score.further.size(); ++i)
+    values[further_score(i)] = further_scores_at(true_pose)[i];
   return values;
 }
 

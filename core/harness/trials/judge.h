@@ -25,10 +25,11 @@ struct Criteria {
   std::vector<FieldLimit> field_mtf;
   ByCriterion<bool> judged = {};
 
-  bool any() const { return needs(CriterionNeeds::fields) || needs(CriterionNeeds::own_optimum); }
+  bool any() const;
   bool needs(CriterionNeeds what) const;
 };
-// Those that the specification limits. Throws Error(bad_input) for a field that the scene does not have.
+// Those that the specification limits, and the further scores of the scene. Throws Error(bad_input) for a field that
+// the scene does not have.
 Criteria criteria_of(const records::Specification& spec, const SceneFacts& scene);
 
 using FieldValues = std::vector<plugin_host::MountedAssembly::FieldValues>;
@@ -41,10 +42,10 @@ FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts&
 class Judge {
  public:
   // All arguments must outlive it. design: of the perfect lens at the nominal pose; empty if the criteria need no
-  // fields.
+  // fields. seed: of the further scores.
   Judge(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const Criteria& criteria,
-        const FieldValues& design)
-      : lens_(lens), scene_(scene), criteria_(criteria), design_(design) {}
+        const FieldValues& design, std::uint64_t seed)
+      : lens_(lens), scene_(scene), criteria_(criteria), design_(design), seed_(seed) {}
 
   struct Optimum {
     std::vector<double> true_pose;
@@ -60,18 +61,21 @@ class Judge {
   static constexpr int kTypicalMeasurements = 650;
 
   // own_optimum: empty if unknown. Each pose is measured once. Values that are not wanted, or that no light determines,
-  // are NaN.
+  // are NaN. Throws Error(plugin_failed) for a further score that is declared and not offered, or below 0.
   ByCriterion<double> at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
 
  private:
   const FieldValues& fields_at(const std::vector<double>& true_pose);
+  const std::vector<double>& further_scores_at(const std::vector<double>& true_pose);
   std::vector<double> deficits(const FieldValues& fields) const;
   plugin_host::MountedAssembly& lens_;
   const SceneFacts& scene_;
   const Criteria& criteria_;
   const FieldValues& design_;
+  std::uint64_t seed_;
   double lp_per_mm_ = criteria_.lp_per_mm;
-  std::map<std::vector<double>, FieldValues> known_;  // at that frequency
+  std::map<std::vector<double>, FieldValues> known_;                  // at that frequency
+  std::map<std::vector<double>, std::vector<double>> known_further_;  // scores, in the scene's order
 };
 
 }  // namespace relign::trials

@@ -57,6 +57,13 @@ class Abilities {
     return std::nullopt;
   }
 
+  // A further score at a pose; required of scenes that declare some. `which` numbers those of the description's score
+  // ("further") from 0 in its order. Noise-free, from 0, in the unit of the description, the better the lower.
+  // Algorithms never observe it. `seed` selects a random stream that no capture uses.
+  virtual std::optional<double> further_score(const Pose& /*pose*/, std::uint64_t /*seed*/, std::uint32_t /*which*/) {
+    return std::nullopt;
+  }
+
   struct FieldMtf {
     double centre = 0;  // in the middle of that part of the target whose ideal (undistorted) image is on the sensor
     double corner = 0;  // 0.8 of the way from there to each of the part's four corners; the lowest value of the four,

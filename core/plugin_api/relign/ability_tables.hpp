@@ -77,6 +77,22 @@ inline const relign_scene_optimum* scene_optimum() {
   return &table;
 }
 
+inline const relign_scene_further_score* scene_further_score() {
+  static const relign_scene_further_score table = {
+      sizeof(relign_scene_further_score), 0,
+      [](relign_assembly* assembly, const double* pose, std::uint32_t axes, std::uint64_t seed, std::uint32_t which,
+          double* value) -> relign_status {
+        auto* mine = handle<Assembly>(assembly);
+        return guard(mine->host, [&] {
+          const auto found = mine->object->further_score(Pose(pose, pose + axes), seed, which);
+          if (!found) return RELIGN_UNSUPPORTED;
+          *value = *found;
+          return RELIGN_OK;
+        });
+      }};
+  return &table;
+}
+
 inline const relign_scene_mtf* scene_mtf() {
   static const relign_scene_mtf table = {
       sizeof(relign_scene_mtf), 0,
@@ -140,6 +156,7 @@ inline const void* ability_table([[maybe_unused]] const Scene& scene, std::strin
   if (id == RELIGN_SCENE_AVERAGE) return scene_average();
   if (id == RELIGN_SCENE_SLOPES) return scene_slopes();
   if (id == RELIGN_SCENE_OPTIMUM) return scene_optimum();
+  if (id == RELIGN_SCENE_FURTHER_SCORE) return scene_further_score();
   if (id == RELIGN_SCENE_MTF) return scene_mtf();
   if (id == RELIGN_SCENE_FIELDS) return scene_fields();
   if (id == RELIGN_SCENE_REGIONS) return scene.captures_regions() ? scene_regions() : nullptr;

@@ -245,7 +245,8 @@ typedef struct relign_scene_interface {
    *                  "law": {"law": "normal", "sigma": 0.1}}, ...]          offsets of elements
    *   "score": {"name": "insertion loss", "unit": "dB",                     what poses are judged by instead of the
    *             "scale": "linear" (or "log"), "resolution": 0.01,           RMSE, required with readings: from 0, lower
-   *             "reading": "loss"}                                          is better; the reading that measures it
+   *             "reading": "loss",                                          is better; the reading that measures it;
+   *             "further": [{"name": "FWHM", "unit": "arcsec"}, ...]}       at most 4 others, which rank nothing
    *   "files": ["/abs/path", ...]                                           data files that determine the image
    *   "summary": "..."
    * [object-thread] */

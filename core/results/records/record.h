@@ -53,6 +53,7 @@ struct OwnOptimum {
   double mse = kUnknown;
   std::vector<double> pose;  // true pose, per axis as a fraction of the travel; empty: unknown
   MtfRecord mtf;
+  std::vector<double> further_scores = {};  // there, in the order of the scene; empty if it declares none
 };
 
 struct StepErrors {  // one value per step
@@ -201,6 +202,8 @@ void trial_columns(Visit&& visit, Trial&... t) {
         t.own_optimum.mse...);
   visit(Column{"own_optimum_pose", "travel", "true pose, for each axis; empty where unknown"}, t.own_optimum.pose...);
   mtf("own_optimum_mtf_", "at the lens's own best pose", t.own_optimum.mtf...);
+  visit(Column{"own_optimum_further_scores", "", "there, in the order of the scene", kOptional | kKnown},
+        t.own_optimum.further_scores...);
   visit(Column{"uncured_mse", "MSE",
                "noise-free, at the last recommendation before the glue cures; absent where curing shifts nothing",
                kOptional | kKnown},

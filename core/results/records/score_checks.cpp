@@ -191,7 +191,8 @@ std::string flaw_of_criteria(const TrialRecord& closing) {
   constexpr double kMostDistance = 1e9;
   for (const Criterion criterion : kCriteria) {
     const bool mtf = criterion == Criterion::field_mtf;
-    const double least = mtf ? -1 : 0, most = mtf ? 1 : kMostDistance;
+    const double least = mtf ? -1 : 0;
+    const double most = mtf ? 1 : is_further_score(criterion) ? std::numeric_limits<double>::max() : kMostDistance;
     const std::vector<double>& values = closing.criteria[criterion];
     for (std::size_t i = 0; i < values.size(); ++i)
       if (values[i] < least || values[i] > most)

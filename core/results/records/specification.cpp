@@ -25,6 +25,10 @@ FieldLimits limits_of(const Json& object, const FieldLimits& otherwise) {
   return found;
 }
 
+const Json& stated(const Json& of_suite, const Json& of_scene) {
+  return of_suite.is_object() && !of_suite.empty() ? of_suite : of_scene;
+}
+
 bool at_least(double value, double limit) { return std::isnan(limit) || value >= limit; }
 
 }  // namespace
@@ -53,14 +57,24 @@ bool Specification::met_by(double of_score, double centre, double corner) const 
   return (std::isnan(score) || of_score <= score) && mtf_met_by(centre, corner);
 }
 
-Specification specification_of(const Json& of_suite, const Json& of_scene) {
+std::string unknown_further_score(const Json& of_suite, const Json& of_scene, const SceneScore& score) {
+  for (const auto& [name, limit] : object_of(stated(of_suite, of_scene), "further_scores").items())
+    if (std::none_of(score.further.begin(), score.further.end(),
+                     [&name = name](const FurtherScore& one) { return one.name == name; }))
+      return name;
+  return "";
+}
+
+Specification specification_of(const Json& of_suite, const Json& of_scene, const SceneScore& score) {
   Specification found;
-  const Json& spec = of_suite.is_object() && !of_suite.empty() ? of_suite : of_scene;
+  const Json& spec = stated(of_suite, of_scene);
   if (!spec.is_object()) return found;
   found.score = number(spec, spec.contains("score") ? "score" : "rmse");
   for (const Criterion criterion : kCriteria)
-    if (criterion != Criterion::field_mtf)
+    if (criterion != Criterion::field_mtf && !is_further_score(criterion))
       found.limits[criterion] = number(spec, std::string(entry_of(criterion).key).c_str());
+  for (std::size_t i = 0; i < score.further.size(); ++i)
+    found.limits[further_score(i)] = number(object_of(spec, "further_scores"), score.further[i].name.c_str());
   const bool diffraction = includes_diffraction(of_scene) || includes_diffraction(of_suite);
   if (const Json& fields = member(spec, "field_mtf"); fields.is_object()) {
     found.diffraction = diffraction;

@@ -7,6 +7,7 @@
 
 #include "base/criteria.h"
 #include "base/json_source.h"
+#include "base/scene_score.h"
 
 namespace relign::records {
 
@@ -49,6 +50,9 @@ struct Specification {
 
 // The suite's specification if it has one, else the scene's; no limits if neither has. The scene decides whether the
 // MTF includes diffraction, wherever the limits come from (runner/spec_check.h).
-Specification specification_of(const Json& of_suite, const Json& of_scene);
+// `score`: of the scene, whose further scores are limited by their names; see unknown_further_score.
+Specification specification_of(const Json& of_suite, const Json& of_scene, const SceneScore& score);
+// The name of a limited further score that the scene does not declare; empty: none.
+std::string unknown_further_score(const Json& of_suite, const Json& of_scene, const SceneScore& score);
 
 }  // namespace relign::records

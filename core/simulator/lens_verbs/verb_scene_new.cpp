@@ -122,7 +122,7 @@ void complete_camera(Context& context, const fs::path& draft, lens_files::Layout
   plugin_host::MountedAssembly design_lens = loaded.scene->mount("{}");
   const trials::FieldValues design =
       trials::measure_fields(design_lens, loaded.facts, criteria.lp_per_mm, loaded.facts.nominal_pose);
-  trials::Judge judge(design_lens, loaded.facts, criteria, design);
+  trials::Judge judge(design_lens, loaded.facts, criteria, design, 1);
   lens_files::set_camera_specification(layout, 1 - judge.optimum(loaded.facts.nominal_pose)->deficit);
 }
 

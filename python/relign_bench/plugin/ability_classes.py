@@ -67,6 +67,18 @@ class AssemblyAbilities:
         """
         return None
 
+    def further_score(self, pose: Pose, seed: int, which: int) -> float | None:
+        """A further score at a pose; required of scenes that declare some.
+
+        which numbers those of the description's score ("further") from 0 in its order. Noise-free, from 0, in the unit
+        of the description, the better the lower. Algorithms never observe it. seed selects a random stream that no
+        capture uses.
+
+        Returns:
+            value.
+        """
+        return None
+
     def mtf(self, pose: Pose, lp_per_mm: float) -> tuple[float, float] | None:
         """MTF at points of the field; required by suites with "spec": {"mtf": ...}.
 
@@ -136,6 +148,10 @@ ABILITIES = {
     "own_optimum": Ability(
         arguments={"seed": "integer"},
         results={"true_pose": "pose", "mse": "finite", "standard_error": "error"},
+    ),
+    "further_score": Ability(
+        arguments={"pose": "numbers", "seed": "integer", "which": "count"},
+        results={"value": "finite"},
     ),
     "mtf": Ability(
         arguments={"pose": "numbers", "lp_per_mm": "number"},

@@ -28,7 +28,7 @@ struct JudgedLens : TrialFixture {
     criteria.judged.values.fill(true);
     lens.emplace(scene->mount("{}"));
     design = measure_fields(*lens, facts, criteria.lp_per_mm, facts.nominal_pose);
-    judge.emplace(*lens, facts, criteria, design);
+    judge.emplace(*lens, facts, criteria, design, 1);
   }
   Criteria criteria;
   std::optional<plugin_host::MountedAssembly> lens;

@@ -107,7 +107,7 @@ TEST(Record, KeepsCriteriaOnlyWhereTheyAreLimited) {
 TEST(Specification, CompletesTheLimitsOfFields) {
   const Json spec = Json::parse(R"({"field_mtf": {"lp_per_mm": 50, "tangential": 0.4, "sagittal": 0.3,
                                     "fields": ["left", {"name": "centre", "tangential": 0.6}]}, "pose_um": 2})");
-  const Specification found = specification_of(spec, Json());
+  const Specification found = specification_of(spec, Json(), SceneScore());
   ASSERT_EQ(found.field_mtf.fields.size(), 2U);
   EXPECT_EQ(found.field_mtf.fields[0].name, "left");
   EXPECT_EQ(found.field_mtf.fields[0].tangential, 0.4);
@@ -121,7 +121,8 @@ TEST(Specification, CompletesTheLimitsOfFields) {
   EXPECT_TRUE(found.criteria_met_by(values));
   values[Criterion::field_mtf] = 1e-9;
   EXPECT_FALSE(found.criteria_met_by(values));
-  EXPECT_FALSE(specification_of(Json::parse(R"({"rmse": 0.1})"), spec).limits_criteria()) << "the suite's replaces it";
+  EXPECT_FALSE(specification_of(Json::parse(R"({"rmse": 0.1})"), spec, SceneScore()).limits_criteria())
+      << "the suite's replaces it";
 }
 
 TEST(Record, WritesTheExamplesOfTheFormat) {

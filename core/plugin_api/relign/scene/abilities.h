@@ -66,6 +66,18 @@ typedef struct relign_scene_optimum {
       double* standard_error);
 } relign_scene_optimum;
 
+/* "relign.scene.further-score/1": A further score at a pose; required of scenes that declare some. `which` numbers
+ * those of the description's score ("further") from 0 in its order. Noise-free, from 0, in the unit of the description,
+ * the better the lower. Algorithms never observe it. `seed` selects a random stream that no capture uses. */
+#define RELIGN_SCENE_FURTHER_SCORE "relign.scene.further-score/1"
+typedef struct relign_scene_further_score {
+  uint32_t struct_size;
+  uint32_t reserved;
+  /* [object-thread] */
+  relign_status (*further_score)(relign_assembly* assembly, const double* pose, uint32_t axes, uint64_t seed,
+      uint32_t which, double* value);
+} relign_scene_further_score;
+
 /* "relign.scene.mtf/1": MTF at points of the field; required by suites with "spec": {"mtf": ...}. The geometric MTF of
  * the lens itself, from rays: without noise, diffraction, pixels and reflections. Algorithms never observe it. At a
  * point of the field it is that of the light in the plane of the sensor, for lp_per_mm (positive) line pairs per
