@@ -2,8 +2,8 @@
 
 The benders' step is the interaction matrix of pencil-beam scans: see how the places of the pencils change by each bender, then
 solve for the bending that brings them together (Sutter, Alcock and Sawhney, In situ beamline analysis and correction of active
-optics, Journal of Synchrotron Radiation 19, 960, 2012; the ESRF's BLISS has it as KbFocus). The procedure knows lengths, angles
-and lever arms of the design, but no zero, no gain of a bender, and neither figure nor source.
+optics, Journal of Synchrotron Radiation 19, issue 6, 2012; the ESRF's BLISS has it as KbFocus). The procedure knows lengths,
+angles and lever arms of the design, but no zero, no gain of a bender, and neither figure nor source.
 """
 import math
 

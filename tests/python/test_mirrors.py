@@ -264,6 +264,25 @@ class Scene(unittest.TestCase):
         mean = np.mean([pair.capture(pose, seed) for seed in range(400)], axis=0)
         np.testing.assert_allclose(mean, exact, rtol=0.01, atol=0.02)
 
+    def test_widths_and_places_equal_those_of_exact_rays_by_both_mirrors(self):
+        # Hardly any source and figure, V's benders off by 5 and -3 um, H's pitch by 0.01 mrad and the roll by 6 mrad.
+        off = {"V_up": 5.0, "V_down": -3.0, "H_pitch": 0.01, "H_roll": 6.0}
+        pair = mirrors.Pair({f"{mirror}_{name}": 1e-6 for mirror in "VH" for name in ("source", "figure")})
+        pose = [0.5 + off.get(name, 0.0) / (2 * half) for name, _, half, _ in mirrors.AXES]
+        spot, *found = pair.render_noise_free(pose)
+        for rays, width, place, mirror in zip(spots(6e-3, (0, 0, 0.005, -0.003), (1e-5, 0, 0, 0)), found, found[3:], (V, H)):
+            diffraction = optics.diffraction(mirrors.WAVELENGTH_M, mirror.focus, mirrors.SLIT_M)
+            self.assertAlmostEqual(width / (1e6 * math.hypot(optics.FWHM * rays.std(), diffraction)), 1, delta=0.01)
+            self.assertAlmostEqual(place, 1e6 * rays.mean(), delta=0.1)
+        self.assertAlmostEqual(spot, math.sqrt(found[0] * found[1]), delta=1e-9)  # all light is there
+
+    def test_a_mirror_that_cuts_the_beam_in_half_makes_the_spot_wider(self):
+        pose = list(mirrors.NOMINAL_POSE)
+        pose[1] += 150 / 400  # V by 150 um: its lower end is in the middle of the beam
+        spot, y, x, flux, *_ = mirrors.Pair({}).render_noise_free(pose)
+        self.assertAlmostEqual(flux, 0.5, delta=0.03)
+        self.assertAlmostEqual(spot / math.sqrt(y * x / 0.5), 1, delta=0.03)
+
     def test_pencil_beams_that_miss_a_mirror_are_at_the_edge_of_the_camera(self):
         pair = mirrors.Pair({})
         pose = list(mirrors.NOMINAL_POSE)
