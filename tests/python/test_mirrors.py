@@ -8,8 +8,7 @@ import subprocess
 import sys
 import unittest
 
-import numpy as np
-from support import relign_bench
+from support import np, relign_bench
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "examples" / "mirrors"
 sys.path.insert(0, str(FOLDER))
@@ -18,9 +17,10 @@ import optics  # noqa: E402
 
 V, H = mirrors.MIRRORS["V"], mirrors.MIRRORS["H"]
 PROCEDURE = str(FOLDER / "procedure.py")
-# Within the travel and the zeros: pitch in rad, height in m, relative curvature at both ends.
-POSES = ((0, 0, 0, 0), (5e-4, 0, 0, 0), (-5e-4, 0, 0, 0), (0, 1e-4, 0, 0), (0, -1e-4, 0, 0), (0, 0, 0.2, 0.2),
-         (0, 0, 0.2, -0.2), (0, 0, 0, 0.2), (3e-4, 5e-5, 0.1, -0.05), (-5e-4, 4e-5, -0.2, -0.2), (4e-4, -6e-5, 0.17, 0.1))
+# As far as the travel and its zeros go: pitch in rad, height in m, relative curvature at both ends.
+POSES = ((0, 0, 0, 0), (8e-4, 0, 0, 0), (-8e-4, 0, 0, 0), (0, 2e-4, 0, 0), (0, -2e-4, 0, 0), (0, 0, 0.4, 0.4),
+         (0, 0, -0.4, -0.4), (0, 0, 0.4, -0.4), (0, 0, -0.4, 0.4), (3e-4, 5e-5, 0.1, -0.05), (8e-4, -8e-5, -0.4, -0.4),
+         (-8e-4, 8e-5, 0.4, 0.4))
 
 
 def unit(vectors):
@@ -161,7 +161,7 @@ class Rays(unittest.TestCase):
                     if abs(abs(x) - 0.05) > 1e-4:
                         self.assertEqual(found is None, abs(x) > 0.05, (pose, place, x))
                     if found is not None:
-                        self.assertAlmostEqual(found, missed, delta=3e-8, msg=(pose, place))
+                        self.assertAlmostEqual(found, missed, delta=4e-8, msg=(pose, place))
 
     def test_flux_place_and_size_equal_those_of_exact_rays(self):
         slit = 130e-6 * ((np.arange(2000) + 0.5) / 1000 - 1)
@@ -171,7 +171,7 @@ class Rays(unittest.TestCase):
                 met = abs(x) < 0.05
                 light = optics.beam(mirror.rays(*pose), 260e-6)
                 self.assertAlmostEqual(light.share, met.mean(), delta=1.5e-3, msg=pose)
-                self.assertAlmostEqual(light.position, missed[met].mean(), delta=2e-8, msg=pose)
+                self.assertAlmostEqual(light.position, missed[met].mean(), delta=4e-8, msg=pose)
                 self.assertAlmostEqual(light.deviation, missed[met].std(), delta=5e-9 + 1e-3 * missed[met].std(), msg=pose)
                 self.assertAlmostEqual(light.spread, slit[met].std(), delta=2e-7, msg=pose)
 
