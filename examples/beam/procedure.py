@@ -1,9 +1,10 @@
 """What operators do: steer the beam to its place, then change one quadrupole after the other for its size, and steer again."""
 from relign_bench.plugin import Optimizer, parameter, serve
 
-STEERERS = ((4, 0), (2, 2))  # axis, and the reading of the place that it moves: CH and x, CV and y
+# Axis, and the reading of the place that it moves: CH and x, CV and y.
+STEERERS = ((4, "mu_x off the goal"), (2, "mu_y off the goal"))
 QUADRUPOLES = (0, 1, 3)
-SIZES = (1, 3)  # readings
+SIZES = ("sigma_x off the goal", "sigma_y off the goal")
 PROBE = 0.02  # shares of the travel
 FARTHEST = 0.4  # of a correction
 
@@ -56,7 +57,7 @@ class Operator(Optimizer):
     def focus(self, here, axis, stride):
         """The best of three strengths of a quadrupole and of the vertex of the parabola through them, steered again."""
         def size(seen):
-            return sum(float(seen.image[0][reading]) ** 2 for reading in SIZES)
+            return sum(seen.readings[reading] ** 2 for reading in SIZES)
 
         tried = [(size(here), 0.0)]
         for step in (-stride, stride):
@@ -79,7 +80,7 @@ class Operator(Optimizer):
 
     @staticmethod
     def places(seen):
-        return {reading: float(seen.image[0][reading]) for _, reading in STEERERS}
+        return {reading: seen.readings[reading] for _, reading in STEERERS}
 
 
 if __name__ == "__main__":

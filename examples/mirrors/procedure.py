@@ -34,11 +34,11 @@ class Beamline(Optimizer):
     roll_mrad = parameter(4.0, minimum=0.1, maximum=8.0, unit="mrad", description="Move of the roll to either side")
 
     def run(self, trial):
-        if len(trial.first.pose) != len(AXES) or len(trial.first.image[0]) != len(NAMES):
+        if len(trial.axes) != len(AXES) or [reading["name"] for reading in trial.readings] != NAMES:
             raise ValueError(f"expected the scene 'mirrors', with {len(AXES)} axes and {len(NAMES)} readings, found "
-                             f"{len(trial.first.pose)} axes and {len(trial.first.image[0])} readings")
+                             f"{len(trial.axes)} axes and {len(trial.readings)} readings")
         self.trial, self.pose = trial, list(trial.first.pose)
-        self.readings = list(map(float, trial.first.image[0]))
+        self.readings = list(trial.first.readings.values())
         # Bends again at the end, since a stage that rolls also moves the rest a little.
         for part in (self.find, self.centre, self.steer, self.measure_benders, self.bend, self.square, self.bend):
             if not part():  # budget spent
@@ -53,7 +53,7 @@ class Beamline(Optimizer):
         seen = self.trial.step(self.trial.box.clamp(pose))
         if seen is None:
             return False
-        self.pose, self.readings = list(seen.pose), list(map(float, seen.image[0]))
+        self.pose, self.readings = list(seen.pose), list(seen.readings.values())
         return True
 
     def pencils(self, mirror):

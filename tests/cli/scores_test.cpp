@@ -189,6 +189,27 @@ TEST_F(CliScores, AreMergedVerifiedAndChecked) {
   EXPECT_THAT(forged.out + forged.err, HasSubstr("'recommended_mse' -3"));
 }
 
+TEST_F(CliScores, ReadingsAreKnownByNameToMethodsThatObserveThem) {
+  const auto method = [&](const std::string& observes, const std::string& body) {
+    place_.write("method.py",
+                 "from relign_bench.plugin import Optimizer, serve\n\n\nclass Mine(Optimizer):\n"
+                 "    id = \"mine\"\n    observes = (" +
+                     observes + ")\n\n    def run(self, trial):\n" + body + "\n\n\nserve(Mine)\n");
+    return call({"try", "./method.py", "--scene", "./fibre.py", "--noise-level", "declared", "--protocol", "blind",
+                 "--steps", "2"});
+  };
+  const std::string known = R"(        assert trial.readings == [{"name": "loss", "unit": "dB"}], trial.readings
+        seen = trial.step([0.1] * 6)
+        assert seen.readings == {"loss": float(seen.image[0, 0])}, seen.readings
+        assert abs(seen.readings["loss"] - seen.merit) < 1e-5)";
+  const Outcome reads = method(R"("merit", "images")", known);
+  EXPECT_EQ(reads.exit_code, 0) << reads.out << reads.err;
+  const Outcome blind = method(R"("merit",)", R"(        assert trial.readings == []
+        trial.first.readings)");
+  EXPECT_NE(blind.exit_code, 0);
+  EXPECT_THAT(blind.out + blind.err, HasSubstr("'images'"));
+}
+
 // What a scene cannot have is said where it is met, and neither a trial nor a run ends as if nothing was wrong.
 TEST_F(CliScores, BelowZeroAreShownAndFailTheRun) {
   scene_with("return loss_db(self.share(true_pose)), 0.0", "return loss_db(self.share(true_pose)) - 90, 0.0");

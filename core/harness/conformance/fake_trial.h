@@ -92,6 +92,7 @@ class FakeTrial {
     task_.image_width = images ? setup.image_side : 0;
     task_.image_height = images ? setup.image_side : 0;
     task_.axes_json = {axes_json_.data(), axes_json_.size()};
+    task_.readings_json = {"[]", 2};
     trial_.struct_size = sizeof trial_;
     trial_.context = this;
     trial_.task = &task_;

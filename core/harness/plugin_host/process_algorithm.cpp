@@ -38,6 +38,8 @@ std::string run_line(const relign_task& task) {
   if (task.image_width > 0 && task.image_height > 0)
     line += ",\"image\":{\"width\":" + std::to_string(task.image_width) +
             ",\"height\":" + std::to_string(task.image_height) + ",\"file\":\"" + ChildProcess::pixel_path() + "\"}";
+  if (const std::string_view readings(task.readings_json.data, task.readings_json.size); readings.size() > 2)
+    (line += ",\"readings\":") += readings;
   return line + "}}\n";
 }
 

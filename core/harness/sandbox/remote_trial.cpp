@@ -35,6 +35,7 @@ std::string axes_text(const std::string& line, const Json& task) {
 
 RemoteTrial::RemoteTrial(Connection& connection, const Json& task)
     : connection_(connection), axes_json_(axes_text(connection.last_line(), task)), services_(connection, task) {
+  readings_json_ = task.value("readings", Json::array()).dump();
   task_.struct_size = sizeof task_;
   task_.axes = static_cast<std::uint32_t>(task.at("axes").size());
   task_.budget = task.at("budget").get<std::uint32_t>();
@@ -43,6 +44,7 @@ RemoteTrial::RemoteTrial(Connection& connection, const Json& task)
   task_.largest_move = task.at("largest_move").is_null() ? std::numeric_limits<double>::infinity()
                                                          : task.at("largest_move").get<double>();
   task_.axes_json = {axes_json_.data(), axes_json_.size()};
+  task_.readings_json = {readings_json_.data(), readings_json_.size()};
   if (const auto box = task.find("box"); box != task.end()) {
     box_lower_ = numbers(box->at("lower"));
     box_upper_ = numbers(box->at("upper"));

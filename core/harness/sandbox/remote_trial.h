@@ -30,7 +30,7 @@ class RemoteTrial {
   Connection& connection_;
   relign_task task_{};
   relign_trial table_{};
-  std::string axes_json_;
+  std::string axes_json_, readings_json_;
   std::vector<double> box_lower_, box_upper_;
   const std::thread::id thread_ = std::this_thread::get_id();
   RemoteObservation latest_;

@@ -81,6 +81,10 @@ void TrialHost::describe_task() {
     axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
   axes_json_ = axes.dump();
   const bool sees_images = rules_.observes & RELIGN_OBSERVES_IMAGES;
+  Json readings = Json::array();
+  for (const Reading& reading : scene.readings)
+    if (sees_images) readings.push_back({{"name", reading.name}, {"unit", reading.unit}});
+  readings_json_ = readings.dump();
   const bool has_box = rules_.observes & RELIGN_OBSERVES_BOX;
 
   task_.struct_size = sizeof task_;
@@ -94,6 +98,7 @@ void TrialHost::describe_task() {
   task_.image_width = sees_images ? scene.image_width : 0;
   task_.image_height = sees_images ? scene.image_height : 0;
   task_.axes_json = {axes_json_.data(), axes_json_.size()};
+  task_.readings_json = {readings_json_.data(), readings_json_.size()};
 
   image_.struct_size = sizeof image_;
   image_.sample_format = RELIGN_SAMPLE_FLOAT32;

@@ -112,7 +112,7 @@ class TrialHost final : public TrialView {
   std::unique_ptr<Stage> stage_;
 
   // The structs that the algorithm gets pointers to.
-  std::string axes_json_;
+  std::string axes_json_, readings_json_;
   relign_task task_{};
   relign_trial table_{};
   relign_image image_{};

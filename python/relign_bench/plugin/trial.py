@@ -62,6 +62,18 @@ class Observation:
             self._image = self._trial._pixels_of(self)
         return self._image
 
+    @property
+    def readings(self) -> dict[str, float]:
+        """What the instruments read, by name; empty of a scene without readings.
+
+        Read it before the next step, or the image, which has it in its last row.
+
+        Raises:
+            RuntimeError: The algorithm does not observe "images", or the next step was made before.
+        """
+        image = self.image
+        return {one["name"]: float(image[-1, k]) for k, one in enumerate(self._trial.readings)}
+
     def __repr__(self) -> str:
         return f"Observation(step={self.step}, pose={self.pose!r}, merit={self.merit!r})"
 
@@ -71,6 +83,8 @@ class Trial(TrialServices):
 
     Attributes:
         axes: [{"name": "x", "unit": "mm", "travel": 2.0}, ...]; travel is the length of [0, 1].
+        readings: [{"name": "loss", "unit": "dB"}, ...]: what Observation.readings has; empty of a scene without readings,
+            and unless the algorithm observes "images".
         budget: Steps granted after step 0.
         seed: Seed of the algorithm; equal seeds must give equal trials.
         observes: What this trial shows, of the words in the class's `observes`.
@@ -80,6 +94,7 @@ class Trial(TrialServices):
 
     def __init__(self, host: Host, task: dict[str, Any]) -> None:
         super().__init__(host, task)
+        self.readings: list[dict[str, str]] = task.get("readings", [])
         self.budget: int = task["budget"]
         self.seed: int = task["seed"]
         self.observes: frozenset[str] = frozenset(task["observes"])
