@@ -77,11 +77,9 @@ std::string yield_of_best(const Subject& of) {
     // More instances may meet the specification at some step than at the end, so that the median time is below the
     // budget although the yield is under one half.
     if (time->successes > yield.in) text += "; " + std::to_string(time->successes) + " met it at some step";
-    // Step 0 is an image, too.
-    const auto steps = static_cast<std::size_t>(std::ceil(time->steps));
     text += std::string(", half of all instances") +
             (of.group.spec.limits_mtf() ? " by " + of.group.scored_by.name : "") + " after " +
-            counted(steps + 1, "image") + (steps > 0 ? " (the one at the start included)" : " (the one at the start)");
+            of.group.words.until(static_cast<std::size_t>(std::ceil(time->steps)));
     if (std::isfinite(time->seconds)) text += " and " + number_text(time->seconds) + " s of machine time";
   }
   if (yield.uncured)
@@ -161,7 +159,8 @@ GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yie
     const bool has_yield = by_yield && !ranked.methods.empty() && ranked.methods.front()->yield;
     const Subject subject = {group, ranked, relevant, false, has_yield};
     if (!subject.ranked.methods.empty())
-      verdict.classes.push_back({of_class, subject.best().method, sentences(subject)});
+      verdict.classes.push_back(
+          {of_class, group.words.observed(class_title(of_class)), subject.best().method, sentences(subject)});
   }
   if (verdict.classes.size() < 2) {
     verdict.classes.clear();
@@ -171,7 +170,7 @@ GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yie
   const std::string rest =
       (std::isfinite(group.start) ? "The median error at the start is " + number_text(group.start) + ". " : "") +
       oracles_and_ground_truth(group, all, by_yield);
-  for (const ClassVerdict& one : verdict.classes) verdict.text += class_title(one.of_class) + ": " + one.text + " ";
+  for (const ClassVerdict& one : verdict.classes) verdict.text += one.title + ": " + one.text + " ";
   verdict.text = without_last_space(verdict.text + rest);
   verdict.rest = without_last_space(rest);
   return verdict;
@@ -253,7 +252,7 @@ std::string headline(const PageModel& page) {
   for (const ObservationClass of_class : kClasses)
     if (const auto found = leads.find(of_class); found != leads.end()) {
       parts.push_back(lead_words(found->second, groups));
-      if (leads.size() > 1) parts.back() += " among m" + class_title(of_class).substr(1);
+      if (leads.size() > 1) parts.back() += " among m" + common_words(page).observed(class_title(of_class)).substr(1);
       everywhere = everywhere && found->second.size() == 1 && found->second.front().first == groups;
     }
   return std::string(page.analysis.primary_is_yield             ? "Highest yield"
@@ -273,7 +272,7 @@ std::string computing_time_note(const RunState& ran) {
     return "";
   return "Harness overhead was " + significant(100 * ran.harness->share_of_scene_time, 2) +
          " % of the scene's time, on a busy machine mostly waiting for a core: do not compare compute times of this "
-         "run. Errors and images are not affected.";
+         "run. Errors are not affected.";
 }
 
 namespace {
@@ -347,6 +346,7 @@ bool home_observes_the_start(const Row& row) { return row.method == "home" && !r
 
 std::vector<std::string> caveats(const PageModel& page) {
   const RunState& ran = page.ran;
+  const SceneWords words = common_words(page);
   const struct {
     bool applies;
     Texts texts;
@@ -368,15 +368,16 @@ std::vector<std::string> caveats(const PageModel& page) {
       {true, oracle_caveats(page)},
       {any_group(page, &Group::measured_only),
        {"Measured only: the error is the lowest measured " + common_score(page).name +
-        ", noise included. As a minimum over all images it favours methods that take many. True poses, "
-        "noise-free errors and the result of fixing the lens at the "
-        "recommended pose are unknown."}},
+        ", noise included. As a minimum over all " + words.captures() +
+        " it favours methods that take many. True poses, noise-free errors and the result of fixing the " +
+        words.device + " at the recommended pose are unknown."}},
       {any_group(page, &Group::station),
-       {"Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "
-        "unknown ways. home, which needs the true start pose, is left out."}},
+       {"Trials on a station cannot be replayed: its " + words.devices +
+        ", start poses and stage vary from trial to trial in unknown ways. home, which needs the true start pose, is "
+        "left out."}},
       {any_row(page, home_observes_the_start),
-       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
-        "lens and stage are nearly perfect, far from it otherwise."}},
+       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if " +
+        words.device + " and stage are nearly perfect, far from it otherwise."}},
       {ran.finished > 0, {brackets_text(page)}},
       {ran.finished > 0, infeasible_caveats(page)},
   };

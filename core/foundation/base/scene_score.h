@@ -15,9 +15,9 @@
 
 namespace relign {
 
-// "RMSE", "insertion loss in dB"
+// "RMSE", "insertion loss in dB"; "flux", of the unit 1
 inline std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : name + " in " + unit;
+  return unit.empty() || unit == "1" ? name : name + " in " + unit;
 }
 
 struct SceneScore {
@@ -32,7 +32,7 @@ struct SceneScore {
   double shown(double recorded) const { return squared || recorded <= 0 ? displayed_rmse(recorded) : recorded; }
   std::string label() const { return with_unit(name, unit); }
   // " dB" behind a number
-  std::string suffix() const { return unit.empty() ? "" : " " + unit; }
+  std::string suffix() const { return unit.empty() || unit == "1" ? "" : " " + unit; }
   bool operator==(const SceneScore&) const = default;
 };
 
