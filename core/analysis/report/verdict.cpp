@@ -55,14 +55,21 @@ struct Subject {
   const Row& best() const { return *ranked.methods.front(); }
 };
 
+// Between what every error is: "median error at the start is 12.5, that of the instances' own optima 0.332".
+std::string around_words(const Group& group) {
+  const bool start = std::isfinite(group.start), optimum = std::isfinite(group.own_optimum);
+  if (!start && !optimum) return "";
+  return "median error " + (start ? "at the start is " + number_text(group.start) + (optimum ? ", that " : "") : "") +
+         (optimum ? "of the instances' own optima " + std::string(start ? "" : "is ") + number_text(group.own_optimum)
+                  : "");
+}
+
 std::string lowest_error(const Subject& of) {
   const Score& score = of.best().score();
-  const std::string start = of.whole && std::isfinite(of.group.start)
-                                ? "; the median error at the start is " + number_text(of.group.start)
-                                : "";
+  const std::string around = of.whole ? around_words(of.group) : "";
   return of.best().method + " has the lowest " + (score.n == 1 ? "" : "median ") +
          (of.group.measured_only ? "measured error" : "error") + ", " + median_text(score) + failures_of(of.best()) +
-         start + ". ";
+         (around.empty() ? "" : "; the " + around) + ". ";
 }
 
 std::string yield_of_best(const Subject& of) {
@@ -167,9 +174,9 @@ GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yie
     verdict.text = sentences({group, all, relevant, true, by_yield});
     return verdict;
   }
+  const std::string around = around_words(group);
   const std::string rest =
-      (std::isfinite(group.start) ? "The median error at the start is " + number_text(group.start) + ". " : "") +
-      oracles_and_ground_truth(group, all, by_yield);
+      (around.empty() ? "" : "The " + around + ". ") + oracles_and_ground_truth(group, all, by_yield);
   for (const ClassVerdict& one : verdict.classes) verdict.text += one.title + ": " + one.text + " ";
   verdict.text = without_last_space(verdict.text + rest);
   verdict.rest = without_last_space(rest);
@@ -224,6 +231,34 @@ std::string lead_words(std::vector<ClassLead> leads, std::size_t groups) {
   return words;
 }
 
+// " at both groups", " at all 3 noise levels"
+std::string everywhere_words(std::size_t groups, const std::string& groups_are) {
+  return (groups == 2 ? " at both " : " at all " + std::to_string(groups) + " ") + groups_are;
+}
+
+// No median of a method, oracles apart, is below that of the start.
+bool none_improves(const Group& group) {
+  const Ranked ranked(group, false);
+  return std::isfinite(group.start) && !ranked.methods.empty() &&
+         std::none_of(ranked.methods.begin(), ranked.methods.end(),
+                      [&](const Row* row) { return row->score().median < group.start; });
+}
+
+// "No method improves on the median error at the start at 2 of 3 noise levels. "; empty if one does in each group.
+std::string start_words(const PageModel& page, const char* groups_are) {
+  std::vector<const Group*> groups;
+  for (const Group& group : page.groups)
+    if (none_improves(group)) groups.push_back(&group);
+  if (groups.empty()) return "";
+  const std::size_t all = page.groups.size();
+  return "No method improves on the median error at the start" +
+         (all == 1 ? " (" + number_text(groups.front()->start) + ")"
+          : groups.size() == all
+              ? everywhere_words(all, groups_are)
+              : " at " + std::to_string(groups.size()) + " of " + std::to_string(all) + " " + groups_are) +
+         ". ";
+}
+
 }  // namespace
 
 std::string headline(const PageModel& page) {
@@ -255,13 +290,12 @@ std::string headline(const PageModel& page) {
       if (leads.size() > 1) parts.back() += " among m" + common_words(page).observed(class_title(of_class)).substr(1);
       everywhere = everywhere && found->second.size() == 1 && found->second.front().first == groups;
     }
-  return std::string(page.analysis.primary_is_yield             ? "Highest yield"
-                     : every_group(page, &Group::measured_only) ? "Lowest measured error"
-                                                                : "Lowest median error") +
-         (everywhere ? (groups == 2 ? " at both " : " at all " + std::to_string(groups) + " ") +
-                           (levels ? "noise levels" : "groups")
-                     : "") +
-         ": " + join(parts, "; ") + ".";
+  const char* groups_are = levels ? "noise levels" : "groups";
+  return start_words(page, groups_are) +
+         (page.analysis.primary_is_yield             ? "Highest yield"
+          : every_group(page, &Group::measured_only) ? "Lowest measured error"
+                                                     : "Lowest median error") +
+         (everywhere ? everywhere_words(groups, groups_are) : "") + ": " + join(parts, "; ") + ".";
 }
 
 std::string computing_time_note(const RunState& ran) {

@@ -59,7 +59,7 @@ TEST(SceneWords, NameWhatMethodsObserve) {
   EXPECT_EQ(words_of(kReadings, declared()).observed("merit"), "merit");
 }
 
-// Two scenes on a page: one with a lens, one with readings, as far as its description says so.
+// Two scenes on a page: one with a lens, one with this description.
 class SceneWordsOnPages : public MadeResults {
  protected:
   std::string page(const Json& second) {
