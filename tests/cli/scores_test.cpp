@@ -66,6 +66,13 @@ TEST_F(CliScores, AreNamedFromTheTrialToTheReport) {
   const std::string page = place_.read("out/report.html");
   EXPECT_THAT(page,
               AllOf(HasSubstr("insertion loss in dB"), Not(HasSubstr("RMSE")), Not(HasSubstr("reference image"))));
+  EXPECT_THAT(page, AllOf(HasSubstr("Each step is one move and one reading."), HasSubstr("20 um/s (")));
+  std::string shown = page.substr(0, page.find("<section id=\"methods\">"));  // plugins have words of their own
+  for (const char* tag : {"style", "script"})
+    for (std::size_t at; (at = shown.find("<" + std::string(tag))) != std::string::npos;)
+      shown.erase(at, shown.find("</" + std::string(tag), at) + 1 - at);
+  for (const char* word : {"image", "lens", "pixel", "degrees/s", "mm/s", "position / tilt"})
+    EXPECT_THAT(shown, Not(HasSubstr(word))) << shown.substr(shown.find(word) - 200, 400);
   for (const char* format : {"csv", "md", "json"}) {
     const Outcome report = call({"report", "out", "--format", format});
     EXPECT_EQ(report.exit_code, 0) << report.err;

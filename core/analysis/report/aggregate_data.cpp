@@ -144,6 +144,7 @@ std::string aggregate_csv(const PageModel& page) {
 }
 
 std::string aggregate_markdown(const PageModel& page) {
+  const SceneWords words = common_words(page);
   std::string out;
   for (const Aggregate& entry : page.aggregates) {
     out +=
@@ -160,7 +161,7 @@ std::string aggregate_markdown(const PageModel& page) {
       if (!method.has_numbers())
         name +=
             " (results in " + std::to_string(method.strata) + " of " + std::to_string(entry.strata.size()) + " strata)";
-      out += "| " + name + " | " + class_name(method.of_class) + " |";
+      out += "| " + name + " | " + words.observed(class_name(method.of_class)) + " |";
       for (const AggregateColumn& column : kAggregateColumns) out += " " + band_text(method.bands.*column.band) + " |";
       out += " " + std::to_string(method.failed) + " |\n";
     }

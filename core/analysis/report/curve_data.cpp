@@ -138,6 +138,7 @@ Json curve_data(const PageModel& page) {
       Json entry = {{"label", group.label}, {"protocol", group.protocol}, {"curves", Json::array()}};
       if (std::isfinite(group.spec.score)) entry["spec"] = group.spec.score;
       if (!group.scored_by.squared) entry["score"] = group.scored_by.label();
+      if (group.words.counted != SceneWords().counted) entry["counted"] = group.words.counted;
       if (!group.scored_by.logarithmic) entry["linear"] = true;
       if (std::isfinite(group.own_optimum)) entry["floor"]["own_optimum"] = group.own_optimum;
       if (std::isfinite(group.next_image)) entry["floor"]["next_image"] = group.next_image;

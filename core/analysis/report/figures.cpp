@@ -106,7 +106,7 @@ std::vector<Figure> curve_figures(const PageModel& page, std::size_t index) {
   if (!has_intervals)
     for (ChartSeries& series : chart.series) add_quartiles(series, entry_of(group.curves, series.name)->track(track));
   chart.title = group.label;
-  chart.x = {"images", false, true, {}};
+  chart.x = {group.words.counts(), false, true, {}};
   chart.y = {(group.measured_only ? "lowest measured error (" : "error at the recommended pose (") +
                  group.scored_by.label() + ")",
              group.scored_by.logarithmic,
@@ -118,7 +118,7 @@ std::vector<Figure> curve_figures(const PageModel& page, std::size_t index) {
                     {"bound of one more image", group.next_image, true},
                     {"spec", group.spec.score, false}};
   return {{"curves-" + group_file(group, index),
-           std::string("Error after each image: median over instances; bands are ") +
+           "Error after each " + group.words.counted + ": median over instances; bands are " +
                (has_intervals ? "95 % confidence intervals of the median." : "quartiles."),
            chart}};
 }
@@ -143,12 +143,12 @@ std::vector<Figure> ecdf_figures(const PageModel& page, std::size_t index, std::
   std::stable_sort(chart.series.begin(), chart.series.end(),
                    [](const ChartSeries& a, const ChartSeries& b) { return a.points.back().y > b.points.back().y; });
   chart.title = group.label;
-  chart.x = {"images", true, true, {}, kMinSteps, last};
+  chart.x = {group.words.counts(), true, true, {}, kMinSteps, last};
   chart.y = {"targets reached, %", false, false, {}, 0, 100};
   chart.height = height_for(chart.series.size());
   return {{"targets-" + group_file(group, index),
-           "Runtime ECDF: share of (instance, error target) pairs reached within a number of images after the one at "
-           "the start.",
+           "Runtime ECDF: share of (instance, error target) pairs reached within a number of " + group.words.counts() +
+               " after the " + (group.words.counted == "move" ? "start." : "one at the start."),
            chart}};
 }
 
@@ -195,7 +195,7 @@ std::vector<Figure> level_figures(const PageModel& page) {
     std::vector<const Group*> groups;  // in the order of the levels
     for (const Group& group : page.groups)
       if (group.scene == first.scene && group.protocol == first.protocol) groups.push_back(&group);
-    Chart yield, images;
+    Chart yield, moves;
     for (const Row& row : shown_rows(first, kMaxMethodsInFigure)) {
       ChartSeries in_spec = {row.method, style_of(styles, row.method, first), Drawn::marked_line, {}};
       ChartSeries to_spec = in_spec;
@@ -213,27 +213,28 @@ std::vector<Figure> level_figures(const PageModel& page) {
                            [](const ChartPoint& point) { return std::isfinite(point.y); });
       };
       if (any(in_spec)) yield.series.push_back(std::move(in_spec));
-      if (any(to_spec)) images.series.push_back(std::move(to_spec));
+      if (any(to_spec)) moves.series.push_back(std::move(to_spec));
     }
-    for (Chart* chart : {&yield, &images}) {
+    for (Chart* chart : {&yield, &moves}) {
       chart->title = first.scene + ", " + first.protocol;
       chart->x.title = "noise level";
       for (const Group* group : groups) chart->x.categories.push_back(group->noise_level);
       chart->height = height_for(chart->series.size());
     }
     yield.y = {"instances in spec, %", false, false, {}, 0, 100};
-    images.y = {"moves to spec", true, true, {}};
+    moves.y = {"moves to spec", true, true, {}};
     const std::string file = std::to_string(done.size()) + "-" + figure_file_name(first.scene + "-" + first.protocol);
     if (!yield.series.empty())
       figures.push_back({"yield-" + file,
-                         "Yield: instances in specification after the last image; bars are 95 % Wilson intervals.",
+                         "Yield: instances in specification after the last " + first.words.counted +
+                             "; bars are 95 % Wilson intervals.",
                          yield});
-    if (!images.series.empty())
+    if (!moves.series.empty())
       figures.push_back(
           {"images-to-spec-" + file,
-           "Moves to specification, each with an image: Kaplan-Meier median with its 95 % interval; no mark if "
-           "fewer than half of the instances reach it.",
-           images});
+           "Moves to specification, each with " + first.words.a_capture() +
+               ": Kaplan-Meier median with its 95 % interval; no mark if fewer than half of the instances reach it.",
+           moves});
   }
   return figures;
 }
@@ -301,19 +302,19 @@ std::vector<Figure> aggregate_figures(const PageModel& page, std::size_t index, 
   profile.title = progress.title = "all scenes and noise levels, " + aggregate.protocol;
   profile.x = {"normalised error", false, false, {}, 0, 1};
   profile.y = {"instances at or below, %", false, false, {}, 0, 100};
-  progress.x = {"images", true, true, {}};
+  const std::string counts = common_words(page).counts();
+  progress.x = {counts, true, true, {}};
   progress.y = {"mean normalised error", false, false, {}, 0, 1};
   profile.height = progress.height = std::max(300.0, 90 + 12.0 * static_cast<double>(profile.series.size()));
   const std::string file = std::to_string(index + 1) + "-" + figure_file_name(aggregate.protocol);
-  return {
-      {"profile-" + file,
-       "Performance profile: share of instances with a final normalised error at or below the value. Higher is "
-       "better; bands are 95 % confidence intervals.",
-       profile},
-      {"progress-" + file,
-       "Convergence: mean normalised error by number of images. The mean of a line over all images is the error-curve "
-       "area of the table.",
-       progress}};
+  return {{"profile-" + file,
+           "Performance profile: share of instances with a final normalised error at or below the value. Higher is "
+           "better; bands are 95 % confidence intervals.",
+           profile},
+          {"progress-" + file,
+           "Convergence: mean normalised error by number of " + counts + ". The mean of a line over all " + counts +
+               " is the error-curve area of the table.",
+           progress}};
 }
 
 // The error landscape around the nominal pose of a scene.

@@ -67,14 +67,16 @@ double slowest_ms(const MarkdownRow& of) {
 std::string markdown_table(const std::vector<const Group*>& groups, statistics::Rule rule, bool by_yield) {
   std::vector<std::string> levels;
   std::map<std::string, MarkdownRow> rows;
-  std::string starts;
+  std::string starts, optima;
   std::set<std::size_t> instances, steps;
-  bool measured_only = false;
+  bool measured_only = false, any_optimum = false;
   for (const Group* group : groups) {
     levels.push_back(group->noise_level);
     instances.insert(group->instances);
     measured_only = measured_only || group->measured_only;
     starts += (starts.empty() ? "" : ", ") + number_text(group->start, 3);
+    optima += (optima.empty() ? "" : ", ") + number_text(group->own_optimum, 3);
+    any_optimum = any_optimum || std::isfinite(group->own_optimum);
     for (const Row& of_level : group->rows) {
       MarkdownRow& row = rows[of_level.method];
       row.oracle = of_level.oracle();
@@ -105,7 +107,8 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
          : rule == statistics::Rule::own ? "noise-free " + score + " at the recommended pose after the last step"
                                          : "noise-free " + score + " at " + rule_text(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
-         "; median error at the start: " + starts + (by_yield ? "; by yield" : "") + ".\n\n| method |";
+         "; median error at the start: " + starts + (any_optimum ? "; best possible: " + optima : "") +
+         (by_yield ? "; by yield" : "") + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";
   out += " ms/step |\n|---|";
   for (std::size_t i = 0; i < levels.size(); ++i) out += "---|";

@@ -149,7 +149,9 @@ std::string matrix_markdown(const PageModel& page) {
     out += (out.empty() ? "" : "\n") + std::string("**Excess error by scene and noise level, protocol ") +
            markdown_text(part.protocol) + "**: " + common_score(page).label() +
            " above the instance's own optimum, noise-free, by the rule " + statistics::rule_name(page.rule) +
-           ", median after " + counts + " images (the capture at the start does not count).\n\n| method |";
+           ", median after " + counts + " " + common_words(page).counts() +
+           (common_words(page).counted == "move" ? "" : " (the capture at the start does not count)") +
+           ".\n\n| method |";
     std::string rule = "|---|", start = "| at the start |";
     for (const std::size_t index : part.domains) {
       const Group& group = page.groups[index];

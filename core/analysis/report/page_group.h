@@ -12,6 +12,7 @@
 #include "records/specification.h"
 #include "report/methods.h"
 #include "report/page_numbers.h"
+#include "report/scene_words.h"
 #include "statistics/costs.h"
 #include "statistics/curves.h"
 #include "statistics/order_statistic.h"
@@ -61,7 +62,7 @@ struct MtfScores {
 // Absolute distance of the recommended pose from the own optimum, in the unit of the axis.
 struct ResidualAxis {
   std::string name, unit;
-  double median = kMissing, q75 = kMissing;
+  double median = kMissing, q75 = kMissing, travel = kMissing;
 };
 
 // By one recommendation rule; median.n is 0 if not recorded.
@@ -175,6 +176,7 @@ struct Group {
   std::vector<Ecdf> ecdf;
   std::vector<Pair> pairs;
   SceneScore scored_by;
+  SceneWords words;
   double own_optimum = kMissing;                     // median score at the instances' own optima
   std::vector<statistics::Band> further_at_optimum;  // medians of the scene's further scores there, no intervals
   double next_image = kMissing;                      // Cramer-Rao bound of one more image

@@ -154,8 +154,8 @@ std::vector<ResidualAxis> residual_axes(const std::vector<statistics::Quantiles>
     const double travel = axes[axis].upper - axes[axis].lower;
     if (!(travel > 0)) return {};
     if (!axes[axis].observable) continue;
-    list.push_back(
-        {axes[axis].name, axes[axis].unit, shown(travel * residual[axis].median), shown(travel * residual[axis].q75)});
+    list.push_back({axes[axis].name, axes[axis].unit, shown(travel * residual[axis].median),
+                    shown(travel * residual[axis].q75), shown(travel)});
   }
   return list;
 }

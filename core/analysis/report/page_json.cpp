@@ -260,8 +260,7 @@ static void write(Json& json, const QualityGate& gate) {
 }
 
 static void write(Json& json, const ClassVerdict& verdict) {
-  put(json, "class", class_name(verdict.of_class), "title", class_title(verdict.of_class), "best", verdict.best, "text",
-      verdict.text);
+  put(json, "class", class_name(verdict.of_class), "title", verdict.title, "best", verdict.best, "text", verdict.text);
 }
 
 static void write(Json& json, const GroupVerdict& verdict) {
@@ -284,6 +283,7 @@ static void write(Json& json, const TrainingCost& cost) {
 
 static void write(Json& json, const SceneAxis& axis) {
   put(json, "name", axis.name, "unit", axis.unit, "lower", axis.lower, "upper", axis.upper);
+  if (axis.speed_per_s > 0) json["speed_per_s"] = axis.speed_per_s;
 }
 
 static void write(Json& json, const LandscapeLine& line) {

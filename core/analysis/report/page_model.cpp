@@ -92,6 +92,12 @@ SceneScore common_score(const PageModel& page) {
   return score;
 }
 
+SceneWords common_words(const PageModel& page) {
+  SceneWords words = page.groups.empty() ? SceneWords() : page.groups.front().words;
+  for (const Group& group : page.groups) words = common_words(words, group.words);
+  return words;
+}
+
 PageModel page_model(const LoadedResults& results) {
   return page_model(results, statistics::make_study(results.trials, study_options(results)));
 }
@@ -123,7 +129,11 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.targets = options.targets;
   page.resamples = study.resamples;
   page.smallest_relevant_ratio = options.smallest_relevant_ratio;
+  page.scene_facts = scene_facts(results.folder, manifest);
   page.groups = page_groups(results, study, methods, options.smallest_relevant_ratio);
+  for (Group& group : page.groups)
+    for (const SceneFacts& facts : page.scene_facts)
+      if (facts.scene == group.scene) group.words = facts.words;
   if (const double resolution = common_resolution(page); page.targets.empty() && !std::isnan(resolution))
     page.targets = statistics::default_targets(resolution);
   page.failures = failures_of(results.trials, page.methods);
@@ -134,7 +144,6 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
   page.gates = quality_gates(page, results);
   page.aggregates = aggregates_of(results, study, page.methods);
   for (Aggregate& aggregate : page.aggregates) aggregate.resolution = common_resolution(page);
-  page.scene_facts = scene_facts(results.folder, manifest);
   page.training = training_costs(manifest, page.methods, page.groups);
   page.analysis = analysis_of(manifest, study.rule);
   page.rules_note = rules_note(page.groups, page.analysis.primary_is_yield);

@@ -54,7 +54,7 @@ struct QualityGate {
 
 struct ClassVerdict {
   ObservationClass of_class = ObservationClass::unknown;
-  std::string best, text;
+  std::string title, best, text;  // "Methods that observe images"
 };
 
 // Of one group. Texts begin with the name of the best method, "" if nothing can be ranked.
@@ -111,10 +111,12 @@ struct LandscapePlane {
 struct SceneFacts {
   std::string scene, id, summary;
   std::uint64_t width = 0, height = 0;  // of its images; 0: unknown
+  // Missing: unknown, or a speed that no axis has, for it has its own.
   std::array<double, kClockParameters.size()> clock = {kMissing, kMissing, kMissing, kMissing, kMissing};
   std::vector<SceneAxis> axes;
   SceneScore scored_by;
-  std::vector<std::string> readings;     // instead of images
+  SceneWords words;
+  std::vector<std::string> readings;     // instead of images, or beside them
   std::vector<LandscapeLine> landscape;  // empty: unknown
   std::optional<LandscapePlane> plane;
 };
@@ -218,6 +220,9 @@ PageModel page_model(const LoadedResults& results);  // computes the study
 
 // By what the groups are judged; "score" where they differ.
 SceneScore common_score(const PageModel& page);
+
+// Of all groups.
+SceneWords common_words(const PageModel& page);
 
 // `has` is a member or a function of Group, or of Row.
 template <class Has>

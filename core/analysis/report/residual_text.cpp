@@ -1,5 +1,6 @@
 #include "report/residual_text.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "base/text.h"
@@ -7,24 +8,11 @@
 namespace relign::report {
 namespace {
 
-struct Unit {
-  const char* name;
-  double size;  // in mm or degrees
-  bool angle;
-};
-
-constexpr Unit kUnits[] = {{"mm", 1, false},
-                           {"um", 1e-3, false},
-                           {"\u00b5m", 1e-3, false},
-                           {"nm", 1e-6, false},
-                           {"m", 1e3, false},
-                           {"deg", 1, true},
-                           {"arcmin", 1. / 60, true},
-                           {"arcsec", 1. / 3600, true},
-                           {"rad", 57.29577951308232, true},
-                           {"mrad", 0.05729577951308232, true}};
-
 constexpr double kLargestInMicrometres = 0.1, kLargestInArcMinutes = 0.5;  // mm, degrees
+
+std::string with_unit_behind(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
 
 std::string length_text(double mm) {
   return mm < kLargestInMicrometres ? significant(1000 * mm, 2) + " \u00b5m" : significant(mm, 2) + " mm";
@@ -34,25 +22,46 @@ std::string angle_text(double degrees) {
   return degrees < kLargestInArcMinutes ? significant(60 * degrees, 2) + "\u2032" : significant(degrees, 2) + "\u00b0";
 }
 
-}  // namespace
-
-Residual residual_of(const std::vector<ResidualAxis>& axes) {
-  Residual residual;
-  std::optional<double> position, tilt;
+// The median of the worst position and the worst tilt.
+void set_position_and_tilt(Residual& residual, const std::vector<ResidualAxis>& axes) {
+  std::optional<double> position, tilt;  // mm, degrees
   for (const ResidualAxis& axis : axes) {
     if (!std::isfinite(axis.median)) continue;
-    residual.details += (residual.details.empty() ? "" : "; ") + axis.name + " " + number_text(axis.median, 3) + " " +
-                        axis.unit + " (75 % below " + number_text(axis.q75, 3) + ")";
-    for (const Unit& known : kUnits) {
-      if (axis.unit != known.name) continue;
-      std::optional<double>& worst = known.angle ? tilt : position;
-      worst = std::max(worst.value_or(0), known.size * axis.median);
-    }
+    std::optional<double>& worst = axis.unit == "deg" ? tilt : position;
+    worst = std::max(worst.value_or(0), axis.median);
   }
-  if (!position && !tilt) return residual;
+  if (!position && !tilt) return;
   if (position) residual.text = length_text(*position) + (tilt ? " / " + angle_text(*tilt) : "");
   if (!position) residual.text = angle_text(*tilt);
   residual.sort = shortest(position ? *position : *tilt);
+}
+
+void set_worst_axis(Residual& residual, const std::vector<ResidualAxis>& axes) {
+  const ResidualAxis* worst = nullptr;
+  const auto share = [](const ResidualAxis& axis) { return axis.median / axis.travel; };
+  for (const ResidualAxis& axis : axes)
+    if (std::isfinite(share(axis)) && (!worst || share(axis) > share(*worst))) worst = &axis;
+  if (!worst) return;
+  residual.text = worst->name + " " + with_unit_behind(significant(worst->median, 2), worst->unit) + " (" +
+                  significant(100 * share(*worst), 2) + " %)";
+  residual.sort = shortest(share(*worst));
+}
+
+}  // namespace
+
+bool has_positions_and_tilts(const std::vector<ResidualAxis>& axes) {
+  return !axes.empty() && std::all_of(axes.begin(), axes.end(),
+                                      [](const ResidualAxis& axis) { return axis.unit == "mm" || axis.unit == "deg"; });
+}
+
+Residual residual_of(const std::vector<ResidualAxis>& axes) {
+  Residual residual;
+  for (const ResidualAxis& axis : axes)
+    if (std::isfinite(axis.median))
+      residual.details += (residual.details.empty() ? "" : "; ") + axis.name + " " +
+                          with_unit_behind(number_text(axis.median, 3), axis.unit) + " (75 % below " +
+                          number_text(axis.q75, 3) + ")";
+  has_positions_and_tilts(axes) ? set_position_and_tilt(residual, axes) : set_worst_axis(residual, axes);
   return residual;
 }
 

@@ -121,7 +121,7 @@ std::string differing_leads(const Group& group, const std::vector<statistics::Ru
         }))
       continue;
     words += words.empty() ? "" : "; ";
-    if (of_class != ObservationClass::unknown) words += class_name(of_class) + std::string(": ");
+    if (of_class != ObservationClass::unknown) words += group.words.observed(class_name(of_class)) + ": ";
     for (std::size_t i = 0; i < found.size(); ++i)
       words += (i ? ", " : "") + found[i].method + " by " + found[i].rules + found[i].verdict;
   }

@@ -15,6 +15,7 @@ struct SceneAxis {
   std::string name, unit;
   double lower = 0, upper = 0;
   bool observable = true;  // else a misalignment along it does not count
+  double speed_per_s = 0;  // in its unit; 0: as the machine time says for mm or degrees
 };
 
 // The file `name` of a scene (an entry of the manifest) in the results folder; empty unless it is a file inside

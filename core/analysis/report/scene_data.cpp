@@ -1,5 +1,6 @@
 #include "report/scene_data.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -95,11 +96,19 @@ void add_landscape(SceneFacts& facts, const std::string& text, const std::vector
 }
 
 // The parameters of simulated machine time: the scene's, with the suite's overrides. Stations have their own clock.
+// After the axes.
 void add_clock(SceneFacts& facts, const Json& scene, const Json& manifest) {
   if (flag_of(scene, "owns_stage")) return;
+  const auto unused = [&facts](const std::string& name) {
+    return name.rfind("speed_", 0) == 0 && !facts.axes.empty() &&
+           std::none_of(facts.axes.begin(), facts.axes.end(), [&](const SceneAxis& axis) {
+             return axis.speed_per_s == 0 && name == (axis.unit == "deg" ? "speed_deg_per_s" : "speed_mm_per_s");
+           });
+  };
   const Json &own = object_of(scene, "machine_time"), &suites = object_of(manifest, "machine_time");
   for (std::size_t k = 0; k < facts.clock.size(); ++k) {
     const char* name = kClockParameters[k].name;
+    if (unused(name)) continue;
     const Json& value = member(suites.contains(name) ? suites : own, name);
     if (value.is_number()) facts.clock[k] = shown(value.get<double>());
   }
@@ -122,14 +131,16 @@ std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifes
     facts.width = count_of(image, "width");
     facts.height = count_of(image, "height");
     facts.scored_by = scene_score_of(scene);
+    facts.words = words_of(description, facts.scored_by);
     for (const Json& reading : list_of(description, "readings"))
       facts.readings.push_back(with_unit(text_of(reading, "name"), text_of(reading, "unit")));
-    add_clock(facts, scene, manifest);
     if (const auto axes = all_axes.find(facts.scene); axes != all_axes.end()) {
       for (const SceneAxis& axis : axes->second)
-        facts.axes.push_back({axis.name, axis.unit, shown(axis.lower), shown(axis.upper)});
+        facts.axes.push_back(
+            {axis.name, axis.unit, shown(axis.lower), shown(axis.upper), axis.observable, shown(axis.speed_per_s)});
       add_landscape(facts, content(results, scene, "landscape.json"), axes->second);
     }
+    add_clock(facts, scene, manifest);
     list.push_back(std::move(facts));
   }
   return list;
@@ -198,7 +209,7 @@ std::vector<SceneAxis> axes_of(const fs::path& file) {
       return axis.contains(key) && axis[key].is_number() ? axis[key].get<double>() : 0.0;
     };
     axes.push_back({text_of(axis, "name"), text_of(axis, "unit"), number("lower"), number("upper"),
-                    !axis.contains("observable") || flag_of(axis, "observable")});
+                    !axis.contains("observable") || flag_of(axis, "observable"), number("speed_per_s")});
   }
   return axes;
 }

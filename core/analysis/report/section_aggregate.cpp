@@ -41,7 +41,8 @@ void add_method(Table& table, const Aggregate& entry, const AggregateMethod& met
   table.add(std::move(cells), method.oracle() ? "oracle" : "");
 }
 
-Table aggregate_table(const Aggregate& entry) {
+Table aggregate_table(const Aggregate& entry, const SceneWords& words) {
+  const std::string counts = words.counts();
   const bool failures = std::any_of(entry.methods.begin(), entry.methods.end(),
                                     [](const AggregateMethod& method) { return method.failed > 0; });
   Table table{
@@ -53,9 +54,9 @@ Table aggregate_table(const Aggregate& entry) {
        {"", "0 to 1", "Interquartile mean and its interval on a scale from 0 to 1", "range"},
        {"median", "(95 %)", "Median over all instances, with equal weights of the strata", "number"},
        {"optimality gap", "mean (95 %)", "Mean normalised error, which includes outliers", "number"},
-       {"error-curve area", "mean over images (95 %)",
-        "Normalised error, averaged over the images of the budget and over the instances: low for methods that "
-        "converge fast",
+       {"error-curve area", "mean over " + counts + " (95 %)",
+        "Normalised error, averaged over the " + counts +
+            " of the budget and over the instances: low for methods that converge fast",
         "number"}}};
   if (!entry.pairs.empty())
     table.heads.push_back({"P(" + entry.methods.front().method + " better)", "of instances (95 %)",
@@ -66,7 +67,7 @@ Table aggregate_table(const Aggregate& entry) {
   // A block per observation class, as in the ranking: methods with different observations are not comparable.
   const std::vector<ObservationClass> classes = classes_in(entry.methods);
   for (const ObservationClass of_class : classes) {
-    if (classes.size() > 1) table.add_title(class_title(of_class), "class");
+    if (classes.size() > 1) table.add_title(words.observed(class_title(of_class)), "class");
     for (const AggregateMethod& method : entry.methods)
       if (method.of_class == of_class) add_method(table, entry, method, failures);
   }
@@ -156,7 +157,7 @@ void aggregate_section(PageWriter& out, const PageParts& parts) {
               (least == most ? counted(most, "instance") : std::to_string(least) + " to " + counted(most, "instance")) +
               " each",
           "quiet"}});
-    out.table(aggregate_table(entry));
+    out.table(aggregate_table(entry, common_words(page)));
     trainings(out, entry);
     improvements(out, entry);
     out.open("figures");

@@ -49,13 +49,19 @@ std::string prices_sentence(const statistics::Prices& prices) {
 void cost_section(PageWriter& out, const PageParts& parts) {
   const auto priced = [](const Row& row) { return !row.costs.empty(); };
   if (!any_row(parts.page, priced)) return;
+  const std::string captures = common_words(parts.page).captures();
   out.heading(3, "Cost").text(
-      "A line that takes the same number of images of every module, the one at the start included, and then glues it "
-      "where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': the number of "
-      "images with which a good module costs least, chosen on one half of the instances for the other, in both "
-      "directions; the budget, if that number does not cost less. Savings compare budgets with budgets and least costs "
-      "with least costs. Cost of a good module: its share of station time and of modules that miss, without its own "
-      "parts. Estimates with 95 % intervals; failed trials count as modules that miss.",
+      "A line that takes the same number of " + captures +
+          " of every module, the one at the start included, and then "
+          "glues it where the method recommends. Station time is the whole cycle, mean. 'chosen for least cost': the "
+          "number of " +
+          captures +
+          " with which a good module costs least, chosen on one half of the instances for the other, in both "
+          "directions; the budget, if that number does not cost less. Savings compare budgets with budgets and least "
+          "costs "
+          "with least costs. Cost of a good module: its share of station time and of modules that miss, without its "
+          "own "
+          "parts. Estimates with 95 % intervals; failed trials count as modules that miss.",
       "facts");
   for (const Group& group : parts.page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), priced)) continue;
@@ -66,7 +72,7 @@ void cost_section(PageWriter& out, const PageParts& parts) {
     Table table{"",
                 group.label,
                 {{"method"},
-                 {"images, the one at the start included"},
+                 {captures + ", the one at the start included"},
                  {"in spec"},
                  {"station time, s"},
                  {"good modules an hour"},

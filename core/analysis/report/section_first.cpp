@@ -49,15 +49,18 @@ std::string compared_words(const PageModel& page) {
 
 Words introduction(const PageModel& page) {
   const SceneScore score = common_score(page);
+  const SceneWords scene = common_words(page);
   Words words = score.squared ? "Which method aligns the lens best? " : "Which method aligns best? ";
   if (!every_group(page, &Group::station))
     words.add(std::string(page.parts.empty() ? "All" : "Within a folder, all") +
               " methods were given the same instances, which are draws of manufacturing errors, start pose and stage "
-              "errors. Each step is one move and one image. ");
+              "errors. Each step is one move and one " +
+              scene.capture + ". ");
   if (any_group(page, &Group::station))
-    words.add(
-        "On a hardware station, lens, start pose and stage are real. All methods requested the same lenses, with one "
-        "move and one image per step, but the harness cannot check that the station supplied them. ");
+    words.add("On a hardware station, " + scene.device +
+              ", start pose and stage are real. All methods requested the same " + scene.devices +
+              ", with one move and one " + scene.capture +
+              " per step, but the harness cannot check that the station supplied them. ");
   words.add("Error", "strong");
   if (!every_group(page, &Group::measured_only))
     words.add((score.squared
@@ -96,9 +99,11 @@ Table verdict_table(const PageModel& page, std::size_t groups) {
   else
     table.heads.push_back({"error", common_score(page).label() + ", median (95 %)",
                            "At the final pose; quartiles without an interval", "number"});
-  table.heads.push_back({"images", times ? "to spec" : "in all",
-                         times ? "Moves, each with an image, until the specification is met; median" : "Step budget",
-                         "number"});
+  const SceneWords words = common_words(page);
+  table.heads.push_back(
+      {words.counts(), times ? "to spec" : "in all",
+       times ? "Moves, each with " + words.a_capture() + ", until the specification is met; median" : "Step budget",
+       "number"});
   table.heads.push_back({"seconds", times ? "to spec" : "in all",
                          times ? "Machine time until then, median" : "Machine time of a trial, median", "number"});
   table.heads.push_back({"better than", "same class",
@@ -114,7 +119,7 @@ Table verdict_table(const PageModel& page, std::size_t groups) {
     for (const VerdictRow& of : rows) {
       const Row& row = *of.row;
       Cell method = method_cell(row.method, row.oracle(), "");
-      if (classes && !row.oracle()) method.words.add(" ").add(class_name(row.of_class), "quiet");
+      if (classes && !row.oracle()) method.words.add(" ").add(group.words.observed(class_name(row.of_class)), "quiet");
       const bool never = row.to_spec && std::isinf(row.to_spec->steps);
       table.add(
           {std::move(method),
@@ -178,7 +183,7 @@ void verdict_section(PageWriter& out, const PageParts& parts) {
       const Words label = {{verdict.label, "label"}, {": "}};
       if (verdict.classes.empty()) verdicts.push_back(sentence(label, verdict.best, verdict.text));
       for (const ClassVerdict& one : verdict.classes)
-        verdicts.push_back(sentence(Words(label).add(class_title(one.of_class) + ": "), one.best, one.text));
+        verdicts.push_back(sentence(Words(label).add(one.title + ": "), one.best, one.text));
       if (!verdict.rest.empty()) verdicts.push_back(Words(label).add(verdict.rest));
     }
     out.list(verdicts, "verdict");

@@ -72,9 +72,10 @@ Cell matrix_cell(const Group& group, const Row* row, const View& view) {
   if (!row) return {""};
   const Score* score = excess_after(*row, view.images, view.rule);
   if (!score || score->n == 0) {
-    const std::string why = row->trials == 0 ? counted(row->failed, "trial") + " failed"
-                            : score          ? "not recorded for this rule"
-                                    : "only " + counted(row->excess.empty() ? 0 : row->excess.back().images, "image");
+    const std::string why =
+        row->trials == 0 ? counted(row->failed, "trial") + " failed"
+        : score          ? "not recorded for this rule"
+                         : "only " + counted(row->excess.empty() ? 0 : row->excess.back().images, group.words.counted);
     return {row->trials == 0 ? "failed" : "-", std::nullopt, "quiet", why};
   }
   const double share = score->median / group.start_excess;
@@ -95,7 +96,9 @@ Cell matrix_cell(const Group& group, const Row* row, const View& view) {
 }
 
 Table matrix_table(const PageModel& page, const Matrix& matrix, const MatrixPart& part, const View& view) {
-  const std::string after = view.images == kLastImage ? "the last image" : std::to_string(view.images) + " images";
+  const SceneWords words = common_words(page);
+  const std::string after =
+      view.images == kLastImage ? "the last " + words.counted : std::to_string(view.images) + " " + words.counts();
   Table table{"heat excess",
               (matrix.parts.size() > 1 ? "Protocol " + part.protocol + ", after " : "After ") + after + ", rule " +
                   statistics::rule_name(view.rule),
@@ -112,7 +115,7 @@ Table matrix_table(const PageModel& page, const Matrix& matrix, const MatrixPart
   const MatrixRow* before = nullptr;
   for (const MatrixRow& row : part.rows) {
     if (blocks && (!before || before->method->of_class != row.method->of_class))
-      table.add_title(class_title(row.method->of_class), "class");
+      table.add_title(words.observed(class_title(row.method->of_class)), "class");
     before = &row;
     std::vector<Cell> cells = {method_cell(row.method->name, false, row.method->training_tag)};
     for (std::size_t domain = 0; domain < row.cells.size(); ++domain)
@@ -123,11 +126,13 @@ Table matrix_table(const PageModel& page, const Matrix& matrix, const MatrixPart
 }
 
 std::string explanation(const PageModel& page, const Matrix& matrix) {
+  const SceneWords words = common_words(page);
   std::string text =
       "Excess error: the noise-free " + common_score(page).label() +
       " above that of the instance's own optimum, at the pose of the rule (own: "
-      "recommended by the method; best: lowest measured error; current), median over the instances. Image k is step k; "
-      "the capture at the start, step 0, does not count. ";
+      "recommended by the method; best: lowest measured error; current), median over the instances. " +
+      (words.counted == "move" ? std::string("Move k is step k. ")
+                               : "Image k is step k; the capture at the start, step 0, does not count. ");
   if (matrix.shares && matrix.scenes > 1)
     text +=
         std::string(common_score(page).squared ? "RMSE is in the brightness of each scene's images, so columns of "
@@ -147,6 +152,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
   const PageModel& page = parts.page;
   const Matrix matrix = matrix_of(page);
   if (!has_matrix(matrix)) return;
+  const SceneWords words = common_words(page);
   std::vector<unsigned> images = matrix.images;
   images.push_back(kLastImage);
   std::vector<statistics::Rule> rules = matrix.rules;
@@ -156,7 +162,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
   out.heading(2, "Excess error by scene and noise level").text(explanation(page, matrix), "quiet");
   if (reduced)
     out.text("This page is large; matrix.csv has the other rules" +
-                 std::string(images.size() == 1 ? " and numbers of images." : "."),
+                 (images.size() == 1 ? " and numbers of " + words.counts() + "." : std::string(".")),
              "quiet");
   std::vector<std::string> counts, names, units = {common_score(page).name};
   for (const unsigned count : images) counts.push_back(images_text(matrix, count));
@@ -164,7 +170,7 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
   if (matrix.shares) units.emplace_back("share of the start");
   const auto place = static_cast<std::size_t>(std::find(rules.begin(), rules.end(), page.rule) - rules.begin());
   out.open("matrix")
-      .choice("Images", "i", counts, counts.size() - 1)
+      .choice(words.counted == "move" ? "Moves" : "Images", "i", counts, counts.size() - 1)
       .choice("Rule", "r", names, place % rules.size())
       .choice("Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
   legend(out, "classes of-error", "Excess " + common_score(page).name + ":", kExcessClasses, false);

@@ -1,4 +1,6 @@
 // What belongs to one group or scene: cards with curves and figures, films, pictures of trials, scenes.
+#include <algorithm>
+
 #include "base/text.h"
 #include "report/json_put.h"
 #include "report/picture_html.h"
@@ -66,21 +68,42 @@ void plots(PageWriter& out, const char* summary, const std::vector<Figure>& figu
   out.close();
 }
 
+// "5 um/s (x, y)": the speeds that axes have of their own.
+std::vector<std::string> own_speeds(const std::vector<SceneAxis>& axes) {
+  std::vector<std::pair<std::string, std::string>> found;  // speed, axes
+  for (const SceneAxis& axis : axes) {
+    if (!(axis.speed_per_s > 0)) continue;
+    const std::string speed = sort_value(axis.speed_per_s) + (axis.unit.empty() ? "" : " ") + axis.unit + "/s";
+    const auto same = std::find_if(found.begin(), found.end(), [&](const auto& one) { return one.first == speed; });
+    if (same == found.end())
+      found.emplace_back(speed, axis.name);
+    else
+      same->second += ", " + axis.name;
+  }
+  std::vector<std::string> words;
+  for (const auto& [speed, names] : found) words.push_back(speed + " (" + names + ")");
+  return words;
+}
+
 // "Travel: x -1 to 1 mm. Images of ... Simulated machine time: ..."
-std::string scene_words(const SceneFacts& facts) {
-  std::string travel, clock;
+std::string facts_text(const SceneFacts& facts) {
+  std::string travel;
   for (const SceneAxis& axis : facts.axes)
     travel += (travel.empty() ? "" : ", ") + axis.name + " " + sort_value(axis.lower) + " to " +
               sort_value(axis.upper) + " " + axis.unit;
+  std::vector<std::string> clock;
   for (std::size_t k = 0; k < facts.clock.size(); ++k)
-    if (std::isfinite(facts.clock[k]))
-      clock += (clock.empty() ? "" : ", ") + sort_value(facts.clock[k]) + kClockParameters[k].unit;
+    if (std::isfinite(facts.clock[k])) clock.push_back(sort_value(facts.clock[k]) + kClockParameters[k].unit);
+  if (!clock.empty()) {  // it is simulated
+    const std::vector<std::string> speeds = own_speeds(facts.axes);
+    clock.insert(clock.begin(), speeds.begin(), speeds.end());
+  }
   return (travel.empty() ? "" : "Travel: " + travel + ". ") +
          (facts.readings.empty() ? "" : "Readings: " + join(facts.readings, ", ") + ". ") +
          (facts.width == 0
               ? ""
               : "Images of " + std::to_string(facts.width) + " x " + std::to_string(facts.height) + " pixels. ") +
-         (clock.empty() ? "" : "Simulated machine time: " + clock + ".");
+         (clock.empty() ? "" : "Simulated machine time: " + join(clock, ", ") + ".");
 }
 
 bool is_shown(const SceneFacts& facts, const Gallery& gallery) {
@@ -181,7 +204,7 @@ void scene_section(PageWriter& out, const PageParts& parts) {
     if (!is_shown(facts, gallery)) continue;
     out.unfold(Words{{facts.scene, "name"}}, "scene", shown <= kMaxScenesOpen);
     if (!facts.summary.empty()) out.text(facts.summary);
-    if (const std::string words = scene_words(facts); !words.empty()) out.text(words, "quiet");
+    if (const std::string words = facts_text(facts); !words.empty()) out.text(words, "quiet");
     out.open("figures");
     if (const auto found = gallery.drawings.find(facts.scene); found != gallery.drawings.end())
       lens_drawing(out.html(), facts.scene, found->second);
@@ -194,7 +217,8 @@ void scene_section(PageWriter& out, const PageParts& parts) {
 // Images of each method's best, median and worst trial.
 void gallery_section(PageWriter& out, const PageParts& parts) {
   const auto& [page, gallery, rmse] = parts;
-  if (page.groups.empty()) return;
+  const auto reads_only = [](const Group& group) { return group.words.capture == "reading"; };
+  if (every_group(page, reads_only)) return;
   out.heading(2, "Pictures");
   if (gallery.trials.empty()) {
     out.text("This results folder contains no pictures.");

@@ -52,6 +52,7 @@ std::string score_text(const PageModel& page) {
 // Columns without any value are left out, as are those of noise-free errors without ground truth.
 struct RankingColumns {
   const PageModel& page;
+  SceneWords words = common_words(page);
   std::vector<RankingColumn> list = {};
 
   void add(bool shown, RankingColumn column) {
@@ -75,14 +76,14 @@ void RankingColumns::add_specification() {
         "Yield: share of all instances whose final pose meets the specification; failed trials count as missed",
         "number"},
        yield_cell});
-  add(times,
-      {{"moves to spec", "median (95 %)",
-        std::string("Number of moves, each with an image, until the recommended pose first meets the specification") +
-            (mtf ? " of the score; an instance whose MTF misses it at the end counts as not reached. "
-                 : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
-            "'not reached': fewer than half of the instances reach it",
-        "number"},
-       moves_cell});
+  add(times, {{"moves to spec", "median (95 %)",
+               "Number of moves, each with " + words.a_capture() +
+                   ", until the recommended pose first meets the specification" +
+                   (mtf ? " of the score; an instance whose MTF misses it at the end counts as not reached. "
+                        : ". Later recommendations may miss it again; 'in spec' is evaluated at the end. ") +
+                   "'not reached': fewer than half of the instances reach it",
+               "number"},
+              moves_cell});
   add(times, {{"time to spec", "s", "Machine time until then, median", "number"}, of_time(&TimeToSpec::seconds)});
   add(any_row(page, [](const Row& row) { return row.to_spec && !std::isnan(row.to_spec->cycle); }),
       {{"cycle", "s",
@@ -108,10 +109,14 @@ void RankingColumns::add_errors() {
             "of its corners. Higher is better",
         "number"},
        mtf_cell});
+  const bool tilts =
+      !any_row(page, [](const Row& row) { return !row.residual.empty() && !has_positions_and_tilts(row.residual); });
   add(any_row(page, [](const Row& row) { return !row.residual.empty(); }),
-      {{"residual misalignment", "position / tilt, worst axis",
-        "Distance of the recommended pose from the instance's own optimum, on the axis with the largest median. "
-        "Tooltips list all axes",
+      {{"residual misalignment", tilts ? "position / tilt, worst axis" : "worst axis (of its travel)",
+        std::string("Distance of the recommended pose from the instance's own optimum, on the axis with the largest "
+                    "median") +
+            (tilts ? "" : " as a share of its travel; if all axes are in mm or degrees, the worst position and tilt") +
+            ". Tooltips list all axes",
         "number"},
        residual_cell});
   add(!spec, {{"", "middle half of the instances",
@@ -127,9 +132,10 @@ void RankingColumns::add_errors() {
 
 void RankingColumns::add_effort() {
   add(true, {{"machine time", "s",
-              every_group(page, &Group::station) ? "Of all moves and images, as recorded by the station; median"
-                                                 : "Simulated travel, settling, exposure, readout and the move to the "
-                                                   "recommended pose; median",
+              every_group(page, &Group::station)
+                  ? "Of all moves and " + words.captures() + ", as recorded by the station; median"
+                  : "Simulated travel, settling, exposure, readout and the move to the "
+                    "recommended pose; median",
               "number"},
              [](const Row& row) { return number_cell(row.machine_seconds); }});
   add(true,
@@ -137,16 +143,16 @@ void RankingColumns::add_effort() {
        [](const Row& row) { return number_cell(row.algorithm_ms_per_step, 2); }});
   add(true,
       {{"steps", "",
-        "Step budget, after which the error is evaluated. A step is one move and one image; the image at the start is "
-        "step 0. A method that ends earlier keeps its last recommendation",
+        "Step budget, after which the error is evaluated. A step is one move and one " + words.capture + "; the " +
+            words.capture + " at the start is step 0. A method that ends earlier keeps its last recommendation",
         "number"},
        [](const Row& row) { return number_cell(row.has_score() ? std::to_string(row.step) : "-"); }});
   add(true,
       {{"failed", "trials", "Trials that ended in an error; excluded from the medians", "number"}, [](const Row& row) {
          return Cell{std::to_string(row.failed), std::nullopt, row.failed == 0 ? "number" : "number bad"};
        }});
-  add(true, {{"observes", "", "What the method may observe besides its own moves", "observes"}, [](const Row& row) {
-               return Cell{join(row.observes, ", "), std::nullopt, "observes"};
+  add(true, {{"observes", "", "What the method may observe besides its own moves", "observes"}, [this](const Row& row) {
+               return Cell{words.observed(join(row.observes, ", ")), std::nullopt, "observes"};
              }});
 }
 
@@ -175,6 +181,7 @@ Words group_title(const Group& group) {
   std::string rest = (group.station ? " \u00b7 station" : " \u00b7 " + group.scene) + " \u00b7 protocol " +
                      group.protocol + " \u00b7 " + counted(group.instances, "instance");
   if (std::isfinite(group.start)) rest += " \u00b7 median error at the start " + number_text(group.start, 3);
+  if (std::isfinite(group.own_optimum)) rest += " \u00b7 best possible " + number_text(group.own_optimum, 3);
   if (group.measured_only)
     rest += group.station ? " \u00b7 measured only: a station has no ground truth"
                           : " \u00b7 measured only: this scene has no ground truth";
@@ -241,7 +248,7 @@ void ranking_section(PageWriter& out, const PageParts& parts) {
                         }) > 1;
     // A block per class: methods with different observations are not comparable.
     for (const ObservationClass of_class : blocks ? classes : std::vector{ObservationClass::unknown}) {
-      if (blocks) table.add_title(class_title(of_class), "class");
+      if (blocks) table.add_title(group.words.observed(class_title(of_class)), "class");
       bool first = of_class != ObservationClass::oracle;
       for (const Row& row : group.rows) {
         if (blocks && row.of_class != of_class) continue;
@@ -286,13 +293,16 @@ void further_scores_section(PageWriter& out, const PageParts& parts) {
 void specification_section(PageWriter& out, const PageParts& parts) {
   const auto judged = [](const Row& row) { return !row.to_specification.empty(); };
   if (!any_row(parts.page, judged)) return;
+  const SceneWords words = common_words(parts.page);
   out.heading(3, "To specification")
-      .text(
-          "Each criterion is judged noise-free after every image, where the recommended pose leaves the lens; 'all' at "
-          "one image. Position and tilt are distances from the instance's own optimum over the observable axes. In "
-          "spec: at the end. Each move ends with one image; the image at the start does not count. Medians with 95 % "
-          "intervals; 'not reached': by fewer than half of the instances.",
-          "facts");
+      .text("Each criterion is judged noise-free after every " + words.capture +
+                ", where the recommended pose leaves the " + words.device + "; 'all' at one " + words.capture +
+                ". Position and tilt are distances from the instance's own optimum over the observable axes. In spec: "
+                "at the end. Each move ends with one " +
+                words.capture + "; the " + words.capture +
+                " at the start does not count. Medians with 95 % intervals; 'not reached': by fewer than half of the "
+                "instances.",
+            "facts");
   for (const Group& group : parts.page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), judged)) continue;
     Table table{"", group.label, {{"method"}, {"criterion"}, {"in spec"}, {"moves to spec"}, {"time to spec, s"}}};

@@ -95,7 +95,8 @@ void methods_section(PageWriter& out, const PageParts& parts) {
       parameters.add(key + " = " + value.dump(-1, ' ', false, Json::error_handler_t::replace), "code").add(" ");
     table.add({std::move(name),
                {method.kind + (method.kind.empty() || method.summary.empty() ? "" : ": ") + method.summary},
-               {join(method.observes, ", ") + (method.of_class == ObservationClass::oracle ? " (oracle)" : "")},
+               {common_words(parts.page).observed(join(method.observes, ", ")) +
+                (method.of_class == ObservationClass::oracle ? " (oracle)" : "")},
                {std::move(parameters)},
                {method.reproducible},
                hash_cell(method.plugin_hash)});

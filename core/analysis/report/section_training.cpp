@@ -12,15 +12,16 @@ std::string duration(double hours) {
   return hours < 1 ? significant(60 * hours, 2) + " min" : significant(hours, 3) + " h";
 }
 
-std::string lenses_text(double lenses) {
-  return significant(rounded(lenses, 3), 3) + (lenses == 1 ? " lens" : " lenses");
+std::string devices_text(double count, const SceneWords& words) {
+  return significant(rounded(count, 3), 3) + " " + (count == 1 ? words.device : words.devices);
 }
 
-void add_break_even(Words& words, const BreakEven& even, const statistics::Prices& prices) {
+void add_break_even(Words& words, const BreakEven& even, const Group& group) {
   const bool pays = std::isfinite(even.lenses), never = std::isinf(even.lenses);
-  words.add(pays ? lenses_text(even.lenses) : never ? "never" : "unknown", "strong");
+  words.add(pays ? devices_text(even.lenses, group.words) : never ? "never" : "unknown", "strong");
   if (pays)
-    words.add(": saves " + number_text(even.saves, 2) + " s per lens over ").add(even.against, "name");
+    words.add(": saves " + number_text(even.saves, 2) + " s per " + group.words.device + " over ")
+        .add(even.against, "name");
   else if (never && even.against.empty())
     words.add(": fewer than half of the instances reach the specification");
   else if (never)
@@ -30,7 +31,7 @@ void add_break_even(Words& words, const BreakEven& even, const statistics::Price
   if (std::isnan(even.modules)) return;
   words.add("; by cost, ")
       .add(std::isinf(even.modules) ? "never" : shortest(rounded(even.modules, 3)) + " good modules", "strong");
-  words.add(" against ").add(prices.baseline, "name");
+  words.add(" against ").add(group.prices.baseline, "name");
 }
 
 }  // namespace
@@ -38,13 +39,16 @@ void add_break_even(Words& words, const BreakEven& even, const statistics::Price
 void training_section(PageWriter& out, const PageParts& parts) {
   const PageModel& page = parts.page;
   if (page.training.empty()) return;
-  Table table{"training", "", {{"method"}, {"training time"}, {"training images"}, {"machine"}, {"break-even after"}}};
+  const SceneWords words = common_words(page);
+  Table table{"training",
+              "",
+              {{"method"}, {"training time"}, {"training " + words.captures()}, {"machine"}, {"break-even after"}}};
   for (const TrainingCost& cost : page.training) {
     Words even;
     for (const BreakEven& one : cost.pays_after) {  // one line per group with a specification
       if (!even.empty()) even.add("\n");
       if (page.groups.size() > 1) even.add(one.label, "name").add(": ");
-      add_break_even(even, one, page.groups[one.group].prices);
+      add_break_even(even, one, page.groups[one.group]);
     }
     table.add({method_cell(cost.method, false, training_tag(page.methods, cost.method)),
                {duration(cost.hours), sort_value(cost.hours), "number"},
@@ -56,9 +60,10 @@ void training_section(PageWriter& out, const PageParts& parts) {
   }
   out.heading(2, "Training cost").table(table);
   out.text(
-      "Break-even: training time divided by the time that each lens saves until it is in specification (machine and "
-      "compute time, medians), compared with the fastest method without training. The effort of developing the "
-      "training is not included.",
+      "Break-even: training time divided by the time that each " + words.device +
+          " saves until it is in specification (machine and "
+          "compute time, medians), compared with the fastest method without training. The effort of developing the "
+          "training is not included.",
       "quiet");
 }
 

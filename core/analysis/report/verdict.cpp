@@ -55,14 +55,21 @@ struct Subject {
   const Row& best() const { return *ranked.methods.front(); }
 };
 
+// Between what every error is: "median error at the start is 12.5, that of the instances' own optima 0.332".
+std::string around_words(const Group& group) {
+  const bool start = std::isfinite(group.start), optimum = std::isfinite(group.own_optimum);
+  if (!start && !optimum) return "";
+  return "median error " + (start ? "at the start is " + number_text(group.start) + (optimum ? ", that " : "") : "") +
+         (optimum ? "of the instances' own optima " + std::string(start ? "" : "is ") + number_text(group.own_optimum)
+                  : "");
+}
+
 std::string lowest_error(const Subject& of) {
   const Score& score = of.best().score();
-  const std::string start = of.whole && std::isfinite(of.group.start)
-                                ? "; the median error at the start is " + number_text(of.group.start)
-                                : "";
+  const std::string around = of.whole ? around_words(of.group) : "";
   return of.best().method + " has the lowest " + (score.n == 1 ? "" : "median ") +
          (of.group.measured_only ? "measured error" : "error") + ", " + median_text(score) + failures_of(of.best()) +
-         start + ". ";
+         (around.empty() ? "" : "; the " + around) + ". ";
 }
 
 std::string yield_of_best(const Subject& of) {
@@ -77,11 +84,9 @@ std::string yield_of_best(const Subject& of) {
     // More instances may meet the specification at some step than at the end, so that the median time is below the
     // budget although the yield is under one half.
     if (time->successes > yield.in) text += "; " + std::to_string(time->successes) + " met it at some step";
-    // Step 0 is an image, too.
-    const auto steps = static_cast<std::size_t>(std::ceil(time->steps));
     text += std::string(", half of all instances") +
             (of.group.spec.limits_mtf() ? " by " + of.group.scored_by.name : "") + " after " +
-            counted(steps + 1, "image") + (steps > 0 ? " (the one at the start included)" : " (the one at the start)");
+            of.group.words.until(static_cast<std::size_t>(std::ceil(time->steps)));
     if (std::isfinite(time->seconds)) text += " and " + number_text(time->seconds) + " s of machine time";
   }
   if (yield.uncured)
@@ -161,17 +166,18 @@ GroupVerdict verdict_of(const Group& group, double relevant, bool primary_is_yie
     const bool has_yield = by_yield && !ranked.methods.empty() && ranked.methods.front()->yield;
     const Subject subject = {group, ranked, relevant, false, has_yield};
     if (!subject.ranked.methods.empty())
-      verdict.classes.push_back({of_class, subject.best().method, sentences(subject)});
+      verdict.classes.push_back(
+          {of_class, group.words.observed(class_title(of_class)), subject.best().method, sentences(subject)});
   }
   if (verdict.classes.size() < 2) {
     verdict.classes.clear();
     verdict.text = sentences({group, all, relevant, true, by_yield});
     return verdict;
   }
+  const std::string around = around_words(group);
   const std::string rest =
-      (std::isfinite(group.start) ? "The median error at the start is " + number_text(group.start) + ". " : "") +
-      oracles_and_ground_truth(group, all, by_yield);
-  for (const ClassVerdict& one : verdict.classes) verdict.text += class_title(one.of_class) + ": " + one.text + " ";
+      (around.empty() ? "" : "The " + around + ". ") + oracles_and_ground_truth(group, all, by_yield);
+  for (const ClassVerdict& one : verdict.classes) verdict.text += one.title + ": " + one.text + " ";
   verdict.text = without_last_space(verdict.text + rest);
   verdict.rest = without_last_space(rest);
   return verdict;
@@ -225,6 +231,34 @@ std::string lead_words(std::vector<ClassLead> leads, std::size_t groups) {
   return words;
 }
 
+// " at both groups", " at all 3 noise levels"
+std::string everywhere_words(std::size_t groups, const std::string& groups_are) {
+  return (groups == 2 ? " at both " : " at all " + std::to_string(groups) + " ") + groups_are;
+}
+
+// No median of a method, oracles apart, is below that of the start.
+bool none_improves(const Group& group) {
+  const Ranked ranked(group, false);
+  return std::isfinite(group.start) && !ranked.methods.empty() &&
+         std::none_of(ranked.methods.begin(), ranked.methods.end(),
+                      [&](const Row* row) { return row->score().median < group.start; });
+}
+
+// "No method improves on the median error at the start at 2 of 3 noise levels. "; empty if one does in each group.
+std::string start_words(const PageModel& page, const char* groups_are) {
+  std::vector<const Group*> groups;
+  for (const Group& group : page.groups)
+    if (none_improves(group)) groups.push_back(&group);
+  if (groups.empty()) return "";
+  const std::size_t all = page.groups.size();
+  return "No method improves on the median error at the start" +
+         (all == 1 ? " (" + number_text(groups.front()->start) + ")"
+          : groups.size() == all
+              ? everywhere_words(all, groups_are)
+              : " at " + std::to_string(groups.size()) + " of " + std::to_string(all) + " " + groups_are) +
+         ". ";
+}
+
 }  // namespace
 
 std::string headline(const PageModel& page) {
@@ -253,16 +287,15 @@ std::string headline(const PageModel& page) {
   for (const ObservationClass of_class : kClasses)
     if (const auto found = leads.find(of_class); found != leads.end()) {
       parts.push_back(lead_words(found->second, groups));
-      if (leads.size() > 1) parts.back() += " among m" + class_title(of_class).substr(1);
+      if (leads.size() > 1) parts.back() += " among m" + common_words(page).observed(class_title(of_class)).substr(1);
       everywhere = everywhere && found->second.size() == 1 && found->second.front().first == groups;
     }
-  return std::string(page.analysis.primary_is_yield             ? "Highest yield"
-                     : every_group(page, &Group::measured_only) ? "Lowest measured error"
-                                                                : "Lowest median error") +
-         (everywhere ? (groups == 2 ? " at both " : " at all " + std::to_string(groups) + " ") +
-                           (levels ? "noise levels" : "groups")
-                     : "") +
-         ": " + join(parts, "; ") + ".";
+  const char* groups_are = levels ? "noise levels" : "groups";
+  return start_words(page, groups_are) +
+         (page.analysis.primary_is_yield             ? "Highest yield"
+          : every_group(page, &Group::measured_only) ? "Lowest measured error"
+                                                     : "Lowest median error") +
+         (everywhere ? everywhere_words(groups, groups_are) : "") + ": " + join(parts, "; ") + ".";
 }
 
 std::string computing_time_note(const RunState& ran) {
@@ -273,7 +306,7 @@ std::string computing_time_note(const RunState& ran) {
     return "";
   return "Harness overhead was " + significant(100 * ran.harness->share_of_scene_time, 2) +
          " % of the scene's time, on a busy machine mostly waiting for a core: do not compare compute times of this "
-         "run. Errors and images are not affected.";
+         "run. Errors are not affected.";
 }
 
 namespace {
@@ -347,6 +380,7 @@ bool home_observes_the_start(const Row& row) { return row.method == "home" && !r
 
 std::vector<std::string> caveats(const PageModel& page) {
   const RunState& ran = page.ran;
+  const SceneWords words = common_words(page);
   const struct {
     bool applies;
     Texts texts;
@@ -368,15 +402,16 @@ std::vector<std::string> caveats(const PageModel& page) {
       {true, oracle_caveats(page)},
       {any_group(page, &Group::measured_only),
        {"Measured only: the error is the lowest measured " + common_score(page).name +
-        ", noise included. As a minimum over all images it favours methods that take many. True poses, "
-        "noise-free errors and the result of fixing the lens at the "
-        "recommended pose are unknown."}},
+        ", noise included. As a minimum over all " + words.captures() +
+        " it favours methods that take many. True poses, noise-free errors and the result of fixing the " +
+        words.device + " at the recommended pose are unknown."}},
       {any_group(page, &Group::station),
-       {"Trials on a station cannot be replayed: its lenses, start poses and stage vary from trial to trial in "
-        "unknown ways. home, which needs the true start pose, is left out."}},
+       {"Trials on a station cannot be replayed: its " + words.devices +
+        ", start poses and stage vary from trial to trial in unknown ways. home, which needs the true start pose, is "
+        "left out."}},
       {any_row(page, home_observes_the_start),
-       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if "
-        "lens and stage are nearly perfect, far from it otherwise."}},
+       {"home makes a single move to the nominal pose, which the paper protocol lets it observe: near the optimum if " +
+        words.device + " and stage are nearly perfect, far from it otherwise."}},
       {ran.finished > 0, {brackets_text(page)}},
       {ran.finished > 0, infeasible_caveats(page)},
   };

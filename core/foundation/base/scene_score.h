@@ -17,9 +17,9 @@
 
 namespace relign {
 
-// "RMSE", "insertion loss in dB"
+// "RMSE", "insertion loss in dB"; "flux", of the unit 1
 inline std::string with_unit(const std::string& name, const std::string& unit) {
-  return unit.empty() ? name : name + " in " + unit;
+  return unit.empty() || unit == "1" ? name : name + " in " + unit;
 }
 
 struct FurtherScore {
@@ -42,7 +42,7 @@ struct SceneScore {
   std::string label() const { return with_unit(name, unit); }
   const FurtherScore* further_of(Criterion criterion) const;  // null: another criterion, or not declared
   // " dB" behind a number
-  std::string suffix() const { return unit.empty() ? "" : " " + unit; }
+  std::string suffix() const { return unit.empty() || unit == "1" ? "" : " " + unit; }
   bool operator==(const SceneScore&) const = default;
 };
 

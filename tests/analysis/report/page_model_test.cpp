@@ -12,6 +12,7 @@
 #include "report/made_results.h"
 #include "report/page_json.h"
 #include "report/report.h"
+#include "report/verdict.h"
 
 namespace relign::report {
 namespace {
@@ -218,6 +219,47 @@ TEST_F(Verdict, StatesTheYieldBeforeCuring) {
   const Json yield = data()["groups"][0]["rows"][0]["yield"];
   EXPECT_EQ(yield["uncured"]["in"], 3);
   EXPECT_EQ(yield["uncured"]["share"], 0.75);
+}
+
+TEST_F(Verdict, StatesTheBestPossibleScore) {
+  std::vector<records::TrialRecord> trials;
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    trials.push_back(trial("a", i, {0.1, 0.01}));
+    trials.back().own_optimum.mse = 0.002 * 0.002;
+  }
+  write(trials);
+  const std::string words = "the median error at the start is 0.100, that of the instances' own optima 0.00200.";
+  EXPECT_THAT(all_text(data()["verdict"]), HasSubstr(words));
+  const Report report(folder_);
+  EXPECT_THAT(report.html(), HasSubstr("median error at the start 0.100 \u00b7 best possible 0.00200"));
+  EXPECT_THAT(report.ranking_table(),
+              HasSubstr("\n  best possible: 0.00200, the median of the instances' own optima\n"));
+  EXPECT_THAT(report.markdown(), HasSubstr("median error at the start: 0.100; best possible: 0.00200"));
+  for (records::TrialRecord& one : trials) one.own_optimum.mse = std::numeric_limits<double>::quiet_NaN();
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  for (const std::string& text : {Report(folder_).html(), Report(folder_).markdown(), Report(folder_).ranking_table()})
+    EXPECT_THAT(text, AllOf(Not(HasSubstr("best possible")), Not(HasSubstr("own optima nan"))));
+}
+
+TEST_F(Verdict, SaysInTheHeadlineThatNoMethodImprovesOnTheStart) {
+  const auto headline_of = [this](double last, double last_at_other_level) {
+    std::filesystem::remove_all(folder_);
+    write({trial("a", 0, {0.1, last}), trial("a", 0, {0.1, last_at_other_level}, "rho1"), trial("b", 0, {0.1, 0.4}),
+           trial("b", 0, {0.1, 0.4}, "rho1")});
+    return headline(page_model(load_results(folder_)));
+  };
+  EXPECT_EQ(headline_of(0.01, 0.02), "Lowest median error at both noise levels: a.");
+  EXPECT_EQ(headline_of(0.2, 0.02),
+            "No method improves on the median error at the start at 1 of 2 noise levels. Lowest median error at both "
+            "noise levels: a.");
+  EXPECT_EQ(headline_of(0.2, 0.3),
+            "No method improves on the median error at the start at both noise levels. Lowest median error at both "
+            "noise levels: a.");
+  std::filesystem::remove_all(folder_);
+  write({trial("a", 0, {0.1, 0.2}), trial("b", 0, {0.1, 0.4})});
+  EXPECT_EQ(headline(page_model(load_results(folder_))),
+            "No method improves on the median error at the start (0.100). Lowest median error: a.");
 }
 
 TEST_F(Verdict, HasNoIntervalForOneInstance) {

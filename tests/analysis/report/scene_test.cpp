@@ -97,6 +97,27 @@ TEST_F(ScenePart, ShowsTheModelOfMachineTime) {
   EXPECT_FALSE(facts().contains("machine_time")) << "stations have their own clock";
 }
 
+TEST_F(ScenePart, ShowsTheSpeedsOfTheAxes) {
+  const auto axis = [](const char* name, const char* unit, double speed) {
+    Json made = {{"name", name}, {"unit", unit}, {"lower", -1}, {"upper", 1}};
+    if (speed > 0) made["speed_per_s"] = speed;
+    return made;
+  };
+  add_to_manifest({{"scenes",
+                    {{{"name", "relign_od"},
+                      {"id", "relign_od"},
+                      {"folder", "scenes/1f"},
+                      {"machine_time", {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 4}, {"settle_ms", 40}}}}}}});
+  put("description.json",
+      {{"axes", {axis("a", "mrad", 0.2), axis("h", "um", 200), axis("b", "mrad", 0.2), axis("g", "", 3)}}});
+  EXPECT_THAT(Report(folder_).html(),
+              HasSubstr("Simulated machine time: 0.2 mrad/s (a, b), 200 um/s (h), 3/s (g), 40 ms to settle."));
+  EXPECT_EQ(facts()["machine_time"], Json({{"settle_ms", 40}}));
+  EXPECT_EQ(facts()["axes"][1]["speed_per_s"], 200);
+  put("description.json", {{"axes", {axis("a", "mrad", 0.2), axis("x", "mm", 0)}}});
+  EXPECT_THAT(Report(folder_).html(), HasSubstr("Simulated machine time: 0.2 mrad/s (a), 5 mm/s, 40 ms to settle."));
+}
+
 TEST_F(ScenePart, WritesTheLandscapeAsAFigure) {
   Report(folder_).write_figures(folder_ / "paper");
   EXPECT_THAT(

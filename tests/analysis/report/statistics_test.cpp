@@ -178,15 +178,26 @@ TEST_F(Statistics, ShowsFilmsWithoutScripts) {
   EXPECT_THAT(page, HasSubstr("viewBox=\"0 0 6 2\""));
 }
 
-TEST(ResidualText, ShowsTheWorstAxisInSuitableUnits) {
+TEST(ResidualText, ShowsTheWorstPositionAndTiltInSuitableUnits) {
   const auto text = [](const char* unit, double a, double b) {
     return residual_of({{"p", unit, a, 1}, {"q", unit, b, kMissing}}).text;
   };
   EXPECT_EQ(text("mm", 0.0008, 0.0002), "0.80 \u00b5m");
   EXPECT_EQ(text("mm", 0.1, 0.25), "0.25 mm");
   EXPECT_EQ(text("deg", 0.01, 0.005), "0.60\u2032");
-  EXPECT_EQ(text("furlong", 1, 2), "-") << "unknown unit";
+  EXPECT_EQ(residual_of({{"x", "mm", 0.0008, 1, 2}, {"Ry", "deg", 0.01, 1, 10}}).text, "0.80 \u00b5m / 0.60\u2032");
   EXPECT_EQ(residual_of({}).text, "-");
+}
+
+TEST(ResidualText, ShowsTheWorstAxisByShareOfItsTravel) {
+  const std::vector<ResidualAxis> axes = {
+      {"height", "um", 53, 60, 400}, {"coil", "A", 0.4, 0.6, 2}, {"gain", "", 0.1, 0.2, 10}, {"lost", "A", kMissing}};
+  const Residual residual = residual_of(axes);
+  EXPECT_EQ(residual.text, "coil 0.40 A (20 %)");
+  EXPECT_EQ(residual.sort, "0.2");
+  EXPECT_EQ(residual.details,
+            "height 53.0 um (75 % below 60.0); coil 0.400 A (75 % below 0.600); gain 0.100 (75 % below 0.200)");
+  EXPECT_EQ(residual_of({{"lost", "A", kMissing, kMissing, 2}}).text, "-");
 }
 
 // A hundred methods on fifty scenes, curves at 16 steps.

@@ -23,6 +23,7 @@ const relignCurves = (() => {
   // A name may denote different methods under different protocols.
   const curveIn = (group, method) => (method.protocol && method.protocol !== group.protocol ? undefined
     : group.curves.find((curve) => curve.method === method.name));
+  const counted = (group) => group.counted || 'image';
   const stepAt = (curve, i) => (curve.steps ? curve.steps[i] : curve.first_step + i);
 
   // Of equal tracks one is written, and intervals at their steps (`at`) only (curve_data.cpp).
@@ -53,7 +54,7 @@ const relignCurves = (() => {
       if (!track || !view.visible[index]) return;
       const band = BANDS.find(([id, , low]) => id === view.bands && track[low]);
       const [lows, highs] = band ? [joined(track[band[2]], view.log), joined(track[band[3]], view.log)] : [[], []];
-      const one = {name: method.name, style: method.style, drawn: 'line', x: [], y: [], low: [], high: [], places: [], index, curve};
+      const one = {name: method.name, style: method.style, drawn: 'line', x: [], y: [], low: [], high: [], places: [], index, group, curve};
       track.median.forEach((y, place) => {
         const x = view.clock === 'step' ? stepAt(curve, place) : (curve[view.clock] || [])[place];
         if (!known(y) || !known(x) || (view.logx && !(x > 0)) || (view.log && !(y > 0))) return;
@@ -67,15 +68,15 @@ const relignCurves = (() => {
       : [['specification', group.spec, false], ['own optimum', floor.own_optimum, false], ['bound of one more image', floor.next_image, true]]
         .filter(([, y]) => known(y) && (!view.log || y > 0)).map(([label, y, dotted]) => ({label, y, dotted}));
     return {title: group.label, height, series: series.slice(0, most), levels, y: {title: group.score ? axis + ', ' + group.score : axis, log: view.log},
-            x: {title: CLOCKS.find(([id]) => id === view.clock)[1], log: view.logx, whole: view.clock === 'step'}};
+            x: {title: view.clock === 'step' ? counted(group) + 's' : CLOCKS.find(([id]) => id === view.clock)[1], log: view.logx, whole: view.clock === 'step'}};
   }
 
   // The readout: a name and its values.
-  function description(methods, view, {curve, index, places}, k) {
+  function description(methods, view, {group, curve, index, places}, k) {
     const place = places[k], track = curve.tracks[view.track];
     const range = (words, low, high) => (low && known(low[place]) ? `; ${words} ${number(low[place])}\u2013${number(high[place])}` : '');
     const seconds = (key, words) => (curve[key] && known(curve[key][place]) ? `; ${number(curve[key][place])} s ${words}` : '');
-    return [methods[index].label || methods[index].name, ` image ${stepAt(curve, place)}: ${number(track.median[place])}` +
+    return [methods[index].label || methods[index].name, ` ${counted(group)} ${stepAt(curve, place)}: ${number(track.median[place])}` +
       range('95 %', track.lo95, track.hi95) + range('quartiles', track.q25, track.q75) + seconds('machine_seconds', 'machine time') +
       seconds('algorithm_seconds', 'compute time') + `; ${curve.trials === 1 ? '1 instance' : curve.trials + ' instances'}`];
   }
@@ -97,9 +98,10 @@ const relignCurves = (() => {
     byId('first-figure').hidden = false;
     const own = {...view, visible: data.methods.map(() => true), bands: view.defaultBands};
     const [, words] = BANDS.find(([id]) => id === own.bands) || ['', ''];
-    byId('first-caption').textContent = 'Median over the instances after each image' + (words ? ', with ' + words + '.' : '.');
     const chosen = () => data.groups[select.value], chart = draw(byId('first-chart'), data, chosen(), own, FIRST);
-    select.addEventListener('change', () => { chart.name = 'error-' + chosen().label; chart.set(chartOf(data, chosen(), own, ...FIRST)); });
+    const caption = () => { byId('first-caption').textContent = `Median over the instances after each ${counted(chosen())}${words ? ', with ' + words : ''}.`; };
+    caption();
+    select.addEventListener('change', () => { chart.name = 'error-' + chosen().label; caption(); chart.set(chartOf(data, chosen(), own, ...FIRST)); });
   }
 
   function start(data) {
@@ -146,7 +148,9 @@ const relignCurves = (() => {
 
     const present = TRACKS.filter(([id]) => everyCurve.some((curve) => curve.tracks[id]));
     if (!present.some(([id]) => id === view.track)) view.track = present[0][0];
-    const clocks = CLOCKS.filter(([key]) => key === 'step' || everyCurve.some((curve) => curve[key]));
+    const steps = data.groups.every((group) => counted(group) === 'image') ? 'images' : 'moves';
+    const clocks = CLOCKS.filter(([key]) => key === 'step' || everyCurve.some((curve) => curve[key]))
+      .map(([key, words]) => [key, key === 'step' ? steps : words]);
     const control = (id, list, key, of = (value) => value) => {
       if (list) byId(id).replaceChildren(...options(list));
       if (list) byId(id).value = view[key];
