@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -195,6 +197,32 @@ TEST_F(CliScores, MistakesOfAScoreAreFoundByTheChecks) {
               HasSubstr("non-finite"));
   EXPECT_THAT(found_by_the_checks("return [loss_db(abs(share + DARK + noise))]", "return [1.0, 2.0]"),
               HasSubstr("capture() returned 2 readings, expected 1 reading"));
+}
+
+// A capture takes 20 ms, but not again at the pose and seed of the last.
+TEST_F(CliScores, TheForecastCountsCapturesThatASceneDoesNotKeep) {
+  const std::string before = "    def capture(self, true_pose, frame_seed):\n";
+  std::string source;
+  {
+    std::ifstream file(RELIGN_SOURCE_DIR "/templates/scene-readings-python/my_plugin.py");
+    source.assign(std::istreambuf_iterator<char>(file), {});
+  }
+  const std::size_t at = source.find(before);
+  ASSERT_NE(at, std::string::npos);
+  source.insert(at + before.size(),
+                "        import time\n"
+                "        last, self.last = getattr(self, 'last', None), (tuple(true_pose), frame_seed)\n"
+                "        time.sleep(0 if self.last == last else 0.02)\n");
+  place_.write("slow.py", source);
+  place_.write("slow.json", R"({"scenes": ["./slow.py"], "noise_levels": ["declared"], "protocol": "blind",
+                               "algorithms": ["nlopt-neldermead"], "instances": 20, "steps": 50})");
+  const Outcome outcome = call({"--json", "validate", "slow.json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const json found = json::parse(outcome.out);
+  constexpr double kOfMethods = 0.5;  // home moves once
+  EXPECT_GT(found["expected_seconds"].get<double>() * found["cores"].get<double>(),
+            0.02 * kOfMethods * found["frames"].get<double>())
+      << found;
 }
 
 TEST_F(CliScores, AMethodForOneSceneIsCheckedOnIt) {
