@@ -262,6 +262,17 @@ if __name__ == "__main__":
   EXPECT_EQ(call({"plugin", "check", "./axes.py", "--scene", "./axes.py"}).exit_code, 2);
 }
 
+TEST_F(CliScores, AnOptimumOutsideOfTheTravelRejectsThePluginInOneSentence) {
+  scene_with("def own_optimum(self, seed):",
+             "def own_optimum(self, seed):\n        return [1.5] * 6, 0.0, 0.0\n\n    def known(self, seed):");
+  place_.write("bad.json", R"({"scenes": ["./scene.py"], "noise_levels": ["declared"], "protocol": "blind",
+                              "algorithms": ["nlopt-neldermead"], "instances": 2, "steps": 5})");
+  const Outcome outcome = call({"validate", "bad.json"});
+  EXPECT_EQ(outcome.exit_code, 5) << outcome.out << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("own_optimum"), HasSubstr("expected 0 to 1 on every axis"),
+                                 HasSubstr("plugin check"), Not(HasSubstr("internal"))));
+}
+
 // Faults that the perfect device does not show, since it has no uncertain quantity.
 TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
   fs::copy_file(RELIGN_SOURCE_DIR "/templates/scene-readings-python/my_plugin.py", place_.path("pinhole.py"));
@@ -291,6 +302,8 @@ TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
   EXPECT_THAT(found({{"\"x\": 50.0", "\"x\": 10.0"}}), HasSubstr("8 devices is at an end of the travel of 'x'"));
   EXPECT_THAT(found({{"return min(-10", "return 0.7 + min(-10"}}),
               HasSubstr("none of 8 devices is in specification at its own optimum"));
+  EXPECT_THAT(found({{"\"score\": 0.5", "\"score\": 70.0"}}),
+              HasSubstr("the specification of 70.0 dB is already met at the start of 8 of 8 devices"));
   EXPECT_THAT(found({{"RAYLEIGH_MM = 5.0", "RAYLEIGH_MM = 1e9"}}),
               AllOf(HasSubstr("does not depend on 'z' around the best poses"),
                     HasSubstr("depend on the uncertain quantity 'focus_z'"), HasSubstr("warning")));
