@@ -45,10 +45,12 @@ inline constexpr std::array kExitCodes = {
                 "--gate does not hold. leaderboard build: an evaluation was left out.",
                 "Read the warnings: each names the trial and what differs. Another program, processor or plugin than "
                 "that of the records is the usual reason; docs/clusters.md says what may differ."},
-    Explanation{"5", "plugin rejected",
-                "A plugin was not found, could not be loaded (another interface, a missing library) or failed a check.",
-                "relign-bench list shows the plugins that were found, relign-bench doctor the folders that were "
-                "searched; --plugin PATH adds one. relign-bench plugin check PLUGIN names what is wrong."},
+    Explanation{
+        "5", "plugin rejected",
+        "A plugin was not found, could not be loaded (another interface, a missing library), failed a check, or failed "
+        "in validate.",
+        "relign-bench list shows the plugins that were found, relign-bench doctor the folders that were "
+        "searched; --plugin PATH adds one. relign-bench plugin check PLUGIN names what is wrong."},
     Explanation{"75", "stopped, resumable",
                 "SIGTERM, as a queue sends it at the end of its time. From slurm: the plan is not complete.",
                 "Run the same command again: finished trials are kept."},

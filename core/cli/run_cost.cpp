@@ -4,6 +4,7 @@
 #include <barrier>
 #include <chrono>
 #include <exception>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -14,6 +15,8 @@
 namespace relign::cli {
 namespace {
 
+constexpr double kNearby = 1e-3;  // shares of the travel
+
 template <class Body>
 double seconds_of(const Body& body) {
   const auto start = std::chrono::steady_clock::now();
@@ -21,10 +24,16 @@ double seconds_of(const Body& body) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-// The least of three: other programs only add to it.
+// The least of three: other programs only add to it. `body` gets a pose near `pose`, another one each time, and a seed:
+// a scene may keep what it computed last.
 template <class Body>
-double least_seconds_of(const Body& body) {
-  return std::min({seconds_of(body), seconds_of(body), seconds_of(body)});
+double least_seconds_of(std::vector<double> pose, const Body& body) {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    for (double& place : pose) place += place < 0.5 ? kNearby : -kNearby;
+    least = std::min(least, seconds_of([&] { body(pose, seed); }));
+  }
+  return least;
 }
 
 RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, const trials::Instance& instance,
@@ -45,8 +54,12 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
   cost.instance = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::vector<double>* const poses[] = {&optimum, &instance.perturbations.start};
   for (const std::vector<double>* pose : poses) {
-    cost.capture += least_seconds_of([&] { lens.capture(*pose, 1, pixels.data()); }) / std::size(poses);
-    if (facts.truth) cost.noise_free += least_seconds_of([&] { lens.noise_free_mse(*pose, 1); }) / std::size(poses);
+    const auto capture = [&](const std::vector<double>& at, std::uint64_t seed) {
+      lens.capture(at, seed, pixels.data());
+    };
+    cost.capture += least_seconds_of(*pose, capture) / std::size(poses);
+    const auto score = [&](const std::vector<double>& at, std::uint64_t seed) { lens.noise_free_mse(at, seed); };
+    if (facts.truth) cost.noise_free += least_seconds_of(*pose, score) / std::size(poses);
   }
   if (criteria.any()) {
     trials::Judge judge(lens, facts, criteria, design, 1);

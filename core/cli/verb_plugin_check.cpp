@@ -17,6 +17,7 @@ using conformance::Verdict;
 struct CheckArguments {
   std::vector<std::string> plugins;
   double deadline_s = 60;
+  std::string scene;
   std::string one;    // in a child process: the check to run
   int report_fd = 1;  // in a child process: where to report
 };
@@ -62,6 +63,7 @@ int check(Context& context, const CheckArguments& arguments) {
   conformance::InspectionSetup setup;
   setup.program = std::filesystem::read_symlink("/proc/self/exe");
   setup.deadline_s = arguments.deadline_s;
+  setup.scene = arguments.scene;
   if (!context.json) setup.on_result = [](const CheckResult& result) { print_text(result_line(result)); };
   bool passed = true;
   Json all = Json::array();
@@ -76,7 +78,7 @@ int check(Context& context, const CheckArguments& arguments) {
 }
 
 int check_one(const CheckArguments& arguments) {
-  conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd);
+  conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd, arguments.scene);
   return kDone;
 }
 
@@ -93,6 +95,10 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
   verb.add_option("PATH", arguments->plugins,
                   "plugin: folder, library, script or manifest, or the id of an installed plugin")
       ->required();
+  verb.add_option("--scene", arguments->scene,
+                  "check methods on this scene (id or path), with the noise level 'declared' if it has uncertain "
+                  "quantities, in place of synthetic merits and images for 1 to 10 axes")
+      ->type_name("SCENE");
   verb.add_option("--deadline", arguments->deadline_s, "time limit of a check, seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 86400.0))

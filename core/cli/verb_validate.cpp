@@ -1,4 +1,6 @@
 // relign-bench validate: checks a suite and estimates its run time.
+#include "base/error.h"
+#include "base/own_command.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/progress.h"
@@ -30,7 +32,7 @@ plugin_host::HostServices quiet_services(Context& context) {
   return services;
 }
 
-int validate(Context& context, const std::string& file) {
+int checked(Context& context, const std::string& file) {
   context.start_sandbox("");
   const suites::Suite suite = suites::read_suite(suite_file(file), context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
@@ -126,6 +128,16 @@ int validate(Context& context, const std::string& file) {
                "time, pretraining, pictures and the report)\n" +
                memory + design_mtf);
   return kDone;
+}
+
+int validate(Context& context, const std::string& file) {
+  try {
+    return checked(context, file);
+  } catch (const Error& error) {
+    if (error.kind() != ErrorKind::plugin_failed) throw;
+    throw Error(ErrorKind::plugin_rejected,
+                std::string(error.what()) + "; '" + own_command("plugin check PLUGIN") + "' checks it alone");
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -205,6 +206,20 @@ if __name__ == "__main__": serve(Moody)
 )");
   EXPECT_THAT(finding("moody.py", "same-draw"),
               HasSubstr("a second object of 'moody' draws differently for the same seed"));
+}
+
+TEST(CliProcessPlugins, AMissingDocstringIsOneSentence) {
+  RELIGN_NEEDS_PYTHON();
+  const Workplace place;
+  place.write(
+      "nodoc.py",
+      "from relign_bench.plugin import Optimizer, serve\n\n\nclass Nodoc(Optimizer):\n    def run(self, trial):\n"
+      "        pass\n\n\nserve(Nodoc)\n");
+  const Outcome outcome = relign_bench(place, {"try", "./nodoc.py"});
+  EXPECT_EQ(outcome.exit_code, 5) << outcome.err;
+  EXPECT_THAT(outcome.err, AllOf(HasSubstr("nodoc.py cannot be used: the class Nodoc needs a docstring"),
+                                 Not(HasSubstr("Traceback"))));
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
 }
 
 TEST(CliProcessPlugins, LogsOutputOfPlugins) {

@@ -7,6 +7,7 @@
 #include "conformance/checks.h"
 #include "conformance/conduct.h"
 #include "conformance/progress.h"
+#include "conformance/trial_scene.h"
 #include "conformance/watchdog.h"
 
 namespace relign::conformance {
@@ -58,9 +59,10 @@ std::string first_difference(const FakeTrial& one, const FakeTrial& other) {
   return same ? "" : "in their recommendations";
 }
 
-FakeSetup noisy_setup(const Choice& choice, std::uint32_t axes, std::uint32_t budget) {
-  FakeSetup setup = setup_for(choice, axes);
-  setup.merit = noisy(setup.merit);
+// A scene has noise of its own.
+FakeSetup noisy_setup(const Subject& subject, const Choice& choice, std::uint32_t axes, std::uint32_t budget) {
+  FakeSetup setup = setup_for(choice, axes, subject.scene.get());
+  if (!subject.scene) setup.merit = noisy(setup.merit);
   setup.budget = budget;
   return setup;
 }
@@ -71,7 +73,7 @@ const Finding kStoppedLate = skipped("it does not return after RELIGN_STOP");
 
 Finding check_runs(const Subject& subject) {
   Watchdog watchdog;
-  FakeTrial trial(noisy_setup(subject.choice(), 5, 30));
+  FakeTrial trial(noisy_setup(subject, subject.choice(), 5, 30));
   // The next two checks cover the time after RELIGN_STOP, and invalid poses.
   const std::string failure = watched_trial(subject.choice(), trial, watchdog, ok());
   return failure.empty() ? ok() : failed(failure);
@@ -86,7 +88,7 @@ Finding check_stop(const Subject& subject) {
   for (std::uint32_t budget = 0; budget <= kLast; budget += process ? std::max(1U, budget / 2) : 1) {
     const std::string where = "stopped at request " + std::to_string(budget + 1);
     at(where);
-    FakeTrial trial(noisy_setup(subject.choice(), 5, budget));
+    FakeTrial trial(noisy_setup(subject, subject.choice(), 5, budget));
     const std::string failure =
         watched_trial(subject.choice(), trial, watchdog,
                       failed(where + ", it did not return within " + shortest(kStopCpu_s) +
@@ -102,8 +104,8 @@ Finding check_stop(const Subject& subject) {
 Finding check_poses(const Subject& subject) {
   Watchdog watchdog;
   for (const bool with_noise : {true, false}) {
-    FakeSetup setup = noisy_setup(subject.choice(), 5, 60);
-    if (!with_noise) setup.merit = setup_for(subject.choice(), 5).merit;
+    FakeSetup setup = noisy_setup(subject, subject.choice(), 5, 60);
+    if (!with_noise) setup.merit = setup_for(subject.choice(), 5, subject.scene.get()).merit;
     FakeTrial trial(setup);
     watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
     if (trial.refused)
@@ -118,7 +120,7 @@ Finding check_presets(const Subject& subject) {
   Watchdog watchdog;
   for (const Choice& choice : subject.choices) {
     at("'" + choice.id + "'");
-    FakeTrial trial(noisy_setup(choice, 5, 20));
+    FakeTrial trial(noisy_setup(subject, choice, 5, 20));
     const std::string failure =
         watched_trial(choice, trial, watchdog, failed("'" + choice.id + "' does not return after RELIGN_STOP"));
     if (!failure.empty()) return failed("'" + choice.id + "': " + failure);
@@ -128,11 +130,14 @@ Finding check_presets(const Subject& subject) {
 }
 
 Finding check_dimensions(const Subject& subject) {
+  if (subject.scene)
+    return skipped("it is checked with the " + std::to_string(subject.scene->axes()) + " axes" + " of '" +
+                   subject.scene->name() + "'");
   Watchdog watchdog;
   std::vector<std::string> refused;
   for (const std::uint32_t axes : {1u, 2u, 5u, 6u, 10u}) {
     at("with " + std::to_string(axes) + " axes");
-    FakeTrial trial(noisy_setup(subject.choice(), axes, 60));
+    FakeTrial trial(noisy_setup(subject, subject.choice(), axes, 60));
     const std::string failure = watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
     if (trial.refused)
       return failed("with " + std::to_string(axes) + " axes it sent a pose that is not finite or has the wrong length");
@@ -148,11 +153,12 @@ Finding check_box(const Subject& subject) {
   if (!(subject.manifest->observed_bits() & RELIGN_OBSERVES_BOX)) return skipped("it does not observe the box");
   Watchdog watchdog;
   for (const std::uint32_t axes : {2u, 5u}) {
-    FakeTrial trial(noisy_setup(subject.choice(), axes, 100));
+    if (subject.scene && axes != 2U) break;  // which has a number of its own
+    FakeTrial trial(noisy_setup(subject, subject.choice(), axes, 100));
     watched_trial(subject.choice(), trial, watchdog, kStoppedLate);
     const FakeSetup& setup = trial.setup;
     for (std::size_t step = 0; step < trial.steps.size(); ++step)
-      for (std::size_t axis = 0; axis < axes; ++axis) {
+      for (std::size_t axis = 0; axis < setup.axes; ++axis) {
         const double value = trial.steps[step].pose[axis];
         if (value >= setup.lower[axis] && value <= setup.upper[axis]) continue;
         return warning("step " + std::to_string(step + 1) + " commands " + shortest(value) + " on axis " +
@@ -166,12 +172,12 @@ Finding check_box(const Subject& subject) {
 Finding check_same_trace(const Subject& subject) {
   const Choice& choice = subject.choice();
   Watchdog watchdog;
-  FakeSetup setup = noisy_setup(choice, 5, 50);
+  FakeSetup setup = noisy_setup(subject, choice, 5, 50);
   setup.seed = 77;
   FakeTrial alone(setup);
   watched_trial(choice, alone, watchdog, kStoppedLate);
 
-  FakeSetup other_setup = noisy_setup(choice, 2, 15);
+  FakeSetup other_setup = noisy_setup(subject, choice, 2, 15);
   other_setup.seed = 78;
   FakeTrial between(other_setup);
   watched_trial(choice, between, watchdog, kStoppedLate);
@@ -222,9 +228,17 @@ Finding check_merits(const Subject& subject) {
   for (const MeritKind& kind : kinds) {
     const std::string where = std::string("with merits that are ") + kind.name;
     at(where);
-    FakeSetup setup = setup_for(subject.choice(), 5);
+    FakeSetup setup = setup_for(subject.choice(), 5, subject.scene.get());
     setup.merit = kind.merit;
     setup.budget = 200;
+    if (subject.scene) {  // captures stay those of the scene, and may take long
+      setup.merit = [captured = setup_for(subject.choice(), 5, subject.scene.get()).merit, &kind](const Pose& pose,
+                                                                                                  std::uint32_t step) {
+        captured(pose, step);
+        return kind.merit(pose, step);
+      };
+      setup.budget = 50;
+    }
     FakeTrial trial(setup);
     const std::string failure =
         watched_trial(subject.choice(), trial, watchdog, failed(where + " it does not return after RELIGN_STOP"));

@@ -16,6 +16,7 @@
 #include "base/json_source.h"
 #include "conformance/fake_services.h"
 #include "conformance/synthetic.h"
+#include "conformance/trial_scene.h"
 #include "plugin_host/training.h"
 
 extern char** environ;
@@ -33,11 +34,16 @@ constexpr unsigned kMaxSourceSteps = 20;
 
 }  // namespace
 
-FakeSetup setup_for(const Choice& choice, std::uint32_t axes) {
+FakeSetup setup_for(const Choice& choice, std::uint32_t axes, TrialScene* scene) {
   FakeSetup setup;
   setup.axes = axes;
   setup.observes = choice.plugin->observed_bits();
   const bool stage_coordinates = setup.observes & RELIGN_OBSERVES_START;
+  setup.scene = scene;
+  if (scene) {
+    scene->fill(setup, stage_coordinates);
+    return setup;
+  }
   setup.start.assign(axes, 0.0);
   for (std::uint32_t axis = 0; axis < axes; ++axis) setup.start[axis] = stage_coordinates ? 0.35 + 0.03 * axis : 0.0;
   setup.lower.assign(axes, stage_coordinates ? 0.2 : -0.5);
@@ -57,18 +63,21 @@ std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(con
 }
 
 FakePretraining prepare(const Choice& choice, std::uint32_t axes,
-                        const std::function<double(const Pose&, std::uint32_t)>& merit) {
+                        const std::function<double(const Pose&, std::uint32_t)>& merit, TrialScene* scene) {
   const auto wanted = plugin_host::pretraining(*choice.plugin, choice.parameters);
   FakePretraining pretraining;
   if (!wanted) return pretraining;
   pretraining.active = true;
   pretraining.sources = std::min(wanted->sources, kMaxSources);
   for (; pretraining.source < pretraining.sources; ++pretraining.source) {
-    FakeSetup setup = setup_for(choice, axes);
+    FakeSetup setup = setup_for(choice, axes, scene);
     Pose optimum = setup.start;
     Random random(pretraining.source, 7);
     for (double& coordinate : optimum) coordinate += 0.2 * (random.uniform() - 0.5);
-    setup.merit = merit ? merit : noisy([optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); });
+    if (merit)
+      setup.merit = merit;
+    else if (!scene)
+      setup.merit = noisy([optimum](const Pose& pose, std::uint32_t) { return bowl(pose, optimum); });
     setup.seed = pretraining.source;
     setup.budget = std::min(wanted->steps, kMaxSourceSteps);
     setup.pretraining = &pretraining;
@@ -82,12 +91,12 @@ FakePretraining prepare(const Choice& choice, std::uint32_t axes,
 namespace {
 
 // Pretrained data, cached in this process by choice and number of axes: most checks run many trials, some concurrently.
-FakePretraining cached_pretraining(const Choice& choice, std::uint32_t axes) {
+FakePretraining cached_pretraining(const Choice& choice, std::uint32_t axes, TrialScene* scene) {
   static std::mutex mutex;
   const std::lock_guard<std::mutex> hold(mutex);
   static std::map<std::string, FakePretraining> known;
   const std::string key = std::to_string(axes) + choice.identity;
-  if (!known.count(key)) known[key] = prepare(choice, axes);
+  if (!known.count(key)) known[key] = prepare(choice, axes, {}, scene);
   return known[key];
 }
 
@@ -97,7 +106,7 @@ void run_trial(const Choice& choice, FakeTrial& trial) {
   FakePretraining pretraining;
   const bool own = trial.setup.pretraining != nullptr;
   if (!own && !choice.plugin->prepare.is_null()) {
-    pretraining = cached_pretraining(choice, trial.setup.axes);
+    pretraining = cached_pretraining(choice, trial.setup.axes, trial.setup.scene);
     trial.setup.pretraining = &pretraining;
   }
   const FakeServices services(choice, trial);
@@ -133,10 +142,10 @@ void exercise_scene(const Choice& choice) {
 
 }  // namespace
 
-void exercise(const Choice& choice) {
+void exercise(const Choice& choice, TrialScene* scene) {
   try {
     if (plugin_host::is_algorithm(choice.plugin->kind)) {
-      FakeSetup setup = setup_for(choice, 5);
+      FakeSetup setup = setup_for(choice, 5, scene);
       setup.budget = 40;
       FakeTrial trial(setup);
       run_trial(choice, trial);
@@ -204,6 +213,16 @@ std::string stdout_of(const std::function<void()>& work) {
   ::close(written);
   text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
   return text;
+}
+
+std::vector<float> packed(const relign_image& image) {
+  std::vector<float> values;
+  for (std::size_t y = 0; y < image.height; ++y) {
+    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
+                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
+    values.insert(values.end(), row, row + image.width);
+  }
+  return values;
 }
 
 std::size_t heap_bytes() {

@@ -12,16 +12,19 @@
 
 namespace relign::conformance {
 
-// A trial on a bowl-shaped merit, in the coordinates that this algorithm would get under a protocol.
-FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes);
+// A trial on a bowl-shaped merit, in the coordinates that this algorithm would get under a protocol; or on a scene,
+// which has its own number of axes.
+FakeSetup setup_for(const plugin_host::Choice& choice, std::uint32_t axes, TrialScene* scene = nullptr);
 
 // `merit` with noise that depends only on the step.
 std::function<double(const Pose&, std::uint32_t)> noisy(std::function<double(const Pose&, std::uint32_t)> merit);
 
-// The data that an algorithm with pretraining (relign.prepared/1) saves on a few short synthetic sources; a function of
-// choice and number of axes. `merit`, if any, replaces that of the sources. Throws Error(plugin_failed).
+// The data that an algorithm with pretraining (relign.prepared/1) saves on a few short sources, synthetic or of the
+// scene; a function of choice, number of axes and scene. `merit`, if any, replaces that of the sources. Throws
+// Error(plugin_failed).
 FakePretraining prepare(const plugin_host::Choice& choice, std::uint32_t axes,
-                        const std::function<double(const Pose&, std::uint32_t)>& merit = {});
+                        const std::function<double(const Pose&, std::uint32_t)>& merit = {},
+                        TrialScene* scene = nullptr);
 
 // Runs one trial in a new object, with services. Pretrains an algorithm that asks for it, unless the setup has data.
 // Throws Error(plugin_failed).
@@ -29,7 +32,7 @@ void run_trial(const plugin_host::Choice& choice, FakeTrial& trial);
 
 // Uses the plugin once: runs a trial, or draws, or captures and scores. Ignores reported failures, which other checks
 // find.
-void exercise(const plugin_host::Choice& choice);
+void exercise(const plugin_host::Choice& choice, TrialScene* scene = nullptr);
 
 // Environment variables and open file descriptors of this process.
 class ProcessState {
@@ -46,6 +49,9 @@ class ProcessState {
 
 // Everything written to stdout while `work` runs, through any layer.
 std::string stdout_of(const std::function<void()>& work);
+
+// The pixels, row by row.
+std::vector<float> packed(const relign_image& image);
 
 // Bytes allocated by malloc; 0 where unknown.
 std::size_t heap_bytes();

@@ -105,10 +105,7 @@ class Devices {
   }
 
   void note_place_of(const Device& device) {
-    static const records::Specification none;
-    const records::Specification spec = records::specification_of(Json(), facts_.spec, facts_.score);
-    in_specification_ += device.score_there <= spec.score;
-    specified_ = !std::isnan(spec.score);
+    in_specification_ += device.score_there <= spec_.score;
     best_ = std::min(best_, device.score_there);
     for (std::size_t axis = 0; axis < facts_.axes.size(); ++axis)
       if (const double place = device.centre[axis];
@@ -213,7 +210,7 @@ class Devices {
     std::vector<std::string> doubts;
     for (const std::string& doubt : {seeds_, searches_})
       if (!doubt.empty()) doubts.push_back(doubt);
-    if (specified_ && optima_ > 0 && in_specification_ == 0)
+    if (!std::isnan(spec_.score) && optima_ > 0 && in_specification_ == 0)
       doubts.push_back("none of " + counted(optima_, "device") +
                        " is in specification at its own optimum (lowest: " + with_unit(best_) + ")");
     for (const auto& [axis, count] : at_edge_)
@@ -241,6 +238,12 @@ class Devices {
       remarks.push_back("the own optimum of " + std::to_string(outside_) + " of " + counted(optima_, "device") +
                         " is outside the box that methods observe under 'blind', half of the travel to each side of "
                         "the start; a level of starts near the nominal pose keeps it inside");
+    const double limit = spec_.score;
+    const auto met = std::count_if(starts_.begin(), starts_.end(), [limit](double score) { return score <= limit; });
+    if (2 * static_cast<std::size_t>(met) > starts_.size())
+      remarks.push_back("the specification of " + with_unit(limit) + " is already met at the start of " +
+                        std::to_string(met) + " of " + counted(starts_.size(), "device") +
+                        ", so that yields and times to specification say little; tighten it, or start farther away");
     const auto [low, high] = std::minmax_element(starts_.begin(), starts_.end());
     if (*high - *low <= facts_.score.resolution)
       remarks.push_back("the score is " + with_unit(*low) +
@@ -250,6 +253,7 @@ class Devices {
 
   Scene scene_;
   trials::SceneFacts facts_;
+  const records::Specification spec_ = records::specification_of(Json(), facts_.spec, facts_.score);
   std::uint64_t count_ = 0;  // devices so far
   std::vector<bool> matters_;
   std::vector<double> starts_;  // scores
@@ -260,7 +264,6 @@ class Devices {
   std::map<std::size_t, unsigned> at_edge_;  // axis: devices
   unsigned outside_ = 0;                     // devices with the optimum outside the box of the protocol "blind"
   unsigned optima_ = 0, in_specification_ = 0;
-  bool specified_ = false;
   double best_ = std::numeric_limits<double>::infinity();
   std::string searches_, seeds_;  // doubts
 };

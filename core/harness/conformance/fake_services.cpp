@@ -274,8 +274,11 @@ void FakeServices::State::look() {
 const relign_image& FakeServices::State::reference() {
   look();
   const FakeSetup& setup = trial.setup;
-  reference_pixels.assign(std::size_t{setup.image_side} * setup.image_side, 0.0F);
-  if (setup.paint) setup.paint(0, reference_pixels.data());
+  reference_pixels = setup.reference;
+  if (reference_pixels.empty()) {
+    reference_pixels.assign(std::size_t{setup.image_side} * setup.image_height, 0.0F);
+    if (setup.paint) setup.paint(0, reference_pixels.data());
+  }
   reference_image = trial.last_image();
   reference_image.pixels = reference_pixels.data();
   return reference_image;

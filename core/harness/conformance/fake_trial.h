@@ -21,6 +21,7 @@
 namespace relign::conformance {
 
 using Pose = std::vector<double>;
+class TrialScene;
 
 // State of relign.prepared/1: what it reports, and the saved data.
 struct FakePretraining {
@@ -41,11 +42,15 @@ struct FakeSetup {
   double largest_move = std::numeric_limits<double>::infinity();
   std::function<double(const Pose& commanded, std::uint32_t step)> merit;  // must be set
   std::function<void()> on_stop;                            // called for every answer RELIGN_STOP; may be empty
+  std::string axes_json;                                    // empty: axes a0, a1, ... of 2 mm
   std::uint32_t image_side = 8;                             // pixels
-  std::function<void(double merit, float* pixels)> paint;   // of a capture; empty: every pixel is the merit
+  std::uint32_t image_height = 0;                           // 0: as image_side
+  std::function<void(double merit, float* pixels)> paint;   // of a capture, after `merit`; empty: the merit everywhere
+  std::vector<float> reference;                             // image; empty: as painted for the merit 0
   std::function<const void*(std::string_view id)> service;  // empty: none
   std::function<std::string()> why;                         // of the services' last failure; empty: no reason
   FakePretraining* pretraining = nullptr;                   // for relign.prepared/1; null: not offered
+  TrialScene* scene = nullptr;                              // on which to pretrain; null: on synthetic sources
 };
 
 // A bowl with its minimum (merit 0.01) at `optimum`; axes differ in steepness, and neighbours are coupled.
@@ -75,10 +80,12 @@ class FakeTrial {
     if (setup.start.empty()) setup.start.assign(setup.axes, 0.0);
     if (setup.lower.empty()) setup.lower.assign(setup.axes, -0.5);
     if (setup.upper.empty()) setup.upper.assign(setup.axes, 0.5);
-    for (std::uint32_t axis = 0; axis < setup.axes; ++axis)
+    if (setup.image_height == 0) setup.image_height = setup.image_side;
+    axes_json_ = setup.axes_json;
+    for (std::uint32_t axis = 0; setup.axes_json.empty() && axis < setup.axes; ++axis)
       axes_json_ +=
           std::string(axis ? "," : "[") + R"({"name":"a)" + std::to_string(axis) + R"(","unit":"mm","travel":2})";
-    axes_json_ += "]";
+    if (setup.axes_json.empty()) axes_json_ += "]";
     const bool box = setup.observes & RELIGN_OBSERVES_BOX;
     const bool images = setup.observes & RELIGN_OBSERVES_IMAGES;
     task_.struct_size = sizeof task_;
@@ -90,7 +97,7 @@ class FakeTrial {
     task_.box_upper = box ? setup.upper.data() : nullptr;
     task_.largest_move = setup.largest_move;
     task_.image_width = images ? setup.image_side : 0;
-    task_.image_height = images ? setup.image_side : 0;
+    task_.image_height = images ? setup.image_height : 0;
     task_.axes_json = {axes_json_.data(), axes_json_.size()};
     task_.readings_json = {"[]", 2};
     trial_.struct_size = sizeof trial_;
@@ -195,12 +202,13 @@ class FakeTrial {
   // Allocates memory for every observation and frees it at the next one, so that sanitizers find algorithms that keep a
   // view too long.
   void show(const Pose& pose, double merit, relign_observation* seen) {
-    const std::uint32_t side = setup.image_side;
+    const std::uint32_t width = setup.image_side, height = setup.image_height;
     shown_pose_ = std::make_unique<Pose>(pose);
-    shown_pixels_ = std::make_unique<std::vector<float>>(std::size_t{side} * side, static_cast<float>(merit));
+    shown_pixels_ = std::make_unique<std::vector<float>>(std::size_t{width} * height, static_cast<float>(merit));
     if (setup.paint) setup.paint(merit, shown_pixels_->data());
-    shown_image_ = std::make_unique<relign_image>(relign_image{sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, side, side,
-                                                               1, 0, shown_pixels_->data(), side * sizeof(float)});
+    shown_image_ =
+        std::make_unique<relign_image>(relign_image{sizeof(relign_image), RELIGN_SAMPLE_FLOAT32, width, height, 1, 0,
+                                                    shown_pixels_->data(), width * sizeof(float)});
     last_ = {};
     last_.struct_size = sizeof last_;
     last_.step = static_cast<std::uint32_t>(steps.size());

@@ -22,6 +22,7 @@
 #include "base/text.h"
 #include "conformance/checks.h"
 #include "conformance/progress.h"
+#include "conformance/trial_scene.h"
 #include "conformance/watchdog.h"
 
 extern char** environ;
@@ -172,6 +173,13 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
   inspection.plugin = subject.manifest->id;
   inspection.kind = plugin_host::kind_name(subject.kind());
 
+  if (!setup.scene.empty()) {
+    if (!plugin_host::is_algorithm(subject.kind()))
+      throw Error(ErrorKind::bad_input, "--scene is for optimizers and agents, which are checked on it; '" +
+                                            inspection.plugin + "' is of kind '" + inspection.kind + "'");
+    const TrialScene opens(setup.scene);
+  }
+
   std::set<std::string> broken;
   for (const Check& check : all_checks()) {
     if (!check.applies(subject.kind())) continue;
@@ -182,9 +190,16 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
     } else {
       const MemoryFile record("finding");
       const MemoryFile messages("stderr");
-      const pid_t child = start({setup.program.string(), "plugin", "check", "--one", check.name, "--report",
-                                 std::to_string(kReportDescriptor), std::filesystem::absolute(plugin).string()},
-                                record, messages);
+      std::vector<std::string> command = {setup.program.string(),
+                                          "plugin",
+                                          "check",
+                                          "--one",
+                                          check.name,
+                                          "--report",
+                                          std::to_string(kReportDescriptor),
+                                          std::filesystem::absolute(plugin).string()};
+      if (!setup.scene.empty()) command.insert(command.end(), {"--scene", setup.scene});
+      const pid_t child = start(std::move(command), record, messages);
       const std::optional<int> status = wait_for(child, setup.deadline_s);
       result.finding = read_finding(record.text(), messages.text(), status, setup.deadline_s);
     }
@@ -196,7 +211,8 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
   return inspection;
 }
 
-void run_one_check(const std::filesystem::path& plugin, const std::string& name, int report_descriptor) {
+void run_one_check(const std::filesystem::path& plugin, const std::string& name, int report_descriptor,
+                   const std::string& scene) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // without a parent, the finding has no reader
   ::fcntl(report_descriptor, F_SETFD, FD_CLOEXEC);
   report_findings_to(report_descriptor);
@@ -204,7 +220,9 @@ void run_one_check(const std::filesystem::path& plugin, const std::string& name,
   if (!check) throw Error(ErrorKind::bad_input, "unknown check '" + name + "'");
   Finding finding;
   try {
-    finding = check->look(open_subject(plugin));
+    Subject subject = open_subject(plugin);
+    if (!scene.empty()) subject.scene = std::make_shared<TrialScene>(scene);
+    finding = check->look(subject);
   } catch (const std::exception& error) {
     finding = failed(fault_text(error));
   }

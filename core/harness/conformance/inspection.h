@@ -18,8 +18,10 @@ struct CheckResult {
 };
 
 struct InspectionSetup {
-  std::filesystem::path program;  // relign-bench; started as `program plugin check --one CHECK --report FD PATH`
-  double deadline_s = 60;         // wall-clock limit of one check
+  std::filesystem::path
+      program;             // relign-bench; started as `program plugin check --one CHECK --report FD PATH`, with --scene
+  double deadline_s = 60;  // wall-clock limit of one check
+  std::string scene;       // path or id: check algorithms on it (trial_scene.h); empty: on synthetic merits
   std::function<void(const CheckResult&)> on_result;  // may be empty
 };
 
@@ -37,6 +39,7 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
 
 // The child's side: runs one check in this process and writes its finding to a file descriptor. The process ends when
 // its parent does.
-void run_one_check(const std::filesystem::path& plugin, const std::string& check, int report_descriptor);
+void run_one_check(const std::filesystem::path& plugin, const std::string& check, int report_descriptor,
+                   const std::string& scene = "");
 
 }  // namespace relign::conformance

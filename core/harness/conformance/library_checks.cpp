@@ -54,7 +54,7 @@ bool is_about_floating_point(const std::string& sentence) {
 // One short round of typical work, in an object that is reused if possible.
 std::function<void()> typical_work(const Subject& subject) {
   const Choice& choice = subject.choice();
-  if (subject.kind() != Kind::scene) return [&choice] { exercise(choice); };
+  if (subject.kind() != Kind::scene) return [&subject] { exercise(subject.choice(), subject.scene.get()); };
   auto scene = std::make_shared<plugin_host::Scene>(choice, check_services());
   auto facts = std::make_shared<trials::SceneFacts>(trials::read_scene_facts(scene->describe(), choice.id));
   auto pixels = std::make_shared<std::vector<float>>(std::size_t{facts->image_width} * facts->image_height);
@@ -142,7 +142,7 @@ Finding check_floating_point(const Subject& subject) {
   // does not change the mode later.
   if (is_library(*subject.manifest)) raw_entry(*subject.manifest);
   plugin_host::EnvironmentWatch watch;
-  exercise(subject.choice());
+  exercise(subject.choice(), subject.scene.get());
   std::vector<std::string> changes;
   for (const std::string& sentence : watch.changes())
     if (is_about_floating_point(sentence)) changes.push_back(sentence);
@@ -152,20 +152,20 @@ Finding check_floating_point(const Subject& subject) {
 Finding check_surroundings(const Subject& subject) {
   plugin_host::EnvironmentWatch watch;
   const ProcessState before;
-  exercise(subject.choice());
+  exercise(subject.choice(), subject.scene.get());
   std::vector<std::string> changes;
   for (const std::string& sentence : watch.changes())
     if (!is_about_floating_point(sentence)) changes.push_back(sentence);
   for (const std::string& sentence : before.environment_changes()) changes.push_back(sentence);
   // The first round may open files for the lifetime of the process (a device, a library's log); later ones may not.
   const ProcessState settled;
-  exercise(subject.choice());
+  exercise(subject.choice(), subject.scene.get());
   for (const std::string& sentence : settled.descriptor_changes()) changes.push_back(sentence);
   return found_changes(changes);
 }
 
 Finding check_stdout(const Subject& subject) {
-  const std::string text = stdout_of([&] { exercise(subject.choice()); });
+  const std::string text = stdout_of([&] { exercise(subject.choice(), subject.scene.get()); });
   if (text.empty()) return ok();
   const std::string line = text.substr(0, std::min<std::size_t>(text.find('\n'), 60));
   return failed("it writes to stdout: '" + line +

@@ -17,13 +17,14 @@ constexpr std::uint32_t kAxes = 5;
 constexpr double kCpu_s = 40, kWall_s = 400;  // for one trial, or for all sources
 
 // Runs one trial with the data of `pretraining`. Returns the message of its failure, or an empty string.
-std::string trial_with(const Choice& choice, FakePretraining pretraining, std::uint32_t axes,
+std::string trial_with(const Subject& subject, FakePretraining pretraining, std::uint32_t axes,
                        const std::string& where) {
+  const Choice& choice = subject.choice();
   at(where);
   Watchdog watchdog;
   watchdog.start(kCpu_s, kWall_s, failed(where + ", it does not end"));
-  FakeSetup setup = setup_for(choice, axes);
-  setup.merit = noisy(setup.merit);
+  FakeSetup setup = setup_for(choice, axes, subject.scene.get());
+  if (!subject.scene) setup.merit = noisy(setup.merit);
   setup.budget = 15;
   setup.pretraining = &pretraining;
   FakeTrial trial(setup);
@@ -60,23 +61,25 @@ Finding check_prepared(const Subject& subject) {
   watchdog.start(kCpu_s, kWall_s,
                  failed("its pretraining takes more than 40 s of processor time with 3 sources of 20 steps"));
   at("during pretraining");
-  const FakePretraining learnt = prepare(choice, kAxes);
+  TrialScene* const scene = subject.scene.get();
+  const FakePretraining learnt = prepare(choice, kAxes, {}, scene);
   if (!learnt.bytes) return failed("it saves no data during pretraining");
-  if (prepare(choice, kAxes).bytes != learnt.bytes)
+  if (prepare(choice, kAxes, {}, scene).bytes != learnt.bytes)
     return failed(
         "it saves different bytes when pretrained again on the same sources; draw random numbers from the seed of the "
         "task");
   at("during pretraining with merits that are NaN");
   try {
-    prepare(choice, kAxes, [](const Pose&, std::uint32_t) { return std::numeric_limits<double>::quiet_NaN(); });
+    prepare(
+        choice, kAxes, [](const Pose&, std::uint32_t) { return std::numeric_limits<double>::quiet_NaN(); }, scene);
   } catch (const Error&) {  // it may report that it could not learn from these
   }
   watchdog.stop();
 
   const std::string whole = *learnt.bytes;
-  if (const std::string failure = trial_with(choice, holding(whole), kAxes, "with its own data"); !failure.empty())
+  if (const std::string failure = trial_with(subject, holding(whole), kAxes, "with its own data"); !failure.empty())
     return failed("it fails with its own data: " + failure);
-  trial_with(choice, {}, kAxes, "without pretrained data");  // it may fail, if it needs them
+  trial_with(subject, {}, kAxes, "without pretrained data");  // it may fail, if it needs them
   // The bytes come from a file: it must refuse malformed data with a message.
   const struct {
     const char* name;
@@ -86,14 +89,14 @@ Finding check_prepared(const Subject& subject) {
                    {"zeros", std::string(whole.size(), '\0')},
                    {"half of its own data", whole.substr(0, whole.size() / 2)}};
   for (const auto& one : malformed)
-    if (trial_with(choice, holding(one.bytes), kAxes, std::string("with ") + one.name + " as pretrained data").empty())
+    if (trial_with(subject, holding(one.bytes), kAxes, std::string("with ") + one.name + " as pretrained data").empty())
       return failed(std::string("it accepts ") + one.name + " as pretrained data; check the result of load");
   for (std::size_t place = 0; place < 64 && place < whole.size(); ++place) {
     std::string damaged = whole;
     damaged[place * whole.size() / 64 % whole.size()] ^= '\x55';
-    trial_with(choice, holding(damaged), kAxes, "with a damaged byte in its pretrained data");
+    trial_with(subject, holding(damaged), kAxes, "with a damaged byte in its pretrained data");
   }
-  if (trial_with(choice, holding(whole), kAxes - 1, "with data of another number of axes").empty())
+  if (!scene && trial_with(subject, holding(whole), kAxes - 1, "with data of another number of axes").empty())
     return failed("it accepts data of 5 axes for a trial of 4; save the number of axes with the data");
   return ok();
 }

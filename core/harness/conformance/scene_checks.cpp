@@ -6,6 +6,7 @@
 #include "base/error.h"
 #include "base/text.h"
 #include "conformance/checks.h"
+#include "conformance/conduct.h"
 #include "conformance/progress.h"
 #include "plugin_host/objects.h"
 #include "trials/model_scene.h"
@@ -54,16 +55,6 @@ bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
 
 bool all_finite(const std::vector<float>& pixels) {
   return std::all_of(pixels.begin(), pixels.end(), [](float value) { return std::isfinite(value); });
-}
-
-std::vector<float> packed(const relign_image& image) {
-  std::vector<float> values;
-  for (std::size_t y = 0; y < image.height; ++y) {
-    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
-                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
-    values.insert(values.end(), row, row + image.width);
-  }
-  return values;
 }
 
 double mean_square_difference(const std::vector<float>& a, const std::vector<float>& b) {

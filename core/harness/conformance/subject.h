@@ -11,12 +11,15 @@
 
 namespace relign::conformance {
 
+class TrialScene;
+
 struct Subject {
   std::shared_ptr<const plugin_host::Manifest> manifest;
   // The defaults, if they are complete, then every preset. Scenes with a parameter "pixels" get a
   // small image, so that a check takes seconds.
   std::vector<plugin_host::Choice> choices;
-  std::string incomplete;  // why the defaults are incomplete; empty if they are complete
+  std::string incomplete;             // why the defaults are incomplete; empty if they are complete
+  std::shared_ptr<TrialScene> scene;  // on which an algorithm is checked; null: on synthetic merits and images
 
   plugin_host::Kind kind() const { return manifest->kind; }
   // The choice that most checks use. Only for subjects with choices.

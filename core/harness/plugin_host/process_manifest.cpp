@@ -80,6 +80,8 @@ std::string run_for_manifest(const fs::path& script, const Sandbox* sandbox) {
     const bool raised = child.crash() != "crashed(exit 0)" && !child.last_output().empty();
     if (const std::string missing = raised ? missing_module(child.last_output().back()) : ""; !missing.empty())
       throw Error(ErrorKind::plugin_rejected, script.string() + " cannot be started: " + missing);
+    if (raised && child.last_output().size() == 1)  // no traceback, but a message
+      throw Error(ErrorKind::plugin_rejected, script.string() + " cannot be used: " + child.last_output().back());
     refuse((raised ? child.last_output().back()
                    : "it printed no manifest; end the file with serve(YourClass) of relign_bench.plugin") +
            ending_text(child));

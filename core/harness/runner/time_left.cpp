@@ -29,6 +29,7 @@ SpentTime spent_time(const records::TrialTimes& times, double total) {
   const std::vector<double>& own = times.algorithm_seconds;
   const double all = sum(own), steps = records::step_seconds(times);
   spent.steps = std::isfinite(steps) ? std::clamp(steps, 0.0, total) : total;
+  spent.captures = std::max(1.0, static_cast<double>(own.size()));
   if (own.size() < 3) return spent;
   const double longest = *std::max_element(own.begin(), own.end());
   if (longest > all / 2) spent.once = longest - (all - longest) / static_cast<double>(own.size() - 1);
@@ -72,7 +73,8 @@ TimeLeft::TimeLeft(std::vector<Trial> trials, std::vector<std::vector<std::size_
   for (std::size_t group = 0; group < groups_.size(); ++group)
     for (const std::size_t trial : groups_[group]) {
       group_of_[trial] = group;
-      methods_[trials_[trial].method];
+      double& most = methods_[trials_[trial].method].most_captures;
+      most = std::max(most, trials_[trial].captures);
       mounting_[trials_[trial].scene];
     }
 }
@@ -93,6 +95,7 @@ void TimeLeft::end(std::size_t worker, const SpentTime& spent) {
   const Trial& trial = trials_[*on.trial];
   Method& method = methods_.at(trial.method);
   on.trial.reset();
+  method.captures.add(spent.captures);
   (on.first_of_method ? method.first : method.later).add(spent.steps);
   if (on.first_of_method) method.first_without_once.add(spent.steps - spent.once);
   const double outside = spent.total - spent.steps;
@@ -116,7 +119,9 @@ double TimeLeft::seconds_of_steps(const Method& method, Case which, double guess
 std::optional<TimeLeft::Costs> TimeLeft::costs(Case which) const {
   std::vector<double> seen, setups, mountings;
   for (const auto& [number, method] : methods_) {
-    if (method.seen()) seen.push_back(seconds_of_steps(method, which, 0));
+    if (method.seen())
+      seen.push_back(seconds_of_steps(method, which, 0) /
+                     (method.captures.count > 0 ? method.captures.value : method.most_captures));
     if (method.setup.count > 0) setups.push_back(method.setup.value);
   }
   if (seen.empty()) return std::nullopt;
@@ -125,14 +130,14 @@ std::optional<TimeLeft::Costs> TimeLeft::costs(Case which) const {
   const auto mean = [](const std::vector<double>& values, double otherwise) {
     return values.empty() ? otherwise : sum(values) / static_cast<double>(values.size());
   };
-  // Methods that have not run yet: like the others.
+  // Methods that have not run yet: like the others, for a capture.
   const double guess = which == Case::least  ? *std::min_element(seen.begin(), seen.end())
                        : which == Case::most ? *std::max_element(seen.begin(), seen.end())
                                              : mean(seen, 0);
   Costs costs;
   for (const auto& [number, method] : methods_) {
     Costs::OfMethod& cost = costs.methods[number];
-    cost.later = seconds_of_steps(method, which, guess);
+    cost.later = seconds_of_steps(method, which, guess * method.most_captures);
     cost.first = method.first.count > 0 ? std::max(cost.later, method.first.value) : cost.later;
     cost.setup = method.setup.count > 0 ? method.setup.value : mean(setups, 0);
   }

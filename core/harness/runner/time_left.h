@@ -1,5 +1,6 @@
 // Estimates how long a run still takes from the trials that have ended. The first trial of a method on a worker, and
-// the first trial of an instance there, take longer than the others, so these are counted apart. Reads no clock.
+// the first trial of an instance there, take longer than the others, so these are counted apart. A method that has not
+// run yet is expected to take as long as others for a capture, since some move only once. Reads no clock.
 #pragma once
 
 #include <cstddef>
@@ -23,6 +24,7 @@ struct SpentTime {
   double total = 0;  // from its start to its end, with mounting
   double steps = 0;  // of these, in its steps
   double once = 0;   // of these, in a single step that looks like a preparation for later trials too
+  double captures = 1;
 };
 
 // `total`: from the trial's start to its end.
@@ -33,6 +35,7 @@ class TimeLeft {
   struct Trial {
     std::size_t scene = 0;
     std::size_t method = 0;  // trials of one method on one scene share a number
+    double captures = 1;     // at most
   };
   // `trials`: of the whole plan. `groups`: those to run, as for TrialQueue.
   TimeLeft(std::vector<Trial> trials, std::vector<std::vector<std::size_t>> groups, std::size_t workers);
@@ -58,6 +61,8 @@ class TimeLeft {
     Mean later, first, first_without_once;  // seconds in steps
     Mean setup;                             // outside of steps, on a lens that was mounted before
     std::vector<double> known;
+    double most_captures = 1;  // of a trial
+    Mean captures;
     bool seen() const { return later.count + first.count + known.size() > 0; }
   };
   struct Worker {

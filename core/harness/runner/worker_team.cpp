@@ -58,7 +58,8 @@ TimeLeft WorkerTeam::estimate(const std::vector<std::vector<std::size_t>>& group
                               const std::map<std::size_t, double>& known) const {
   std::vector<TimeLeft::Trial> trials;
   for (const suites::PlannedTrial& trial : plan_.plan.trials)
-    trials.push_back({trial.scene, trial.scene * plan_.plan.suite.algorithms.size() + trial.algorithm});
+    trials.push_back({trial.scene, trial.scene * plan_.plan.suite.algorithms.size() + trial.algorithm,
+                      plan_.plan.suite.algorithms[trial.algorithm].steps + 1.0});
   TimeLeft estimate(trials, groups, workers);
   for (const auto& [place, seconds] : known) estimate.add_known(trials[place].method, seconds);
   return estimate;

@@ -19,6 +19,10 @@ ATTRIBUTES = ("id", "kind", "summary", "observes", "presets", "license", "citati
 SUGGESTIONS = {**{name: name for name in ATTRIBUTES}, "observes": "observes"}
 
 
+class ManifestError(TypeError):
+    """A mistake of the author in a plugin's class, whose message needs no traceback."""
+
+
 def refuse_misspelt_attributes(cls: type) -> None:
     """Refuses attributes whose names are close to those of the manifest.
 
@@ -33,7 +37,7 @@ def refuse_misspelt_attributes(cls: type) -> None:
         from difflib import get_close_matches  # slow to import, and rarely needed
 
         for meant in get_close_matches(name, SUGGESTIONS, 1, 0.85):
-            raise TypeError(f"{cls.__name__} has the attribute '{name}'; did you mean '{SUGGESTIONS[meant]}'?")
+            raise ManifestError(f"{cls.__name__} has the attribute '{name}'; did you mean '{SUGGESTIONS[meant]}'?")
 
 
 def manifest_of(cls: type) -> dict[str, Any]:
@@ -44,14 +48,14 @@ def manifest_of(cls: type) -> dict[str, Any]:
             has an attribute `id`; the first paragraph of its docstring, or of its module's, is the summary.
 
     Raises:
-        TypeError: The class has no docstring, or a misspelt attribute.
+        ManifestError: The class has no docstring, or a misspelt attribute.
     """
     refuse_misspelt_attributes(cls)
     summary = getattr(cls, "summary", None) or cls.__dict__.get("__doc__")
     if not summary:
         summary = getattr(sys.modules.get(cls.__module__), "__doc__", None)
     if not summary:
-        raise TypeError(f"{cls.__name__} needs a docstring: its first paragraph is the plugin's summary")
+        raise ManifestError(f"the class {cls.__name__} needs a docstring: its first paragraph is the plugin's summary")
     words = re.sub(r"(?<=[a-z0-9])([A-Z])|(?<=[A-Z])([A-Z])(?=[a-z])", r"_\1\2", cls.__name__)
     manifest: dict[str, Any] = {
         "id": getattr(cls, "id", None) or words.strip("_").lower(),

@@ -12,7 +12,7 @@ import time
 import traceback
 
 from .handlers import handler_of
-from .manifest import imported_files, manifest_of
+from .manifest import ManifestError, imported_files, manifest_of
 from .parameters import create
 
 TYPE_CHECKING = False
@@ -172,10 +172,14 @@ def serve(cls: type[Plugin]) -> None:
     to_host = os.environ.pop(TO_HOST_FD, None)
     from_host = os.environ.pop(FROM_HOST_FD, None)
     if "--manifest" in sys.argv[1:]:
+        try:
+            manifest = manifest_of(cls)
+        except ManifestError as error:
+            sys.exit(str(error))
         if to_host is None or from_host is None:
-            print(json.dumps(manifest_of(cls), indent=2, allow_nan=False))
+            print(json.dumps(manifest, indent=2, allow_nan=False))
         else:
-            Host(int(to_host), int(from_host)).send(files=imported_files(), **manifest_of(cls))
+            Host(int(to_host), int(from_host)).send(files=imported_files(), **manifest)
         return
     if to_host is None or from_host is None:
         import shlex  # here alone: plugins start faster without it

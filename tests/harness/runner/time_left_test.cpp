@@ -123,6 +123,19 @@ TEST(TimeLeft, PredictsARecordedRunWithinThirtyPercent) {
     }
 }
 
+// As with home before others: 2 captures of 0.04 s say how long 81 take.
+TEST(TimeLeft, ScalesMethodsThatHaveNotRunByTheirCaptures) {
+  TimeLeft estimate({{0, 0, 81}, {0, 1, 81}, {0, 1, 81}}, {{0}, {1}, {2}}, 1);
+  estimate.begin(0, 0, 0);
+  estimate.end(0, {0.08, 0.08, 0, 2});
+  ASSERT_TRUE(estimate.at(0.08));
+  EXPECT_NEAR(estimate.at(0.08)->seconds, 2 * 81 * 0.04, 1e-9);
+  TimeLeft known({{0, 0, 11}, {0, 1, 101}}, {{0}, {1}}, 1);
+  known.add_known(0, 1.1);
+  ASSERT_TRUE(known.at(0));
+  EXPECT_NEAR(known.at(0)->seconds, 1.1 + 10.1, 1e-9);
+}
+
 TEST(TimeLeft, CountsFirstTrialsApart) {
   TimeLeft estimate({{0, 0}, {0, 0}, {0, 0}}, {{0}, {1}, {2}}, 1);
   estimate.begin(0, 0, 0);
@@ -185,6 +198,7 @@ TEST(SpentTime, FindsASingleLongStep) {
   EXPECT_NEAR(spent.total, 9, 1e-9);
   EXPECT_NEAR(spent.steps, 6.3, 1e-9);
   EXPECT_NEAR(spent.once, 5 - 0.3 / 4, 1e-9);
+  EXPECT_EQ(spent.captures, 5);
   times.algorithm_seconds = {0, 1, 1, 1, 1};
   EXPECT_EQ(spent_time(times, 9).once, 0);
   times.algorithm_seconds[2] = records::kUnknown;
