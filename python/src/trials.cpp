@@ -49,7 +49,7 @@ class Trials {
                     "unknown merit '" + merit + "'; merits: " + join(trials::merit_names(), ", "));
       job.merit = *wanted;
     }
-    job.mtf_limits = runner::limits_of(records::specification_of(Json(), job.facts.spec));
+    job.mtf_limits = runner::limits_of(records::specification_of(Json(), job.facts.spec, job.facts.score));
     job.limits = limits_of(limits);
 
     const std::size_t pixels = std::size_t{job.facts.image_width} * job.facts.image_height;
