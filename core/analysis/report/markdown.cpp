@@ -75,7 +75,7 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
     instances.insert(group->instances);
     measured_only = measured_only || group->measured_only;
     starts += (starts.empty() ? "" : ", ") + number_text(group->start, 3);
-    optima += (optima.empty() ? "" : ", ") + number_text(group->own_optimum, 3);
+    optima += (optima.empty() ? "" : ", ") + excess_text(group->own_optimum, group->scored_by);
     any_optimum = any_optimum || std::isfinite(group->own_optimum);
     for (const Row& of_level : group->rows) {
       MarkdownRow& row = rows[of_level.method];

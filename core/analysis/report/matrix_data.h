@@ -48,7 +48,7 @@ std::string images_text(const Matrix& matrix, unsigned images);
 // nullptr if the trials have fewer images. `images` may be kLastImage.
 const Score* excess_after(const Row& row, unsigned images, statistics::Rule rule);
 
-// "0.00123", "<0.0001" below the resolution of the score, "-" for NaN.
+// Of an excess or an own optimum: "0.00123", "<0.0001" below the resolution of the score, "-" for NaN.
 std::string excess_text(double excess, const SceneScore& score);
 
 // matrix.csv: one row per method, group, rule and number of images. results/README.md describes the columns.

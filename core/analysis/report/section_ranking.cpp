@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/text.h"
+#include "report/matrix_data.h"
 #include "report/residual_text.h"
 #include "report/rules_data.h"
 #include "report/sections.h"
@@ -181,7 +182,8 @@ Words group_title(const Group& group) {
   std::string rest = (group.station ? " \u00b7 station" : " \u00b7 " + group.scene) + " \u00b7 protocol " +
                      group.protocol + " \u00b7 " + counted(group.instances, "instance");
   if (std::isfinite(group.start)) rest += " \u00b7 median error at the start " + number_text(group.start, 3);
-  if (std::isfinite(group.own_optimum)) rest += " \u00b7 best possible " + number_text(group.own_optimum, 3);
+  if (std::isfinite(group.own_optimum))
+    rest += " \u00b7 best possible " + excess_text(group.own_optimum, group.scored_by);
   if (group.measured_only)
     rest += group.station ? " \u00b7 measured only: a station has no ground truth"
                           : " \u00b7 measured only: this scene has no ground truth";

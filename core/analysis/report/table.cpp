@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "markup/escape.h"
+#include "report/matrix_data.h"
 #include "report/rules_data.h"
 #include "report/spec_words.h"
 #include "report/text_tables.h"
@@ -99,7 +100,8 @@ std::string group_lines(const Group& group, bool show_steps) {
     out += "  * one training: another training of the method may give other results\n";
   if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
   if (std::isfinite(group.own_optimum))
-    out += "  best possible: " + number_text(group.own_optimum, 3) + ", the median of the instances' own optima\n";
+    out += "  best possible: " + excess_text(group.own_optimum, group.scored_by) +
+           ", the median of the instances' own optima\n";
   if (const std::string spec = spec_words(group.spec, group.scored_by); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMaxColumns) + "\n";
   return out;

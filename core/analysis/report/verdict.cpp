@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/text.h"
+#include "report/matrix_data.h"
 #include "report/spec_words.h"
 #include "report/verdict_cases.h"
 
@@ -60,7 +61,8 @@ std::string around_words(const Group& group) {
   const bool start = std::isfinite(group.start), optimum = std::isfinite(group.own_optimum);
   if (!start && !optimum) return "";
   return "median error " + (start ? "at the start is " + number_text(group.start) + (optimum ? ", that " : "") : "") +
-         (optimum ? "of the instances' own optima " + std::string(start ? "" : "is ") + number_text(group.own_optimum)
+         (optimum ? "of the instances' own optima " + std::string(start ? "" : "is ") +
+                        excess_text(group.own_optimum, group.scored_by)
                   : "");
 }
 

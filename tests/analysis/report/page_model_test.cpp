@@ -235,6 +235,10 @@ TEST_F(Verdict, StatesTheBestPossibleScore) {
   EXPECT_THAT(report.ranking_table(),
               HasSubstr("\n  best possible: 0.00200, the median of the instances' own optima\n"));
   EXPECT_THAT(report.markdown(), HasSubstr("median error at the start: 0.100; best possible: 0.00200"));
+  for (records::TrialRecord& one : trials) one.own_optimum.mse = 1e-12;
+  std::filesystem::remove_all(folder_);
+  write(trials);
+  EXPECT_THAT(Report(folder_).ranking_table(), HasSubstr("best possible: <0.0001, ")) << "below the resolution";
   for (records::TrialRecord& one : trials) one.own_optimum.mse = std::numeric_limits<double>::quiet_NaN();
   std::filesystem::remove_all(folder_);
   write(trials);

@@ -81,8 +81,8 @@ class SceneWordsOnPages : public MadeResults {
 
 TEST_F(SceneWordsOnPages, DifferByGroupAndAreNeutralInCommonTexts) {
   const std::string mixed = page(kReadings);
-  for (const char* words : {"Each step is one move and one capture.", "A step is one move and one capture",
-                            "\"counted\":\"move\""})
+  for (const char* words :
+       {"Each step is one move and one capture.", "A step is one move and one capture", "\"counted\":\"move\""})
     EXPECT_THAT(mixed, HasSubstr(words)) << words;
   EXPECT_THAT(page(kImage), Not(HasSubstr("\"counted\"")));
 }

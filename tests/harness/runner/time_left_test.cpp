@@ -123,7 +123,7 @@ TEST(TimeLeft, PredictsARecordedRunWithinThirtyPercent) {
     }
 }
 
-// As with home before others: 2 captures of 0.04 s say how long 81 take.
+// As with home before others: 2 captures of 0.04 s give the time of 81.
 TEST(TimeLeft, ScalesMethodsThatHaveNotRunByTheirCaptures) {
   TimeLeft estimate({{0, 0, 81}, {0, 1, 81}, {0, 1, 81}}, {{0}, {1}, {2}}, 1);
   estimate.begin(0, 0, 0);
