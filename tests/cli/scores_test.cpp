@@ -200,10 +200,11 @@ TEST_F(CliScores, AreMergedVerifiedAndChecked) {
 
 TEST_F(CliScores, ReadingsAreKnownByNameToMethodsThatObserveThem) {
   const auto method = [&](const std::string& observes, const std::string& body) {
-    place_.write("method.py",
-                 "from relign_bench.plugin import Optimizer, serve\n\n\nclass Mine(Optimizer):\n"
-                 "    id = \"mine\"\n    observes = (" +
-                     observes + ")\n\n    def run(self, trial):\n" + body + "\n\n\nserve(Mine)\n");
+    place_.write(
+        "method.py",
+        "from relign_bench.plugin import Optimizer, serve\n\n\nclass Mine(Optimizer):\n    \"\"\"Reads.\"\"\"\n"
+        "    id = \"mine\"\n    observes = (" +
+            observes + ")\n\n    def run(self, trial):\n" + body + "\n\n\nserve(Mine)\n");
     return call({"try", "./method.py", "--scene", "./fibre.py", "--noise-level", "declared", "--protocol", "blind",
                  "--steps", "2"});
   };
@@ -216,7 +217,7 @@ TEST_F(CliScores, ReadingsAreKnownByNameToMethodsThatObserveThem) {
   const Outcome blind = method(R"("merit",)", R"(        assert trial.readings == []
         trial.first.readings)");
   EXPECT_NE(blind.exit_code, 0);
-  EXPECT_THAT(blind.out + blind.err, HasSubstr("'images'"));
+  EXPECT_THAT(blind.out + blind.err, HasSubstr("add \"images\" to the class's observes"));
 }
 
 // What a scene cannot have is said where it is met, and neither a trial nor a run ends as if nothing was wrong.
