@@ -98,7 +98,10 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
   verb.add_option("--scene", arguments->scene,
                   "check methods on this scene (id or path), with the noise level 'declared' if it has uncertain "
                   "quantities, in place of synthetic merits and images for 1 to 10 axes")
-      ->type_name("SCENE");
+      ->type_name("SCENE")
+      ->check([](const std::string& scene) {
+        return std::string(scene.empty() ? "is empty; expected an id or path" : "");
+      });
   verb.add_option("--deadline", arguments->deadline_s, "time limit of a check, seconds")
       ->type_name("SECONDS")
       ->check(CLI::Range(1.0, 86400.0))

@@ -163,11 +163,39 @@ TEST_F(CliScores, FurtherOnesAreRecordedLimitedAndShown) {
   const Outcome verified = call({"verify", "out"});
   EXPECT_EQ(verified.exit_code, 0) << verified.out << verified.err;
 
+  const std::string kept = place_.read("out/trials/0000.jsonl"), there = R"("own_optimum_further_scores":[)";
+  std::string forged = kept;
+  forged.insert(forged.find(there) + there.size(), "-5,");
+  place_.write("out/trials/0000.jsonl", records::resealed(forged));
+  EXPECT_THAT(call({"report", "out"}).err, HasSubstr("'own_optimum_further_scores'"));
+
   text.replace(text.find("\"gap\""), 5, "\"gab\"");
   place_.write("suite.json", text);
   const Outcome unknown = call({"validate", "suite.json"});
   EXPECT_NE(unknown.exit_code, 0);
   EXPECT_THAT(unknown.err, HasSubstr("'gab', which the scene does not declare; it declares 'distance', 'gap'"));
+}
+
+TEST_F(CliScores, AFurtherOneBelowZeroFailsTheTrialAndKeepsItsSteps) {
+  scene_with(kScore, kFurther);
+  std::string source = place_.read("scene.py");
+  source.insert(source.find("\nclass Fibre(Scene)"), R"(
+    def further_score(self, pose, seed, which):
+        return -sum(abs(p - 0.5) for p in pose)
+
+)");
+  place_.write("scene.py", source);
+  place_.write("suite.json", R"({"name": "f", "scenes": ["./scene.py"], "noise_levels": ["declared"],
+                                 "algorithms": ["random"], "instances": 1, "steps": 2})");
+  EXPECT_NE(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
+  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
+  for (std::string line; std::getline(lines, line);) {
+    const json read = json::parse(line);
+    if (!read.contains("end")) continue;
+    EXPECT_EQ(read["end"], "failed") << read;
+    EXPECT_THAT(read["message"].get<std::string>(), HasSubstr("'distance', but returned -")) << read;
+    EXPECT_GT(read["steps"], 1) << read;
+  }
 }
 
 TEST_F(CliScores, FurtherOnesThatNothingMeasuresAreRefused) {
@@ -176,9 +204,9 @@ TEST_F(CliScores, FurtherOnesThatNothingMeasuresAreRefused) {
                                  "algorithms": ["random"], "instances": 1, "steps": 2})");
   const Outcome run = call({"run", "suite.json", "-o", "out"});
   EXPECT_NE(run.exit_code, 0);
-  EXPECT_THAT(run.err, HasSubstr("declares the further score 'distance', but does not offer"));
+  EXPECT_THAT(run.err, HasSubstr("declares the further score 'distance', but its assembly gives none"));
   const std::string same = R"("resolution": 0.01, "reading": "loss", "further": [{"name": "insertion loss"}]})";
-  EXPECT_THAT(found_by_the_checks(kScore, same), HasSubstr("of no other score, found 'insertion loss'"));
+  EXPECT_THAT(found_by_the_checks(kScore, same), HasSubstr("that of another score, found 'insertion loss'"));
 }
 
 TEST_F(CliScores, AreMergedVerifiedAndChecked) {
@@ -331,7 +359,7 @@ class Axes(Optimizer):
     def run(self, trial):
         seen, pose = trial.first, list(trial.first.pose)
         for axis in range(30):
-            if len(pose) != 3 or seen.image.shape != (1, 1):
+            if len(pose) != 3 or seen.image.shape != (1, 1) or list(seen.readings) != ["loss"]:
                 raise ValueError(f"{len(pose)} axes and an image of {seen.image.shape}")
             pose[axis % 3] = 0.01 * axis
             seen = trial.step(pose)
@@ -354,6 +382,7 @@ if __name__ == "__main__":
   EXPECT_EQ(scene.exit_code, 2) << scene.out;
   EXPECT_THAT(scene.err, HasSubstr("--scene is for optimizers and agents"));
   EXPECT_EQ(call({"plugin", "check", "./axes.py", "--scene", "./axes.py"}).exit_code, 2);
+  EXPECT_EQ(call({"plugin", "check", "./axes.py", "--scene", ""}).exit_code, 2) << "an unset variable of a shell";
 }
 
 TEST_F(CliScores, AnOptimumOutsideOfTheTravelRejectsThePluginInOneSentence) {

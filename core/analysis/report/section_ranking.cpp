@@ -287,7 +287,8 @@ void further_scores_section(PageWriter& out, const PageParts& parts) {
     };
     for (const Row& row : group.rows)
       if (!row.further.empty()) add(method_cell(row.method, row.oracle(), row.training_tag), row.further);
-    if (!group.further_at_optimum.empty()) add({"at the own optimum"}, group.further_at_optimum);
+    if (!group.further_at_optimum.empty())
+      add({"at the own optimum of the " + group.scored_by.name}, group.further_at_optimum);
     out.table(table);
   }
 }
@@ -296,12 +297,18 @@ void specification_section(PageWriter& out, const PageParts& parts) {
   const auto judged = [](const Row& row) { return !row.to_specification.empty(); };
   if (!any_row(parts.page, judged)) return;
   const SceneWords words = common_words(parts.page);
+  const auto of_distance = [](const Group& group) {
+    return std::any_of(kCriteria.begin(), kCriteria.end(), [&](Criterion one) {
+      return entry_of(one).needs == CriterionNeeds::own_optimum && !std::isnan(group.spec.limits[one]);
+    });
+  };
   out.heading(3, "To specification")
       .text("Each criterion is judged noise-free after every " + words.capture +
-                ", where the recommended pose leaves the " + words.device + "; 'all' at one " + words.capture +
-                ". Position and tilt are distances from the instance's own optimum over the observable axes. In spec: "
-                "at the end. Each move ends with one " +
-                words.capture + "; the " + words.capture +
+                ", where the recommended pose leaves the " + words.device + "; 'all' at one " + words.capture + ". " +
+                (any_group(parts.page, of_distance)
+                     ? "Position and tilt are distances from the instance's own optimum over the observable axes. "
+                     : "") +
+                "In spec: at the end. Each move ends with one " + words.capture + "; the " + words.capture +
                 " at the start does not count. Medians with 95 % intervals; 'not reached': by fewer than half of the "
                 "instances.",
             "facts");

@@ -19,7 +19,8 @@ FurtherScore read_named(ObjectReader& reader, const std::vector<std::string>& ta
   found.name = reader.required_string("name");
   const bool known = std::find(taken.begin(), taken.end(), found.name) != taken.end();
   if (reader.has("name") && (found.name.empty() || known || !line_mistake(found.name).empty()))
-    reader.complain("name", "expected a name in one line, of no other score, found '" + found.name + "'");
+    reader.complain(
+        "name", "expected a name in one line, other than 'RMSE' and that of another score, found '" + found.name + "'");
   found.unit = reader.string("unit", "");
   if (!line_mistake(found.unit).empty()) reader.complain("unit", "expected a unit in one line");
   return found;

@@ -43,6 +43,7 @@ struct FakeSetup {
   std::function<double(const Pose& commanded, std::uint32_t step)> merit;  // must be set
   std::function<void()> on_stop;                            // called for every answer RELIGN_STOP; may be empty
   std::string axes_json;                                    // empty: axes a0, a1, ... of 2 mm
+  std::string readings_json = "[]";                         // shown with images only
   std::uint32_t image_side = 8;                             // pixels
   std::uint32_t image_height = 0;                           // 0: as image_side
   std::function<void(double merit, float* pixels)> paint;   // of a capture, after `merit`; empty: the merit everywhere
@@ -99,7 +100,7 @@ class FakeTrial {
     task_.image_width = images ? setup.image_side : 0;
     task_.image_height = images ? setup.image_height : 0;
     task_.axes_json = {axes_json_.data(), axes_json_.size()};
-    task_.readings_json = {"[]", 2};
+    if (images) task_.readings_json = {setup.readings_json.data(), setup.readings_json.size()};
     trial_.struct_size = sizeof trial_;
     trial_.context = this;
     trial_.task = &task_;

@@ -76,6 +76,9 @@ void TrialScene::fill(FakeSetup& setup, bool stage_coordinates) {
   for (const trials::Axis& axis : facts_.axes)
     list.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
   setup.axes_json = list.dump();
+  Json readings = Json::array();
+  for (const Reading& reading : facts_.readings) readings.push_back({{"name", reading.name}, {"unit", reading.unit}});
+  setup.readings_json = readings.dump();
   setup.merit = [this, start = setup.start](const Pose& pose, std::uint32_t step) {
     Pose moved = pose;
     for (std::size_t axis = 0; axis < moved.size(); ++axis) moved[axis] -= start[axis];

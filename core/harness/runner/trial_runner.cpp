@@ -282,7 +282,7 @@ TrialOutcome TrialRunner::run(const TrialJob& job, const std::atomic<bool>* stop
     record.end = ended ? ended->outcome() : trials::end_name(trials::End::failed);
     record.message = error.what();
     outcome.stopped = stop && stop->load();  // the failure may come from a process that we no longer wait for
-    add_steps(made, outcome);
+    if (record.steps.empty()) add_steps(made, outcome);  // else only what judges them failed
   }
   outcome.log = log_->take();
   return outcome;

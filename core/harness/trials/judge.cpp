@@ -155,7 +155,9 @@ const std::vector<double>& Judge::further_scores_at(const std::vector<double>& t
     const std::string name =
         "the scene '" + scene_.name + "' declares the further score '" + scene_.score.further[i].name + "', but ";
     const auto value = lens_.further_score(true_pose, seed_, static_cast<std::uint32_t>(i));
-    if (!value) throw Error(ErrorKind::plugin_failed, name + "does not offer " RELIGN_SCENE_FURTHER_SCORE);
+    if (!value)
+      throw Error(ErrorKind::plugin_failed, name + "its assembly gives none (" RELIGN_SCENE_FURTHER_SCORE
+                                                   "; in Python further_score is missing, or returned None)");
     if (*value < 0) throw Error(ErrorKind::plugin_failed, name + "returned " + shortest(*value) + "; it is from 0");
     found.push_back(*value);
   }

@@ -130,9 +130,9 @@ typedef struct relign_task {
   double largest_move;  /* per axis and step, fraction of the travel; infinity when unlimited. Longer moves are cut */
   uint32_t image_width; /* pixels; 0 unless RELIGN_OBSERVES_IMAGES */
   uint32_t image_height;
-  relign_text axes_json; /* [{"name": "x", "unit": "mm", "travel": 2.0}, ...]: travel = length of [0, 1] */
-  relign_text readings_json; /* [{"name": "loss", "unit": "dB"}, ...]: with them begins the last row of a capture, a pixel
-                                each; [] of a scene without readings, and unless RELIGN_OBSERVES_IMAGES */
+  relign_text axes_json;     /* [{"name": "x", "unit": "mm", "travel": 2.0}, ...]: travel = length of [0, 1] */
+  relign_text readings_json; /* [{"name": "loss", "unit": "dB"}, ...]: with them begins the last row of a capture, a
+                                pixel each; [] of a scene without readings, and unless RELIGN_OBSERVES_IMAGES */
 } relign_task;
 
 /* One step: a move and the capture after it. The host fills it, up to the caller's struct_size. Pointers are valid

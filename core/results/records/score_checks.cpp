@@ -199,6 +199,18 @@ std::string flaw_of_criteria(const TrialRecord& closing) {
         return "has " + in_quotes(std::string(entry_of(criterion).column)) + " " + shortest(values[i]) + " at step " +
                std::to_string(i) + "; it is from " + shortest(least) + " to " + shortest(most);
   }
+  std::size_t further = 0;
+  for (std::size_t i = 0; i < kMostFurtherScores; ++i) {
+    const std::vector<double>& values = closing.criteria[further_score(i)];
+    further += !values.empty();
+    if (std::any_of(values.begin(), values.end(), [](double value) { return std::isnan(value); }))
+      return "lacks a value of " + in_quotes(std::string(entry_of(further_score(i)).column));
+  }
+  const std::vector<double>& there = closing.own_optimum.further_scores;
+  const bool impossible = std::any_of(there.begin(), there.end(), [](double value) { return !(value >= 0); });
+  if (impossible || (!there.empty() && there.size() != further))
+    return "has " + std::to_string(there.size()) + " 'own_optimum_further_scores', " +
+           (impossible ? "one of which is unknown or below 0" : "but " + std::to_string(further) + " of its steps");
   return std::abs(closing.criterion_optimum_deficit) > 1
              ? "has 'criterion_optimum_deficit' " + shortest(closing.criterion_optimum_deficit) + "; it is from -1 to 1"
              : "";

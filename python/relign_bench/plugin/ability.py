@@ -111,8 +111,10 @@ def number_of(value: Any, what: str) -> float:
         ValueError: It is not finite.
     """
     try:
+        if isinstance(value, (bool, str, bytes)):
+            raise TypeError
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{what} is {value!r}, expected a number") from None
     if not math.isfinite(number):
         raise ValueError(f"{what} is {value!r}, expected a finite number")
