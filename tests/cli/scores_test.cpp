@@ -44,6 +44,21 @@ class CliScores : public testing::Test {
     ASSERT_NE(at, std::string::npos) << text;
     place_.write("scene.py", source.replace(at, text.size(), other));
   }
+  // The last step and the closing line of each trial in "out".
+  std::vector<std::pair<json, json>> trials() {
+    std::vector<std::pair<json, json>> found;
+    std::istringstream lines(place_.read("out/trials/0000.jsonl"));
+    json last;
+    for (std::string line; std::getline(lines, line);) {
+      json read = json::parse(line);
+      if (read.contains("end"))
+        found.emplace_back(last, std::move(read));
+      else
+        last = std::move(read);
+    }
+    EXPECT_FALSE(found.empty());
+    return found;
+  }
   std::string found_by_the_checks(const std::string& text, const std::string& other) {
     scene_with(text, other);
     const Outcome outcome = call({"plugin", "check", "./scene.py"});
@@ -90,17 +105,11 @@ TEST_F(CliScores, AreShownAsRecordedAndInExcessByDifference) {
   ASSERT_EQ(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
   const json row = json::parse(call({"report", "out", "--format", "json"}).out)["results"][0]["groups"][0]["rows"][0];
   std::vector<double> scores, excess;
-  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
-  json last;
-  for (std::string line; std::getline(lines, line);) {
-    const json read = json::parse(line);
-    if (!read.contains("end")) {
-      last = read;
-    } else if (read["algorithm"] == row["method"]) {
-      scores.push_back(last["recommended_mse"]);
-      excess.push_back(scores.back() - read["own_optimum_mse"].get<double>());
-      EXPECT_GT(excess.back(), -1e-6);
-    }
+  for (const auto& [last, closing] : trials()) {
+    if (closing["algorithm"] != row["method"]) continue;
+    scores.push_back(last["recommended_mse"]);
+    excess.push_back(scores.back() - closing["own_optimum_mse"].get<double>());
+    EXPECT_GT(excess.back(), -1e-6);
   }
   ASSERT_EQ(scores.size(), 3U);
   std::sort(scores.begin(), scores.end());
@@ -137,20 +146,14 @@ TEST_F(CliScores, FurtherOnesAreRecordedLimitedAndShown) {
 
   std::vector<double> gaps;
   std::size_t met = 0;
-  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
-  json last;
-  for (std::string line; std::getline(lines, line);) {
-    const json read = json::parse(line);
-    if (!read.contains("end")) {
-      last = read;
-    } else if (read["algorithm"] == row["method"]) {
-      const json gap = read["further_score_2"];
-      ASSERT_EQ(gap.size(), read["steps"]);
-      EXPECT_EQ(gap.back(), last["recommended_true_pose"][2]);
-      EXPECT_EQ(read["own_optimum_further_scores"][1], read["own_optimum_pose"][2]);
-      gaps.push_back(gap.back());
-      met += gap.back() <= 0.6 && last["recommended_mse"] <= 1.0;
-    }
+  for (const auto& [last, closing] : trials()) {
+    if (closing["algorithm"] != row["method"]) continue;
+    const json& gap = closing["further_score_2"];
+    ASSERT_EQ(gap.size(), closing["steps"]);
+    EXPECT_EQ(gap.back(), last["recommended_true_pose"][2]);
+    EXPECT_EQ(closing["own_optimum_further_scores"][1], closing["own_optimum_pose"][2]);
+    gaps.push_back(gap.back());
+    met += gap.back() <= 0.6 && last["recommended_mse"] <= 1.0;
   }
   ASSERT_EQ(gaps.size(), 3U);
   std::sort(gaps.begin(), gaps.end());
@@ -181,20 +184,17 @@ TEST_F(CliScores, AFurtherOneBelowZeroFailsTheTrialAndKeepsItsSteps) {
   std::string source = place_.read("scene.py");
   source.insert(source.find("\nclass Fibre(Scene)"), R"(
     def further_score(self, pose, seed, which):
-        return -sum(abs(p - 0.5) for p in pose)
+        return 0.01 - abs(pose[0] - 0.5)  # not below 0 at the nominal pose, which is tried before the run
 
 )");
   place_.write("scene.py", source);
   place_.write("suite.json", R"({"name": "f", "scenes": ["./scene.py"], "noise_levels": ["declared"],
                                  "algorithms": ["random"], "instances": 1, "steps": 2})");
   EXPECT_NE(call({"run", "suite.json", "-o", "out"}).exit_code, 0);
-  std::istringstream lines(place_.read("out/trials/0000.jsonl"));
-  for (std::string line; std::getline(lines, line);) {
-    const json read = json::parse(line);
-    if (!read.contains("end")) continue;
-    EXPECT_EQ(read["end"], "failed") << read;
-    EXPECT_THAT(read["message"].get<std::string>(), HasSubstr("'distance', but returned -")) << read;
-    EXPECT_GT(read["steps"], 1) << read;
+  for (const auto& [last, closing] : trials()) {
+    EXPECT_EQ(closing["end"], "failed") << closing;
+    EXPECT_THAT(closing["message"].get<std::string>(), HasSubstr("'distance', but returned -")) << closing;
+    EXPECT_GT(closing["steps"], 1) << closing;
   }
 }
 

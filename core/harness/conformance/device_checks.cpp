@@ -227,7 +227,7 @@ class Devices {
     return doubts;
   }
 
-  // What is no fault, and may not be known to the author.
+  // Not faults, but easily overlooked.
   std::string remarks() const {
     std::vector<std::string> remarks;
     for (const auto& [axis, count] : at_edge_)

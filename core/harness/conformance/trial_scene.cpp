@@ -9,6 +9,7 @@
 #include "conformance/subject.h"
 #include "trials/instance.h"
 #include "trials/protocol.h"
+#include "trials/task_text.h"
 
 namespace relign::conformance {
 
@@ -72,13 +73,8 @@ void TrialScene::fill(FakeSetup& setup, bool stage_coordinates) {
   setup.lower = setup.upper = setup.start;
   for (double& end : setup.lower) end -= trials::kBlindHalfBox;
   for (double& end : setup.upper) end += trials::kBlindHalfBox;
-  Json list = Json::array();
-  for (const trials::Axis& axis : facts_.axes)
-    list.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
-  setup.axes_json = list.dump();
-  Json readings = Json::array();
-  for (const Reading& reading : facts_.readings) readings.push_back({{"name", reading.name}, {"unit", reading.unit}});
-  setup.readings_json = readings.dump();
+  setup.axes_json = trials::axes_text(facts_);
+  setup.readings_json = trials::readings_text(facts_);
   setup.merit = [this, start = setup.start](const Pose& pose, std::uint32_t step) {
     Pose moved = pose;
     for (std::size_t axis = 0; axis < moved.size(); ++axis) moved[axis] -= start[axis];

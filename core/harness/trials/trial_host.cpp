@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/seeds.h"
 #include "base/text.h"
+#include "trials/task_text.h"
 
 namespace relign::trials {
 namespace {
@@ -76,15 +77,9 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
 
 void TrialHost::describe_task() {
   const SceneFacts& scene = setup_->scene;
-  Json axes = Json::array();
-  for (const Axis& axis : scene.axes)
-    axes.push_back({{"name", axis.name}, {"unit", axis.unit}, {"travel", axis.travel()}});
-  axes_json_ = axes.dump();
+  axes_json_ = axes_text(scene);
   const bool sees_images = rules_.observes & RELIGN_OBSERVES_IMAGES;
-  Json readings = Json::array();
-  for (const Reading& reading : scene.readings)
-    if (sees_images) readings.push_back({{"name", reading.name}, {"unit", reading.unit}});
-  readings_json_ = readings.dump();
+  readings_json_ = sees_images ? readings_text(scene) : "[]";
   const bool has_box = rules_.observes & RELIGN_OBSERVES_BOX;
 
   task_.struct_size = sizeof task_;
