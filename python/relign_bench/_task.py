@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+import inspect
 import math
 import numbers
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -33,40 +35,82 @@ MAX_EPISODE_STEPS = 200  # the package's
 LARGEST_BINNING = 10  # that the message for a wrong observation_size lists
 
 
-class AlignmentTask:
-    """`slots` episodes of one scene and noise level; see `AlignmentEnv` for the arguments."""
+@dataclasses.dataclass
+class Settings:
+    """The keywords of the environments, which `AlignmentEnv` documents; checked when they are made."""
 
-    def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", reward: str = "paper",
-                 score: str = "combined", observation: str | None = None, size: int | None = None, frame_stack: int = 1,
-                 include_actions: bool = False, action: str = "unit", clipping: str = "soft",
-                 goal: float | None = None, max_episode_steps: int | None = MAX_EPISODE_STEPS, noise_free: bool = True,
-                 instances: str = "training", suite_seed: int = 1, scene_parameters: Parameters | None = None,
-                 noise_level_parameters: Parameters | None = None, threads: int | None = None,
-                 observation_size: int | None = None, device: str = "cpu") -> None:
-        check_name(reward, _rewards.REWARDS, "reward")
-        check_name(score, _rewards.SCORES, "score")
-        if observation is not None:
-            check_name(observation, OBSERVATIONS, "observation")
-        check_name(action, ACTIONS, "action")
-        if reward == "minus_one_plus" and goal is None:
+    scene: str = "relign_od"
+    noise_level: str = "rho0.25"
+    reward: str = "paper"
+    score: str = "combined"
+    observation: str | None = None
+    size: int | None = None
+    frame_stack: int = 1
+    include_actions: bool = False
+    action: str = "unit"
+    clipping: str = "soft"
+    goal: float | None = None
+    max_episode_steps: int | None = MAX_EPISODE_STEPS
+    noise_free: bool = True
+    instances: str = "training"
+    suite_seed: int = 1
+    scene_parameters: Parameters | None = None
+    noise_level_parameters: Parameters | None = None
+    threads: int | None = None
+    observation_size: int | None = None
+    device: str = "cpu"
+
+    def __post_init__(self) -> None:
+        check_name(self.reward, _rewards.REWARDS, "reward")
+        check_name(self.score, _rewards.SCORES, "score")
+        if self.observation is not None:
+            check_name(self.observation, OBSERVATIONS, "observation")
+        check_name(self.action, ACTIONS, "action")
+        if self.reward == "minus_one_plus" and self.goal is None:
             raise ValueError("reward 'minus_one_plus' needs a goal, such as goal=0.05")
-        if goal is not None and not (isinstance(goal, numbers.Real) and math.isfinite(goal)):
-            raise ValueError(f"goal must be a finite number or None, not {goal!r}")
-        check_family(instances)
-        self.reward, self.score, self.action = reward, score, action
-        self.frame_stack = require_integer(frame_stack, "frame_stack", 1)
-        self.include_actions = require_flag(include_actions, "include_actions")
-        self.goal = goal
-        self.max_episode_steps = (
-            np.inf if max_episode_steps is None else require_integer(max_episode_steps, "max_episode_steps", 1))
-        self.instances = instances
-        self.batch = Batch(slots, scene, noise_level, clipping, suite_seed, size, scene_parameters,
-                           noise_level_parameters, threads, device)
-        self.noise_free = require_flag(noise_free, "noise_free") and self.batch.has_ground_truth
+        if self.goal is not None and not (isinstance(self.goal, numbers.Real) and math.isfinite(self.goal)):
+            raise ValueError(f"goal must be a finite number or None, not {self.goal!r}")
+        check_family(self.instances)
+        self.frame_stack = require_integer(self.frame_stack, "frame_stack", 1)
+        require_flag(self.include_actions, "include_actions")
+        require_flag(self.noise_free, "noise_free")
+        if self.max_episode_steps is not None:
+            self.max_episode_steps = require_integer(self.max_episode_steps, "max_episode_steps", 1)
+
+    def batch(self, slots: int, threads: int | None, device: str = "cpu") -> Batch:
+        """A batch of instances of the scene and noise level."""
+        return Batch(slots, self.scene, self.noise_level, self.clipping, self.suite_seed, self.size, self.scene_parameters,
+                     self.noise_level_parameters, threads, device)
+
+
+Environment = TypeVar("Environment", bound=type[Any])
+
+
+def takes_settings(environment: Environment) -> Environment:
+    """Decorates an environment whose constructor passes its **settings on to Settings: help and editors show them."""
+    own = [one for one in inspect.signature(environment.__init__).parameters.values() if one.kind is not one.VAR_KEYWORD]
+    names = {one.name for one in own}
+    further = [one.replace(kind=one.KEYWORD_ONLY) for one in inspect.signature(Settings).parameters.values()
+               if one.name not in names]
+    environment.__signature__ = inspect.Signature([*own[1:], *further])
+    return environment
+
+
+class AlignmentTask:
+    """`slots` episodes of one scene and noise level."""
+
+    def __init__(self, slots: int, settings: Settings) -> None:
+        scene, observation, device = settings.scene, settings.observation, settings.device
+        self.reward, self.score, self.action = settings.reward, settings.score, settings.action
+        self.frame_stack, self.include_actions = settings.frame_stack, settings.include_actions
+        self.goal, self.instances = settings.goal, settings.instances
+        self.max_episode_steps = np.inf if settings.max_episode_steps is None else settings.max_episode_steps
+        self.batch = settings.batch(slots, settings.threads, device)
+        self.noise_free = settings.noise_free and self.batch.has_ground_truth
         self.axes, self.white = self.batch.axes, self.batch.white
         self.nominal_pose, self.reference = self.batch.nominal_pose, self.batch.reference
         self.frames = self.batch.frames  # a view: always the latest captures
-        height, width = self._observed_shape(observation_size)
+        height, width = self._observed_shape(settings.observation_size)
         shape = (self.frame_stack, height, width)
         description = self.batch.description
         readings = "image" not in description
@@ -78,7 +122,7 @@ class AlignmentTask:
         self.observation = observation
         image: spaces.Space[Any] = (spaces.Box(0, 255, shape, np.uint8) if observation == "uint8" else
                                     spaces.Box(least, most, shape, np.float32))
-        low, high = {"unit": (-1.0, 1.0), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0.0, 1.0)}[action]
+        low, high = {"unit": (-1.0, 1.0), "move": (-LARGEST_MOVE, LARGEST_MOVE), "absolute": (0.0, 1.0)}[self.action]
         self.action_space = spaces.Box(low, high, (self.axes,), np.float32)
         parts: dict[str, spaces.Space[Any]] = {"image": image}
         count = len(description["readings"]) if "readings" in description and not readings else 0
@@ -95,9 +139,8 @@ class AlignmentTask:
         self.scores: Float64Array = np.zeros(slots)
         self.steps = np.zeros(slots, np.int64)
         self.numbers = np.zeros(slots, np.int64)  # of the instances
-        self.families = [instances] * slots
-        self._make_spare = functools.partial(Batch, 1, scene, noise_level, clipping, suite_seed, size, scene_parameters,
-                                             noise_level_parameters, threads=1)
+        self.families = [self.instances] * slots
+        self._make_spare = functools.partial(settings.batch, 1, threads=1)
         self._spare: Batch | None = None
 
     def _observed_shape(self, columns: int | None) -> tuple[int, int]:

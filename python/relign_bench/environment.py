@@ -9,7 +9,7 @@ import numpy as np
 
 from ._errors import check_name
 from ._info import Info, Later
-from ._task import AlignmentTask, choose_instance
+from ._task import AlignmentTask, Settings, choose_instance, takes_settings
 from .rendering import Window, draw_frame
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 RENDER_MODES = ("rgb_array", "human")
 
 
+@takes_settings
 class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     """Align a lens in front of its sensor, from images.
 
@@ -100,13 +101,13 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 4}
 
     def __init__(self, scene: str = "relign_od", noise_level: str = "rho0.25", render_mode: str | None = None,
-                 **arguments: Any) -> None:
+                 **settings: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, RENDER_MODES, "render mode")
-        if arguments.get("device", "cpu") != "cpu":
-            raise ValueError(f"one environment renders on the CPU, not on device '{arguments['device']}'; "
+        if settings.get("device", "cpu") != "cpu":
+            raise ValueError(f"one environment renders on the CPU, not on device '{settings['device']}'; "
                              "use gymnasium.make_vec, which renders many in one call")
-        self.task = AlignmentTask(1, scene=scene, noise_level=noise_level, **arguments)
+        self.task = AlignmentTask(1, Settings(scene, noise_level, **settings))
         self.render_mode = render_mode
         self.observation_space = self.task.observation_space
         self.action_space = self.task.action_space

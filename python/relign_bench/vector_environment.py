@@ -12,7 +12,7 @@ from gymnasium.vector.utils import batch_space
 from ._cuda import on_host
 from ._errors import check_name, require_integer
 from ._info import Info, Later
-from ._task import AlignmentTask, choose_instance
+from ._task import AlignmentTask, Settings, choose_instance, takes_settings
 from .environment import AlignmentEnv
 from .rendering import draw_frame
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ._typing import AnyArray, BoolArray, ByteArray, Float64Array, Observation, Slots
 
 
+@takes_settings
 class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
     """`num_envs` environments equal to `AlignmentEnv`, bit for bit, whatever the number of threads.
 
@@ -41,7 +42,7 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
             infos["final_obs"] too, and no image is copied to the host, except for the score "rmse_binary" and by `render`.
             Rewards, terminated, truncated and infos are
             arrays, because the stages and their scores are computed on the CPU; actions may be arrays or tensors.
-        **arguments: All other arguments of AlignmentEnv.
+        **settings: All other arguments of AlignmentEnv.
 
     Raises:
         ValueError: An argument is not valid.
@@ -51,13 +52,13 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
 
     def __init__(self, num_envs: int = 1, scene: str = "relign_od", noise_level: str = "rho0.25",
                  render_mode: str | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-                 device: str = "cpu", **arguments: Any) -> None:
+                 device: str = "cpu", **settings: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, ("rgb_array",), "render mode")
         self.num_envs, self.render_mode = require_integer(num_envs, "num_envs", 1), render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
-        self.task = AlignmentTask(self.num_envs, scene=scene, noise_level=noise_level, device=device, **arguments)
+        self.task = AlignmentTask(self.num_envs, Settings(scene, noise_level, device=device, **settings))
         self.single_observation_space = self.task.observation_space
         self.single_action_space = self.task.action_space
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)

@@ -1,12 +1,13 @@
 """The environment: Gymnasium's rules, and the conventions of the paper's package."""
 
+import inspect
 import unittest
 import warnings
 from importlib.util import find_spec
 
 from support import ID, SMALL, gymnasium, make, np, same
 
-from relign_bench import AlignmentEnv
+from relign_bench import AlignmentEnv, AlignmentVectorEnv
 
 
 class Rules(unittest.TestCase):
@@ -58,6 +59,17 @@ class Rules(unittest.TestCase):
         starts = [env.reset(options={"instance": 5, "instances": family})[1]["true_pose"].tolist()
                   for family in ("training", "tuning", "benchmark")]
         self.assertEqual(len(set(map(tuple, starts))), 3)
+
+    def test_keywords_are_shown_and_others_refused(self):
+        for environment, first in ((AlignmentEnv, "scene"), (AlignmentVectorEnv, "num_envs")):
+            shown = inspect.signature(environment).parameters
+            self.assertEqual(next(iter(shown)), first)
+            self.assertEqual((shown["frame_stack"].default, shown["threads"].default), (1, None))
+            documented = inspect.getdoc(AlignmentEnv)
+            for name in inspect.signature(AlignmentEnv).parameters:
+                self.assertIn(f"\n    {name}: " if name != "device" else "", documented)
+            with self.assertRaisesRegex(TypeError, "unexpected keyword argument 'frames'"):
+                environment(frames=2)
 
     def test_wrong_arguments_name_those_allowed(self):
         for arguments, words in (
