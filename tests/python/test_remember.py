@@ -58,7 +58,8 @@ class Probes(unittest.TestCase):
     def test_probes_end_on_instances_with_a_low_reading(self):
         poses = np.zeros((2, 2, 1))
         poses[:, 1] = 0.25
-        seen = Episode(poses, np.array([[[60], [60]], [[60], [20]]], np.float32), poses, poses[:, :, 0])
+        readings = np.array([[[60], [60]], [[60], [20]]], np.float32)
+        seen = Episode(poses, np.empty((2, 2, 0)), readings, poses, poses[:, :, 0])
         moves = probed(lambda _: np.full((2, 1), 0.01), np.array([[0.25], [-0.25]]), 30.0, 0)(seen)
         np.testing.assert_allclose(moves, [[-0.5], [0.01]])
 
@@ -67,7 +68,7 @@ class Probes(unittest.TestCase):
         probes, until = pool.choose_probes(6, np.random.default_rng(1))
         self.assertGreater(len(probes), 2)
         starts = pool.episode(np.arange(24), probed(lambda seen: 0 * seen.poses[:, 0], probes, until, 0), len(probes))
-        found = starts.values[:, :, 0]
+        found = starts.readings[:, :, 0]
         self.assertLess(found.min(1).mean(), found[:, 0].mean() - 5)  # decibels
 
     def test_searches_approach_the_optimum(self):
@@ -98,7 +99,7 @@ class Fibre(unittest.TestCase):
         poses = np.array([step["commanded_pose"] for step in trial.steps])[None]
         values = trial.frames.reshape(1, len(trial.steps), 1)
         for step in range(1, len(trial.steps)):
-            seen = Episode(poses[:, :step], values[:, :step], poses[:, :step], values[:, :step, 0])
+            seen = Episode(poses[:, :step], np.empty((1, step, 0)), values[:, :step], poses[:, :step], values[:, :step, 0])
             np.testing.assert_allclose(poses[0, step - 1] + policy(seen)[0], poses[0, step], atol=1e-5, err_msg=str(step))
         best = np.argmin(values[0, :, 0])
         np.testing.assert_allclose(trial.steps[-1]["recommended_pose"], poses[0, best])
@@ -168,10 +169,13 @@ class Images(unittest.TestCase):
                 str(run / "imitation.json"), steps=3, protocol="blind", keep_frames=True)
         self.assertTrue(trial.ended_well, trial.message)
         poses = np.array([step["commanded_pose"] for step in trial.steps])[None]
-        images = to_bytes(trial.frames, pool.batch.white)[None]
-        self.assertEqual(images.shape[2:], pool.shape)
+        images = to_bytes(trial.frames[:, :-1], pool.batch.white)[None]
+        self.assertEqual(images.shape[2:], (256, 256), "without the line of readings")
+        readings = trial.frames[None, :, -1, :1]
+        self.assertGreater(readings.std(), 0)
         for step in range(1, len(trial.steps)):
-            seen = Episode(poses[:, :step], images[:, :step], poses[:, :step], np.zeros((1, step)))
+            seen = Episode(poses[:, :step], images[:, :step], readings[:, :step], poses[:, :step], np.zeros((1, step)))
+            self.assertFalse(np.array_equal(policy(seen), policy(seen._replace(readings=readings[:, :step] + 0.1))))
             np.testing.assert_allclose(poses[0, step - 1] + policy(seen)[0], poses[0, step], atol=1e-5, err_msg=str(step))
 
 

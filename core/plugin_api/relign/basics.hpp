@@ -54,6 +54,12 @@ class ImageView {
     return reinterpret_cast<const float*>(reinterpret_cast<const char*>(pixels_) + y * row_stride_bytes_);
   }
   float at(std::size_t x, std::size_t y) const { return row(y)[x]; }
+  // Without the last row, which begins with the readings where a scene has both.
+  ImageView without_last_row() const {
+    ImageView image = *this;
+    --image.height_;
+    return image;
+  }
 
  private:
   const float* pixels_;

@@ -155,6 +155,8 @@ class Trial : public TrialServices {
   unsigned budget() const { return trial_->task->budget; }
   std::uint64_t seed() const { return trial_->task->seed; }
   double largest_move() const { return trial_->task->largest_move; }
+  // [{"name": "loss", "unit": "dB"}, ...], as in the task; needs "images".
+  std::string readings_json() const { return {trial_->task->readings_json.data, trial_->task->readings_json.size}; }
 
   // The box to search, in commanded coordinates, under every protocol.
   Box box() const {

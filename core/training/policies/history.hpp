@@ -13,7 +13,7 @@ struct HistoryFormat {
   int best = 0;  // slots before them for the captures with the lowest score, the lowest first; needs `score`
   std::size_t axes = 0;
   double fine_move = 0;  // of the signed logarithm of moves, in shares of the travel
-  // Per reading; empty for a scene with images, whose slots have poses only.
+  // Per reading; empty for a scene without readings, whose slots have poses only.
   std::vector<std::string> readings;    // names
   std::vector<double> mean, deviation;  // the first number of a reading is (value - mean) / deviation
   std::vector<double> fine;             // of its signed logarithm, in the reading's unit

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "belief.hpp"
@@ -54,6 +55,18 @@ std::string command_for_another(const SideFile& about) {
   return command;
 }
 
+// "'loss', 'power'"
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
+  return text;
+}
+
+// The image of a capture, which is followed by a line of readings where the network observes them too.
+ImageView picture_of(const ImageView& capture, const SideFile& about) {
+  return about.history && !about.history->readings.empty() ? capture.without_last_row() : capture;
+}
+
 }  // namespace
 
 void PolicyAgent::check_scene(const Trial& trial) const {
@@ -62,12 +75,9 @@ void PolicyAgent::check_scene(const Trial& trial) const {
   if (trial.axes() != about.axes.size())
     throw std::invalid_argument("the network was trained for " + std::to_string(about.axes.size()) +
                                 " axes, this scene has " + std::to_string(trial.axes()) + another);
-  const ImageView reference = trial.reference();
-  if (about.frames == 0) {
-    check_readings(reference, another);
-    return;
-  }
-  if (other_scenes_) return;
+  if (about.history && !about.history->readings.empty()) check_readings(trial, another);
+  if (about.frames == 0 || other_scenes_) return;
+  const ImageView reference = picture_of(trial.reference(), about);
   const auto size = static_cast<std::size_t>(about.size);
   const std::size_t rows = about.rows > 0 ? static_cast<std::size_t>(about.rows) : size;
   const bool binnable = reference.width() % size == 0 && reference.height() % rows == 0 &&
@@ -87,16 +97,19 @@ void PolicyAgent::check_scene(const Trial& trial) const {
                                 "; or run this one with the parameter \"other_scenes\": true");
 }
 
-void PolicyAgent::check_readings(const ImageView& reference, const std::string& another) const {
+void PolicyAgent::check_readings(const Trial& trial, const std::string& another) const {
   const SideFile& about = model_.about();
-  if (reference.height() != 1 || reference.width() != about.reference.size())
-    throw std::invalid_argument("the network was trained for " + std::to_string(about.reference.size()) +
-                                " readings per capture, this scene has captures of " +
-                                std::to_string(reference.width()) + " x " + std::to_string(reference.height()) +
-                                " values" + another);
-  if (other_scenes_) return;
+  std::vector<std::string> names;
+  for (const nlohmann::json& reading : nlohmann::json::parse(trial.readings_json()))
+    names.push_back(reading.at("name").get<std::string>());
+  if (names != about.history->readings)
+    throw std::invalid_argument("the network was trained for the readings " + listed(about.history->readings) +
+                                ", this scene has " + (names.empty() ? "none" : listed(names)) + another);
+  if (other_scenes_ || about.frames > 0) return;
+  const ImageView reference = trial.reference();
   for (std::size_t k = 0; k < about.reference.size(); ++k) {
-    const auto own = static_cast<double>(about.reference[k]), here = static_cast<double>(reference.row(0)[k]);
+    const auto own = static_cast<double>(about.reference[k]);
+    const auto here = static_cast<double>(reference.row(reference.height() - 1)[k]);
     if (std::fabs(own - here) > kSameReadings * std::fabs(own))
       throw std::invalid_argument("the network was trained for scene '" + about.scene + "', whose reference reading '" +
                                   about.history->readings[k] + "' is " + std::to_string(own) + "; here it is " +
@@ -173,6 +186,8 @@ void PolicyAgent::follow_moves(Trial& trial) {
 void PolicyAgent::follow_history(Trial& trial) {
   const SideFile& about = model_.about();
   const bool measured = about.history->score >= 0;
+  const bool recommends_lowest = measured && about.frames == 0;
+  const std::size_t count = about.history->readings.size();
   const double largest =
       about.largest_move > 0 ? std::min(about.largest_move, trial.largest_move()) : trial.largest_move();
   History history(*about.history);
@@ -181,15 +196,12 @@ void PolicyAgent::follow_history(Trial& trial) {
   float lowest = std::numeric_limits<float>::infinity();
   for (std::size_t step = 0; observation; ++step) {
     const ImageView image = observation->image();
-    if (about.frames > 0) {
-      push_frame(image);
-      history.add(observation->pose, {});
-    } else {
-      const std::vector<float> readings(image.row(0), image.row(0) + image.width());
-      history.add(observation->pose, readings);
-      if (measured) lowest = std::min(lowest, readings[static_cast<std::size_t>(about.history->score)]);
-    }
-    if (measured) trial.recommend(history.best());
+    const float* line = image.row(image.height() - 1);
+    const std::vector<float> readings(line, line + count);
+    if (about.frames > 0) push_frame(picture_of(image, about));
+    history.add(observation->pose, readings);
+    if (measured) lowest = std::min(lowest, readings[static_cast<std::size_t>(about.history->score)]);
+    if (recommends_lowest) trial.recommend(history.best());
     const Pose& here = observation->pose;
     Pose move(here.size());
     if (step < about.probes.poses.size() && static_cast<double>(lowest) >= about.probes.until) {
@@ -205,7 +217,7 @@ void PolicyAgent::follow_history(Trial& trial) {
     }
     Pose target = here;
     for (std::size_t axis = 0; axis < move.size(); ++axis) target[axis] += move[axis];
-    if (!measured && about.displacement) trial.recommend(target);
+    if (!recommends_lowest && about.displacement) trial.recommend(target);
     // Not trial.move, which starts where the stage has stopped: at a limit that is not the pose that was observed.
     observation = trial.step(target);
   }

@@ -36,7 +36,7 @@ class PolicyAgent : public Agent {
 
  private:
   void check_scene(const Trial& trial) const;
-  void check_readings(const ImageView& reference, const std::string& another) const;
+  void check_readings(const Trial& trial, const std::string& another) const;
   void push_frame(const ImageView& image);
   void follow_displacements(Trial& trial);
   void follow_belief(Trial& trial, const Doubt& doubt);

@@ -128,6 +128,7 @@ void read_images(const Json& observation, SideFile& side) {
   if (values != "bytes" && values != "irradiance")
     complain("values: must be 'bytes' or 'irradiance', found '" + values + "'");
   side.irradiance = values == "irradiance";
+  if (observation.contains("readings")) return;  // the others are theirs
   side.mean = observation.value("mean", 0.0);
   if (!std::isfinite(side.mean)) complain("mean: must be finite");
   if (observation.contains("deviation")) side.deviation = positive(observation, "deviation");
@@ -140,7 +141,7 @@ std::vector<double> positive_doubles(const Json& values, std::size_t count, cons
   return read;
 }
 
-HistoryFormat history_of(const Json& observation, const SideFile& side, const std::string& kind) {
+HistoryFormat history_of(const Json& observation, const SideFile& side) {
   HistoryFormat format;
   format.axes = side.axes.size();
   const Json& history = observation.at("history");
@@ -148,7 +149,7 @@ HistoryFormat history_of(const Json& observation, const SideFile& side, const st
   format.last = integer(history, "last", 1, kMaxSlots);
   format.best = integer(history, "best", 0, kMaxSlots);
   format.fine_move = positive(history, "fine_move");
-  if (kind == "readings") {
+  if (side.frames == 0 || observation.contains("readings")) {
     for (const Json& reading : observation.at("readings")) {
       refuse_unknown(reading, {"name", "unit"}, " in 'readings'");
       format.readings.push_back(reading.at("name").get<std::string>());
@@ -204,7 +205,8 @@ SideFile parse(const Json& json) {
     read_images(observation, side);
   else
     side.frames = 0;
-  if (kind == "readings" || observation.contains("history")) side.history = history_of(observation, side, kind);
+  if (kind == "readings" || observation.contains("readings") || observation.contains("history"))
+    side.history = history_of(observation, side);
   if (json.contains("scales"))
     side.scales = finite_doubles(json.at("scales"), side.axes.size(), "scales", -kLargestScale);
   const auto output = json.at("output").get<std::string>();

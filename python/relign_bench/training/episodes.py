@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .folder import reading
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from .._typing import AnyArray, Float64Array, Parameters
+    from .._typing import AnyArray, Float64Array
     from .folder import RunFolder
 
     Policy = Callable[["Episode"], Float64Array]
@@ -34,13 +34,15 @@ class Episode(NamedTuple):
     Attributes:
         poses: Poses as commanded, which agents observe: beyond a limit of the stage they are not those reached. Shape (n,
             captures, axes).
-        values: Readings, shape (n, captures, readings); of a scene with images, bytes of shape (n, captures, rows, columns).
+        images: Bytes, shape (n, captures, rows, columns); of a scene without images (n, captures, 0).
+        readings: Shape (n, captures, readings); of a scene without readings (n, captures, 0).
         residuals: Optimum minus true pose, shape (n, captures, axes).
         scores: Noise-free scores, shape (n, captures); NaN where they were not computed.
     """
 
     poses: Float64Array
-    values: AnyArray
+    images: AnyArray
+    readings: AnyArray
     residuals: Float64Array
     scores: Float64Array
 
@@ -56,13 +58,15 @@ class Pool:
         family: "training" or "tuning".
         threads: Threads that capture; None uses all cores.
         first: Number of the first instance.
-        noise_parameters: Parameters of the noise level.
+        parameters: Those of scene and noise level, as keywords of Batch.
+        only_readings: Whether images are left out.
 
     Attributes:
-        images: Whether captures are images.
-        shape: Shape of a capture's values: (readings,) or (rows, columns).
+        images: Whether captures have images that are observed.
+        shape: Rows and columns of the images; (0,) without images.
+        readings: Name and perhaps unit of each reading.
         score: The scene's score.
-        reading: Place of the reading that measures it; None for images.
+        reading: Place of the reading that measures it; None: none does.
         resolution: Of the score: smaller differences are not told apart.
         observable: Axes that the scene declares observable, shape (axes,).
 
@@ -71,21 +75,25 @@ class Pool:
     """
 
     def __init__(self, scene: str, noise_level: str, count: int, size: int = 0, family: str = "training",
-                 threads: int | None = None, first: int = 0, noise_parameters: Parameters | None = None) -> None:
-        self.batch = Batch(min(SLOTS, count), scene, noise_level, noise_level_parameters=noise_parameters, threads=threads)
+                 threads: int | None = None, first: int = 0, parameters: dict[str, Any] | None = None,
+                 only_readings: bool = False) -> None:
+        self.batch = Batch(min(SLOTS, count), scene, noise_level, threads=threads, **(parameters or {}))
         self.scene, self.family, self.count, self.first = scene, family, count, first
         description = self.batch.description
         if "score" not in description:
             raise ValueError(f"scene '{scene}' declares no score")
         self.score, self.axes = score_of(description), self.batch.axes
         self.resolution = float(description["score"]["resolution"])
-        self.images = "image" in description
-        self.reading = None if self.images else self.score.measure
+        self.images = "image" in description and not only_readings
+        self.readings: list[dict[str, str]] = description.get("readings", [])
+        names = [reading["name"] for reading in self.readings]
+        measure = description["score"].get("reading")
+        self.reading = names.index(measure) if measure in names else None
         self.observable = np.array([axis.get("observable", True) for axis in description["axes"]])
-        height, width = self.batch.reference.shape
         self._bins = 1
-        self.shape: tuple[int, ...] = (width,)
+        self.shape: tuple[int, ...] = (0,)
         if self.images:
+            height, width = self.reference.shape
             size = size or width
             if width % size or height % (width // size):
                 raise ValueError(f"size={size} does not divide images of {width} x {height} pixels of scene '{scene}'")
@@ -120,12 +128,21 @@ class Pool:
             folder.keep("optima.npy", lambda out, content=content: out.write(content.getbuffer()))  # type: ignore[misc]
             log(f"own optima of {len(self.optima)} of {self.count} instances")
 
-    def values(self, slots: list[int]) -> AnyArray:
-        """The latest captures as the policy observes them, shape (n, *shape)."""
-        frames = self.batch.frames[slots]
+    @property
+    def reference(self) -> AnyArray:
+        """The reference image, without the line of readings; shape (height, width)."""
+        return self.batch.reference[:-1] if self.readings else self.batch.reference
+
+    def images_of(self, slots: list[int]) -> AnyArray:
+        """The latest images as the policy observes them, shape (n, *shape)."""
         if not self.images:
-            return np.array(frames[:, 0])
+            return np.empty((len(slots), 0), np.uint8)
+        frames = self.batch.frames[slots][:, :-1 if self.readings else None]
         return to_bytes(np.ascontiguousarray(binned(frames, self._bins), np.float32), self.batch.white)
+
+    def readings_of(self, frames: AnyArray) -> AnyArray:
+        """The readings of captures, shape (n, readings), of frames of shape (n, rows, columns)."""
+        return frames[:, -1, :len(self.readings)].copy()
 
     def mount(self, chosen: AnyArray) -> list[int]:
         """Mounts these of the pool's instances, by place; returns the slots."""
@@ -154,7 +171,8 @@ class Pool:
 
         def look() -> Episode:
             scores = self.batch.noise_free_mse(slots)[0] if scored else np.full(len(slots), np.nan)
-            rows.append((commanded, self.values(slots), optima - self.batch.true_poses(slots), scores))
+            rows.append((commanded, self.images_of(slots), self.readings_of(self.batch.frames[slots]),
+                         optima - self.batch.true_poses(slots), scores))
             return Episode(*(np.stack(part, 1) for part in zip(*rows)))
 
         seen = look()
@@ -204,11 +222,11 @@ class Pool:
         for first in range(0, min(PROBED, self.count), self.batch.slots):
             slots = self.mount(np.arange(first, min(first + self.batch.slots, PROBED, self.count)))
             starts = self.batch.true_poses(slots)
-            found = [self.batch.frames[slots][:, 0, self.reading].copy()]
+            found = [self.readings_of(self.batch.frames[slots])[:, self.reading]]
             for candidate in candidates:
                 poses = np.clip(starts + candidate, 0, 1)
                 seeds = random.integers(2**63, size=len(slots))
-                found.append(self.batch.capture_at(slots, poses, seeds)[:, 0, self.reading])
+                found.append(self.readings_of(self.batch.capture_at(slots, poses, seeds))[:, self.reading])
             readings.append(np.array(found, np.float64))
             costs.append(self.costs(readings[-1]))
         cost, reading_of = np.concatenate(costs, 1), np.concatenate(readings, 1)
@@ -235,7 +253,7 @@ def probed(policy: Policy, probes: Float64Array, until: float, score: int | None
         step = seen.poses.shape[1] - 1
         found = policy(seen)
         if step < len(probes):
-            dark = seen.values[:, :, score].min(1).astype(np.float64) >= until
+            dark = seen.readings[:, :, score].min(1).astype(np.float64) >= until
             found[dark] = (seen.poses[:, 0] + probes[step] - seen.poses[:, -1])[dark]
         return found
 
@@ -269,7 +287,8 @@ def searching(optima: Float64Array, random: np.random.Generator, moves: int) -> 
 def tuning_scores(pool: Pool, policy: Policy, moves: int) -> Float64Array:
     """Noise-free scores at the recommended pose of every instance, after each step.
 
-    The recommendation is the visited pose with the lowest measured score; where no reading measures it, the current pose.
+    The recommendation is the visited pose with the lowest measured score; where no reading measures it, or there are images,
+    the current pose.
 
     Returns:
         Shape (instances, moves + 1).
@@ -278,8 +297,8 @@ def tuning_scores(pool: Pool, policy: Policy, moves: int) -> Float64Array:
     for first in range(0, pool.count, pool.batch.slots):
         seen = pool.episode(np.arange(first, min(first + pool.batch.slots, pool.count)), policy, moves, scored=True)
         scores = seen.scores
-        if pool.reading is not None:
-            read = seen.values[:, :, pool.reading]
+        if pool.reading is not None and not pool.images:
+            read = seen.readings[:, :, pool.reading]
             best = [np.argmin(read[:, :step + 1], 1) for step in range(moves + 1)]
             scores = np.stack([scores[np.arange(len(scores)), place] for place in best], 1)
         found.append(pool.score.shown(scores))

@@ -199,21 +199,20 @@ def write_remembering(net: nn.Module, path: str | os.PathLike[str], training: Re
     with torch.no_grad():
         answers = net(*inputs.values()).tolist()
     observation: dict[str, Any] = {"kind": "images" if pool.images else "readings"}
-    reference: dict[str, Any] = {"readings": [float(value) for value in batch.reference.ravel()]}
+    reference: dict[str, Any] = {"readings": [float(value) for value in pool.readings_of(batch.reference[None])[0]]}
     if pool.images:
-        height, width = batch.reference.shape
+        height, width = pool.reference.shape
         observation.update(size=pool.shape[1], frames=frames, captured=[height, width], white=batch.white,
                            byte_whites=BYTE_WHITES)
         if pool.shape[0] != pool.shape[1]:
             observation["rows"] = pool.shape[0]
         blocked = max(k for k in range(1, REFERENCE_BLOCKS + 1) if height % k == width % k == 0)
-        reference = blocks_of(batch.reference, blocked)
-    else:
-        described = batch.description["readings"]
-        observation["readings"] = [{key: one[key] for key in ("name", "unit") if key in one} for one in described]
+        reference = blocks_of(pool.reference, blocked)
+    if pool.readings:
+        observation["readings"] = [{key: one[key] for key in ("name", "unit") if key in one} for one in pool.readings]
         observation.update(mean=form.mean.tolist(), deviation=form.deviation.tolist(), fine=form.fine.tolist())
         if form.score is not None:
-            observation["score"] = described[form.score]["name"]
+            observation["score"] = pool.readings[form.score]["name"]
     observation["history"] = {"last": form.last, "best": form.best, "fine_move": FINE_MOVE}
     probes = {} if not len(training.probes[0]) else {
         "probes": {"poses": training.probes[0].tolist(), "until": training.probes[1]}}

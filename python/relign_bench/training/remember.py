@@ -1,4 +1,4 @@
-"""Imitation learning for any scene with a score: the policy remembers poses and readings, or poses beside its latest images.
+"""Imitation learning for any scene with a score: the policy remembers poses and readings, and sees its latest images.
 
 A network learns the displacement to an instance's own optimum from what a trajectory has shown so far. Trajectories are random
 searches around the optimum and, from the first pass on, what the policy itself does from starts and other poses (DAgger: Ross,
@@ -38,6 +38,7 @@ class Recipe:
     scene: str = ""
     noise_level: str = "declared"
     noise_parameters: str = ""  # of the noise level, a JSON object
+    scene_parameters: str = ""  # of the scene, a JSON object
     columns: int = 0  # of the images, 0: the scene's
     frames: int = 1  # latest images that the network sees
     last: int = 16  # latest captures that it remembers
@@ -66,19 +67,22 @@ RELATIVE = 0.15  # of the residual, in the loss
 NOISE = (0.003, 0.1)  # of moves of half of the policy's trajectories, log-uniform
 
 
-def noise_parameters(recipe: Any) -> dict[str, Any]:
-    """The parameters of the noise level.
+def parameters_of(recipe: Any) -> dict[str, Any]:
+    """The parameters of scene and noise level, as Batch takes them.
 
     Raises:
         ValueError: They are not a JSON object.
     """
-    try:
-        parameters = json.loads(recipe.noise_parameters or "{}")
-    except ValueError as problem:
-        raise ValueError(f"noise_parameters='{recipe.noise_parameters}' is not JSON: {problem}") from None
-    if not isinstance(parameters, dict):
-        raise ValueError(f"noise_parameters must be a JSON object such as {{\"start\": 0.5}}, not {recipe.noise_parameters}")
-    return parameters
+    found = {}
+    for name, keyword in (("scene_parameters", "scene_parameters"), ("noise_parameters", "noise_level_parameters")):
+        text = getattr(recipe, name)
+        try:
+            found[keyword] = json.loads(text or "{}")
+        except ValueError as problem:
+            raise ValueError(f"{name}='{text}' is not JSON: {problem}") from None
+        if not isinstance(found[keyword], dict):
+            raise ValueError(f"{name} must be a JSON object such as {{\"start\": 0.5}}, not {text}")
+    return found
 
 
 class Training(PassTraining):
@@ -116,13 +120,12 @@ class Training(PassTraining):
         self.folder = RunFolder(folder, recipe)
         torch.set_num_threads(chosen_threads(threads))
         self.pool = Pool(recipe.scene, recipe.noise_level, recipe.pool, recipe.columns, threads=threads,
-                         noise_parameters=noise_parameters(recipe))
+                         parameters=parameters_of(recipe))
         measured = self.pool.reading
         self.format = HistoryFormat(self.pool.axes, recipe.last, 0 if measured is None else recipe.best, np.empty(0),
                                     np.empty(0), np.empty(0), measured)
-        if not self.pool.images:
-            count = self.pool.shape[0]
-            self.format.mean, self.format.deviation, self.format.fine = np.zeros(count), np.ones(count), np.ones(count)
+        count = len(self.pool.readings)
+        self.format.mean, self.format.deviation, self.format.fine = np.zeros(count), np.ones(count), np.ones(count)
         torch.manual_seed(recipe.seed)
         images = (recipe.frames, *self.pool.shape) if self.pool.images else None
         self.net = HistoryNet(self.format.count, self.pool.axes, recipe.hidden, images)  # type: ignore[arg-type]
@@ -150,15 +153,15 @@ class Training(PassTraining):
         """Chooses probes, and how readings are normalised."""
         recipe, pool = self.recipe, self.pool
         random = np.random.default_rng([recipe.seed, 3])
-        if pool.images:
+        if not pool.readings:
             return
-        if pool.reading is not None and recipe.probes:
+        if pool.reading is not None and not pool.images and recipe.probes:
             self.probes = pool.choose_probes(recipe.probes, random)
             self.log(f"{len(self.probes[0])} probes, until {pool.score.name} is below {self.probes[1]:.4g} {pool.score.unit}")
         chosen = np.arange(min(SLOTS, pool.count))
         begin, policy = searching(pool.optima[chosen], random, recipe.moves)
-        values = pool.episode(chosen, policy, recipe.moves, begin).values.reshape(-1, *pool.shape)
-        self.format.mean, self.format.deviation, self.format.fine = pool.spread(values)
+        readings = pool.episode(chosen, policy, recipe.moves, begin).readings.reshape(-1, len(pool.readings))
+        self.format.mean, self.format.deviation, self.format.fine = pool.spread(readings)
 
     def _data(self, number: int) -> tuple[list[torch.Tensor], torch.Tensor]:
         recipe, pool = self.recipe, self.pool
@@ -192,13 +195,13 @@ class Training(PassTraining):
 
     def inputs(self, seen: Episode, captures: int) -> list[AnyArray]:
         """The network's inputs after so many captures: the latest images, where there are any, and the history."""
-        poses = seen.poses[:, :captures]
+        history = self.format.inputs(seen.poses[:, :captures], seen.readings[:, :captures])
         if not self.pool.images:
-            return [self.format.inputs(poses, seen.values[:, :captures])]
-        frames = np.zeros((len(poses), self.recipe.frames, *self.pool.shape), np.uint8)
-        latest = seen.values[:, max(0, captures - self.recipe.frames):captures]
+            return [history]
+        frames = np.zeros((len(history), self.recipe.frames, *self.pool.shape), np.uint8)
+        latest = seen.images[:, max(0, captures - self.recipe.frames):captures]
         frames[:, self.recipe.frames - latest.shape[1]:] = latest
-        return [frames, self.format.inputs(poses, np.empty((*poses.shape[:2], 0), np.float32))]
+        return [frames, history]
 
     def policy(self) -> Callable[[Episode], Float64Array]:
         """The policy as agents run it, with probes."""
@@ -238,7 +241,7 @@ class Training(PassTraining):
         """Noise-free scores at the recommended pose of tuning instances, shape (instances, tuning_steps + 1)."""
         recipe = self.recipe
         pool = Pool(recipe.scene, recipe.noise_level, TUNING_INSTANCES, recipe.columns, "tuning", self.threads,
-                    noise_parameters=noise_parameters(recipe))
+                    parameters=parameters_of(recipe))
         return tuning_scores(pool, self.policy(), recipe.tuning_steps)
 
     def _state(self) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from .episodes import Episode, Pool, tuning_scores
 from .folder import RunFolder, reading
 from .history import HistoryFormat
 from .logs import check_loggers, opened
-from .remember import TUNING_INSTANCES, noise_parameters
+from .remember import TUNING_INSTANCES, parameters_of
 from .settings import kept_recipe
 from .stable_baselines import BatchVecEnv, EpisodeStatistics, falling_rate, seed_segment
 
@@ -44,6 +44,7 @@ class Recipe:
     scene: str = ""
     noise_level: str = "declared"
     noise_parameters: str = ""  # of the noise level, a JSON object
+    scene_parameters: str = ""  # of the scene, a JSON object
     last: int = 16  # latest captures that the policy remembers
     best: int = 8  # and those with the lowest score
     episode: int = 60  # moves
@@ -92,20 +93,21 @@ class HistoryEnv(BatchVecEnv):
         self.pool.batch.reset(self._slots, numbers, self.pool.family)
         shape = (self.num_envs, self.episode + 1)
         self._poses: Float64Array = np.empty((*shape, self.pool.axes))
-        self._values: Float32Array = np.empty((*shape, *self.pool.shape), np.float32)
+        self._readings: Float32Array = np.empty((*shape, len(self.pool.readings)), np.float32)
         self._step = 0
         self._statistics = EpisodeStatistics(self.num_envs)
         self._look(self.pool.batch.commanded_poses(self._slots))
         return self._observation()
 
     def _look(self, commanded: Float64Array) -> None:
-        self._poses[:, self._step], self._values[:, self._step] = commanded, self.pool.values(self._slots)
+        self._poses[:, self._step] = commanded
+        self._readings[:, self._step] = self.pool.readings_of(self.pool.batch.frames[self._slots])
 
     def _observation(self) -> Float32Array:
-        return self.form.inputs(self._poses[:, :self._step + 1], self._values[:, :self._step + 1])
+        return self.form.inputs(self._poses[:, :self._step + 1], self._readings[:, :self._step + 1])
 
     def _cost(self) -> Float64Array:
-        return self.pool.log_costs(self._values[:, self._step, self.form.score])
+        return self.pool.log_costs(self._readings[:, self._step, self.form.score])
 
     def step_wait(self) -> tuple[Float32Array, Float32Array, BoolArray, list[dict[str, Any]]]:
         """Moves and captures; see Stable-Baselines3's VecEnv."""
@@ -177,7 +179,7 @@ class Training:
         self.folder = RunFolder(folder, recipe)
         torch.set_num_threads(chosen_threads(threads))
         self.pool = Pool(recipe.scene, recipe.noise_level, recipe.environments, threads=threads,
-                         noise_parameters=noise_parameters(recipe))
+                         parameters=parameters_of(recipe), only_readings=True)
         measured = self.pool.reading
         if measured is None:
             raise ValueError(f"scene '{recipe.scene}' has no reading that measures its score, which preset 'any' needs")
@@ -207,8 +209,8 @@ class Training:
         random = np.random.default_rng([self.recipe.seed, 3])
         slots = self.pool.mount(np.arange(self.pool.count))
         found = [self.pool.batch.capture_at(slots, random.uniform(size=(len(slots), self.pool.axes)),
-                                            random.integers(2**63, size=len(slots)))[:, 0] for _ in range(20)]
-        return self.pool.spread(np.concatenate(found))
+                                            random.integers(2**63, size=len(slots))) for _ in range(20)]
+        return self.pool.spread(self.pool.readings_of(np.concatenate(found)))
 
     def policy(self) -> Callable[[Episode], Float64Array]:
         """The policy without exploration, as agents run it."""
@@ -216,7 +218,7 @@ class Training:
 
         def moves(seen: Episode) -> Float64Array:
             with torch.no_grad():
-                history = torch.from_numpy(self.format.inputs(seen.poses, seen.values)).to(self.device)
+                history = torch.from_numpy(self.format.inputs(seen.poses, seen.readings)).to(self.device)
                 output: AnyArray = actor(history).double().cpu().numpy()
             return np.clip(output, -largest, largest)
 
@@ -232,7 +234,7 @@ class Training:
 
         recipe, end = self.recipe, math.inf if minutes is None else time.monotonic() + 60 * minutes
         tuning = Pool(recipe.scene, recipe.noise_level, TUNING_INSTANCES, family="tuning", threads=self.threads,
-                      noise_parameters=noise_parameters(recipe))
+                      parameters=parameters_of(recipe), only_readings=True)
         last = 0.0
         with self.folder.alone(), opened(self.loggers, self.folder, asdict(recipe), self.model.num_timesteps,
                                          self.log) as log:

@@ -121,6 +121,16 @@ TEST_F(SideFileOfReadings, DescribesNetworkAndProbes) {
   EXPECT_THAT(model.answer(input), ElementsAre(0.375));
 }
 
+TEST_F(SideFileOfReadings, MayHaveImagesToo) {
+  Json& observation = side_["observation"];
+  observation["kind"] = "images";
+  observation.update({{"size", 10}, {"frames", 1}, {"white", 0.5}, {"byte_whites", 3}});
+  side_["reference"] = {{"blocks", 1}, {"means", {0.5}}};
+  EXPECT_THAT(refusal(side_), HasSubstr("parity: inputs must have 230 bytes, found 30"));
+  observation.erase("history");
+  EXPECT_THAT(refusal(side_), HasSubstr("history"));
+}
+
 TEST_F(SideFileOfReadings, IsRefusedWhereInconsistent) {
   const auto with = [this](const char* pointer, const Json& value) {
     Json side = side_;
