@@ -76,6 +76,7 @@ int checked(Context& context, const std::string& file) {
     }
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
+  runner::check_units(suite, facts);
   runner::check_stations(suite, facts);
   runner::check_merits(suite, facts);
   for (const std::string& note :

@@ -56,7 +56,12 @@ TEST_F(CliFurtherScores, FurtherOnesAreRecordedLimitedAndShown) {
   EXPECT_NEAR(row["further_scores"][1]["median"].get<double>(), gaps[1], 1e-3);
   EXPECT_NEAR(row["yield"]["share"].get<double>(), static_cast<double>(met) / 3, 1e-9);
   EXPECT_THAT(place_.read("out/report.html"), AllOf(HasSubstr("Further scores"), HasSubstr("gap 0.600 um")));
-  EXPECT_THAT(call({"report", "out", "--format", "csv"}).out, Not(HasSubstr("nan")));
+  const std::string median = row["further_scores"][1]["median"].dump();
+  EXPECT_THAT(
+      call({"report", "out", "--format", "csv"}).out,
+      AllOf(Not(HasSubstr("nan")), HasSubstr(",further_score_2_hi95\n"), HasSubstr(",gap,um," + median.substr(0, 5))));
+  EXPECT_THAT(call({"report", "out", "--format", "md"}).out,
+              AllOf(HasSubstr("; then the medians of distance in um, gap in um"), HasSubstr(", gap ")));
   const Outcome checked = call({"plugin", "check", "./scene.py"});
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
   const Outcome verified = call({"verify", "out"});
@@ -91,6 +96,39 @@ TEST_F(CliFurtherScores, AFurtherOneBelowZeroFailsTheTrialAndKeepsItsSteps) {
     EXPECT_EQ(closing["end"], "failed") << closing;
     EXPECT_THAT(closing["message"].get<std::string>(), HasSubstr("'distance', but returned -")) << closing;
     EXPECT_GT(closing["steps"], 1) << closing;
+  }
+}
+
+TEST_F(CliFurtherScores, AFurtherOneThatIsNoNumberIsNamedByTheTrial) {
+  scene_with(kScore, kFurther);
+  std::string source = place_.read("scene.py");
+  place_.write("scene.py", source.insert(source.find("\nclass Fibre(Scene)"), R"(
+    def further_score(self, pose, seed, which):
+        return float("nan") if which else 1.0
+
+)"));
+  place_.write("suite.json", R"({"name": "f", "scenes": ["./scene.py"], "noise_levels": ["declared"],
+                                 "algorithms": ["random"], "instances": 1, "steps": 2})");
+  EXPECT_THAT(call({"run", "suite.json", "-o", "out"}).err,
+              HasSubstr("declares the further score 'gap', but measuring it"));
+}
+
+TEST_F(CliFurtherScores, OneLimitForScoresOfDifferentUnitsIsRefused) {
+  std::string source = place_.read("fibre.py");
+  for (const auto& [word, other] :
+       {std::pair{R"("dB")", "'mW'"}, {R"("fibre")", "'other'"}, {"fibre-both", "other-both"}})
+    for (std::size_t at; (at = source.find(word)) != std::string::npos;)
+      source.replace(at, std::string_view(word).size(), other);
+  place_.write("scene.py", source);
+  std::string text = suite(R"("score": 1.0)");
+  place_.write("suite.json", text.replace(text.find("\"./fibre.py\""), 12, R"("./fibre.py", "./scene.py")"));
+  for (const std::vector<std::string>& command : {std::vector<std::string>{"validate"}, {"run", "-o", "out"}}) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.begin() + 1, "suite.json");
+    const Outcome outcome = call(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << command[0];
+    EXPECT_THAT(outcome.err, AllOf(HasSubstr("'score' limits insertion loss in dB on the scene 'fibre'"),
+                                   HasSubstr("insertion loss in mW on 'other'")));
   }
 }
 

@@ -60,6 +60,7 @@ PreparedPlan prepare_all(suites::Suite suite, const std::filesystem::path& cache
     }
   }
   if (!mistakes.empty()) throw Error(ErrorKind::bad_input, mistakes);
+  check_units(suite, prepared.scenes);
   check_stations(suite, prepared.scenes);
   check_merits(suite, prepared.scenes);
   for (const std::string& note : leave_out_told_methods(suite, prepared.scenes))

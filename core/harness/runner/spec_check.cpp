@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "base/error.h"
 #include "base/json_members.h"
@@ -92,6 +93,28 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
     }
   if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !trials::own_optimum(perfect, facts, 1))
     refuse(keys_of(CriterionNeeds::own_optimum) + " need its own optimum, which it does not offer");
+}
+
+void check_units(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts) {
+  struct Limited {
+    std::string label, scene;
+  };
+  std::map<std::string, Limited> first;  // by the limit's key
+  const auto limit = [&first](const std::string& key, const Limited& here) {
+    const Limited& there = first.emplace(key, here).first->second;
+    if (here.label == there.label) return;
+    throw Error(ErrorKind::bad_input,
+                "the suite's 'spec' has one limit for different numbers: " + in_quotes(key) + " limits " + there.label +
+                    " on the scene '" + there.scene + "' and " + here.label + " on '" + here.scene +
+                    "'; leave it out, so that each scene's own 'spec' counts, or write a suite for each");
+  };
+  for (const trials::SceneFacts& scene : facts) {
+    const records::Specification spec = records::specification_of(suite.spec, {}, scene.score);
+    if (!std::isnan(spec.score)) limit("score", {scene.score.label(), scene.name});
+    for (const Criterion one : kCriteria)
+      if (const FurtherScore* further = scene.score.further_of(one); further && !std::isnan(spec.limits[one]))
+        limit(further->name, {further->label(), scene.name});
+  }
 }
 
 std::optional<plugin_host::MountedAssembly::FieldMtf> check_mtf(const suites::Suite& suite, const std::string& name,

@@ -154,7 +154,12 @@ const std::vector<double>& Judge::further_scores_at(const std::vector<double>& t
   for (std::size_t i = found.size(); i < scene_.score.further.size(); ++i) {
     const std::string name =
         "the scene '" + scene_.name + "' declares the further score '" + scene_.score.further[i].name + "', but ";
-    const auto value = lens_.further_score(true_pose, seed_, static_cast<std::uint32_t>(i));
+    std::optional<double> value;
+    try {
+      value = lens_.further_score(true_pose, seed_, static_cast<std::uint32_t>(i));
+    } catch (const Error& error) {
+      throw Error(error.kind(), name + "measuring it failed: " + error.what());
+    }
     if (!value)
       throw Error(ErrorKind::plugin_failed, name + "its assembly gives none (" RELIGN_SCENE_FURTHER_SCORE
                                                    "; in Python further_score is missing, or returned None)");
