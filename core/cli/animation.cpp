@@ -97,13 +97,13 @@ images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::S
   } else if (!assembly.render_noise_free(pose, image.values.data())) {
     throw Error(ErrorKind::bad_input, "--noise-free: scene '" + scene_id + "' does not provide noise-free images");
   }
-  return image;
+  return trials::picture_of(facts, std::move(image));
 }
 
 void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,
              ProgressMode mode) {
   const bool video = plan.out.extension() == ".mp4";
-  const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.image_height);
+  const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.picture_height());
   if (video) require_ffmpeg();
   drawing::GreyGif gif(width, height, plan.frames_per_second);
   std::string raw;  // for .mp4: all frames, concatenated

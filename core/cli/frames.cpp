@@ -13,7 +13,8 @@ void save_frame(const std::filesystem::path& folder, unsigned step, const trials
   std::snprintf(name, sizeof name, "step-%03u.png", step);
   images::Image image(facts.image_width, facts.image_height);
   std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  images::write_image(folder / name, image, static_cast<float>(facts.image_white));
+  images::write_image(folder / name, trials::picture_of(facts, std::move(image)),
+                      static_cast<float>(facts.image_white));
 }
 
 }  // namespace relign::cli

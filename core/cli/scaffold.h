@@ -1,5 +1,5 @@
 // Creates plugin projects from templates. A template is a complete project of a plugin my_plugin with class MyPlugin,
-// in a folder KIND-LANGUAGE below share/relign-bench/templates, or scene-readings-LANGUAGE.
+// in a folder KIND-LANGUAGE below share/relign-bench/templates, or scene-readings-LANGUAGE or scene-both-LANGUAGE.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ struct NewPlugin {
   std::string language;
   std::string name;                 // id, file names, target
   std::filesystem::path folder;     // is created; must not exist
-  std::string observes = "images";  // or "readings", of a scene
+  std::string observes = "images";  // or "readings" or "both", of a scene
 };
 
 // The folder of the installed templates. Throws Error(io) if it is missing.

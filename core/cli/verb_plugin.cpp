@@ -36,7 +36,7 @@ std::string next_steps(const NewPlugin& made) {
   const bool python = made.language == "python";
   const std::string plugin = python ? "./" + made.name + ".py" : "./build/" + made.name;
   std::string arguments = "try ";
-  if (made.observes == "readings")
+  if (made.observes != "images")
     arguments += "nlopt-neldermead --noise-level declared --protocol blind --scene ";
   else if (made.kind == "scene")
     arguments += "nlopt-sbplx --scene ";
@@ -121,9 +121,9 @@ void add_new(CLI::App& plugin, Context& context) {
       ->check(CLI::IsMember({"cpp", "python"}))
       ->capture_default_str();
   verb.add_option("--observes", arguments.observes,
-                  "of a scene: images, or readings of instruments, such as the power behind a fibre (Python)")
+                  "of a scene: images, or readings of instruments, such as the power behind a fibre, or both (Python)")
       ->type_name("WHAT")
-      ->check(CLI::IsMember({"images", "readings"}))
+      ->check(CLI::IsMember({"images", "readings", "both"}))
       ->capture_default_str();
   verb.add_option("-o,--out", arguments.out, "folder to create; must not exist [default: NAME]")->type_name("DIR");
   CLI::Option* onnx =

@@ -124,7 +124,7 @@ Json described(const RenderArguments& arguments, const LoadedScene& scene, const
                const std::vector<double>& pose) {
   return {{"image", arguments.out},
           {"width", scene.facts.image_width},
-          {"height", scene.facts.image_height},
+          {"height", scene.facts.picture_height()},
           {"white", scene.facts.image_white},
           {"pose", pose},
           {"elements", valid_json(lens.offsets)}};

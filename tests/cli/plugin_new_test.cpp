@@ -73,6 +73,31 @@ TEST(PluginNew, HasPythonTemplateForEveryKind) {
   }
 }
 
+TEST(PluginNew, ScenesOfReadingsPassTheChecksAndShowTheirImages) {
+  if (std::system("python3 -c '' 2>/dev/null") != 0) GTEST_SKIP() << "python3 is not installed";
+  const Workplace place;
+  for (const char* observes : {"readings", "both"}) {
+    ASSERT_EQ(relign_bench(place, {"plugin", "new", "--kind", "scene", "--lang", "python", "--observes", observes,
+                                   std::string("of_") + observes})
+                  .exit_code,
+              0);
+    const std::string file = std::string("./of_") + observes + "/of_" + observes + ".py";
+    const Outcome checked = relign_bench(place, {"plugin", "check", file});
+    EXPECT_THAT(checked.out, HasSubstr("0 with a warning, 0 failed")) << observes;
+  }
+  place.write("suite.json",
+              R"({"name": "both", "scenes": ["./of_both/of_both.py", "./of_readings/of_readings.py"],
+                  "noise_levels": ["declared"], "protocol": "blind", "algorithms": ["random"],
+                  "instances": 1, "steps": 3})");
+  const Outcome run = relign_bench(place, {"run", "suite.json", "-o", "out"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto index = nlohmann::json::parse(place.read("out/pictures/index.json"));
+  ASSERT_FALSE(index["trials"].empty());
+  for (const auto& trial : index["trials"]) EXPECT_EQ(trial["scene"], "of_both") << "readings have no picture";
+  const std::string png = place.read("out/pictures/" + index["trials"][0]["frames"][0]["file"].get<std::string>());
+  EXPECT_EQ(png.substr(16, 8), std::string("\0\0\0\x20\0\0\0\x18", 8)) << "32 x 24, without the line of readings";
+}
+
 TEST(PluginNew, AvoidsClassNamesOfTheTemplate) {
   const Workplace place;
   ASSERT_EQ(relign_bench(place, {"plugin", "new", "--kind", "agent", "policy"}).exit_code, 0);

@@ -17,9 +17,9 @@ std::string frame_name(unsigned step) {
 }
 
 void KeptCaptures::keep(const trials::Step& step, const float* pixels) {
-  images::Image& image = step.step == 0 ? first_ : last_;
-  image = images::Image(scene_.image_width, scene_.image_height);
+  images::Image image(scene_.image_width, scene_.image_height);
   std::copy(pixels, pixels + image.values.size(), image.values.begin());
+  (step.step == 0 ? first_ : last_) = trials::picture_of(scene_, std::move(image));
   last_step_ = step.step;
 }
 

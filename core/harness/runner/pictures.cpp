@@ -98,8 +98,8 @@ class Pictures {
       if (stopped()) return;
       const suites::PlannedTrial& trial = *planned_.at(one->record.trial);
       if (trial.scene != scene) write_scene(scene = trial.scene);
-      if (prepared_.scenes[trial.scene].owns_stage) continue;         // stored during the trial
-      if (!prepared_.scenes[trial.scene].readings.empty()) continue;  // the steps have all that there is to see
+      if (prepared_.scenes[trial.scene].owns_stage) continue;    // stored during the trial
+      if (!prepared_.scenes[trial.scene].has_image()) continue;  // the steps have all that there is to see
       guarded([&] { capture(make_job(prepared_, trial), one->record); });
     }
     remove_strangers(chosen);
@@ -177,7 +177,7 @@ class Pictures {
       });
     if (!facts.has_image() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
     guarded([&] {
-      const images::Image reference = copy(runner_.scene(job).reference());
+      const images::Image reference = trials::picture_of(facts, copy(runner_.scene(job).reference()));
       fs::create_directories(shown.parent_path());
       images::write_preview(own / "reference.png", reference, static_cast<float>(facts.image_white));
       images::write_preview(shown, reference, static_cast<float>(facts.image_white));
@@ -209,7 +209,7 @@ class Pictures {
     const std::uint64_t seed = frame_seed(placed.instance.seed, step, FrameStream::capture);
     if (regions.empty()) {
       placed.assembly->capture(true_pose, seed, frame.values.data());
-      return frame;
+      return trials::picture_of(job.facts, std::move(frame));
     }
     images::Image read = frame;
     placed.assembly->capture_regions(true_pose, seed, plugin_host::regions_of(regions), read.values.data());

@@ -252,6 +252,12 @@ MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
   return times;
 }
 
+images::Image picture_of(const SceneFacts& facts, images::Image capture) {
+  capture.height = facts.picture_height();
+  capture.values.resize(capture.width * capture.height);
+  return capture;
+}
+
 double SceneFacts::measured(const float* pixels, const float* reference) const {
   const std::size_t count = std::size_t{image_width} * image_height;
   if (!score_measure) return images::rmse(pixels, reference, count);

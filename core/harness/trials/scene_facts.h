@@ -11,6 +11,7 @@
 #include "base/scene_score.h"
 #include "base/shared_keys.h"
 #include "images/edge_fields.h"
+#include "images/image.h"
 
 namespace relign::trials {
 
@@ -75,10 +76,15 @@ struct SceneFacts {
   // The name of the reading that measures the score, which has a measure.
   const std::string& score_reading() const { return readings[*score_measure % image_width].name; }
   bool has_image() const { return image_height > (readings.empty() ? 0U : 1U); }
+  // Rows of a capture's picture (picture_of).
+  unsigned picture_height() const { return has_image() && !readings.empty() ? image_height - 1 : image_height; }
 
   // What a capture measures of the score, noise included; not finite where a pixel is not. Both have all pixels.
   double measured(const float* pixels, const float* reference) const;
 };
+
+// The image of a capture without the line of readings; all of the capture in a scene without an image.
+images::Image picture_of(const SceneFacts& facts, images::Image capture);
 
 // Throws Error(plugin_failed) that lists every mistake in the description. A station may omit
 // nominal_pose (default 0.5) and elements.
