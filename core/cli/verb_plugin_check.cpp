@@ -5,6 +5,7 @@
 
 #include "base/error.h"
 #include "cli/app.h"
+#include "cli/workbench.h"
 #include "conformance/inspection.h"
 
 namespace relign::cli {
@@ -59,11 +60,17 @@ Json to_json(const Inspection& inspection) {
   return entry;
 }
 
+std::optional<plugin_host::Choice> chosen_scene(Context& context, const CheckArguments& arguments) {
+  if (arguments.scene.empty()) return std::nullopt;
+  return named_choice(context.catalog(), plugin_host::Kind::scene, arguments.scene, "--scene");
+}
+
 int check(Context& context, const CheckArguments& arguments) {
   conformance::InspectionSetup setup;
   setup.program = std::filesystem::read_symlink("/proc/self/exe");
   setup.deadline_s = arguments.deadline_s;
-  setup.scene = arguments.scene;
+  setup.scene = chosen_scene(context, arguments);
+  setup.scene_option = arguments.scene;
   if (!context.json) setup.on_result = [](const CheckResult& result) { print_text(result_line(result)); };
   bool passed = true;
   Json all = Json::array();
@@ -77,8 +84,9 @@ int check(Context& context, const CheckArguments& arguments) {
   return passed ? kDone : kPluginRefused;
 }
 
-int check_one(const CheckArguments& arguments) {
-  conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd, arguments.scene);
+int check_one(Context& context, const CheckArguments& arguments) {
+  conformance::run_one_check(arguments.plugins.front(), arguments.one, arguments.report_fd,
+                             chosen_scene(context, arguments));
   return kDone;
 }
 
@@ -96,11 +104,11 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
                   "plugin: folder, library, script or manifest, or the id of an installed plugin")
       ->required();
   verb.add_option("--scene", arguments->scene,
-                  "check methods on this scene (id or path), with the noise level 'declared' if it has uncertain "
-                  "quantities, in place of synthetic merits and images for 1 to 10 axes")
+                  "check methods on this scene: id, preset, path, or an object as in a suite; with the noise level "
+                  "'declared' if it has uncertain quantities, in place of synthetic merits and images for 1 to 10 axes")
       ->type_name("SCENE")
       ->check([](const std::string& scene) {
-        return std::string(scene.empty() ? "is empty; expected an id or path" : "");
+        return std::string(scene.empty() ? "is empty; expected an id, a preset or a path" : "");
       });
   verb.add_option("--deadline", arguments->deadline_s, "time limit of a check, seconds")
       ->type_name("SECONDS")
@@ -110,7 +118,7 @@ void add_plugin_check(CLI::App& plugin, Context& context) {
   verb.add_option("--report", arguments->report_fd)->group("");
   verb.callback([&context, arguments] {
     context.action = [&context, arguments] {
-      return arguments->one.empty() ? check(context, *arguments) : check_one(*arguments);
+      return arguments->one.empty() ? check(context, *arguments) : check_one(context, *arguments);
     };
   });
 }

@@ -220,6 +220,10 @@ if __name__ == "__main__":
   EXPECT_THAT(there.out,
               AllOf(HasSubstr("[ok]      runs"), HasSubstr("[ok]      same-trace"), HasSubstr("[skipped] dimensions"),
                     HasSubstr("with the 3 axes of '"), HasSubstr("passed")));
+  EXPECT_THAT(
+      call({"plugin", "check", "./axes.py", "--scene", R"({"use": "./pinhole.py", "parameters": {"a": 1}})"}).err,
+      HasSubstr("has no parameter 'a'"))
+      << "an object as in a suite";
   const Outcome scene = call({"plugin", "check", "./pinhole.py", "--scene", "./pinhole.py"});
   EXPECT_EQ(scene.exit_code, 2) << scene.out;
   EXPECT_THAT(scene.err, HasSubstr("--scene is for optimizers and agents"));

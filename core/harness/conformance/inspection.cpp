@@ -124,11 +124,12 @@ Finding read_finding(const std::string& record, const std::string& messages, std
   for (std::string line; std::getline(lines, line);) {
     const Json entry = parsed_json(line);
     if (!entry.is_object()) continue;
-    if (entry.contains("at")) where = " " + entry.at("at").get<std::string>();
+    if (entry.contains("at")) where = entry.at("at").get<std::string>();
     if (entry.contains("verdict"))
       if (const auto verdict = verdict_from_name(entry.at("verdict").get<std::string>()))
         finding = Finding{*verdict, entry.value("reason", "")};
   }
+  if (!where.empty()) where.insert(0, " ");
   if (!status)
     return failed("it was ended after " + shortest(deadline_s) + " s" + where +
                   "; use a longer --deadline if it needs more time");
@@ -173,11 +174,11 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
   inspection.plugin = subject.manifest->id;
   inspection.kind = plugin_host::kind_name(subject.kind());
 
-  if (!setup.scene.empty()) {
+  if (setup.scene) {
     if (!plugin_host::is_algorithm(subject.kind()))
       throw Error(ErrorKind::bad_input, "--scene is for optimizers and agents, which are checked on it; '" +
                                             inspection.plugin + "' is of kind '" + inspection.kind + "'");
-    const TrialScene opens(setup.scene);
+    const TrialScene opens(*setup.scene);
   }
 
   std::set<std::string> broken;
@@ -198,7 +199,7 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
                                           "--report",
                                           std::to_string(kReportDescriptor),
                                           std::filesystem::absolute(plugin).string()};
-      if (!setup.scene.empty()) command.insert(command.end(), {"--scene", setup.scene});
+      if (setup.scene) command.insert(command.end(), {"--scene", setup.scene_option});
       const pid_t child = start(std::move(command), record, messages);
       const std::optional<int> status = wait_for(child, setup.deadline_s);
       result.finding = read_finding(record.text(), messages.text(), status, setup.deadline_s);
@@ -212,7 +213,7 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
 }
 
 void run_one_check(const std::filesystem::path& plugin, const std::string& name, int report_descriptor,
-                   const std::string& scene) {
+                   const std::optional<plugin_host::Choice>& scene) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // without a parent, the finding has no reader
   ::fcntl(report_descriptor, F_SETFD, FD_CLOEXEC);
   report_findings_to(report_descriptor);
@@ -221,7 +222,11 @@ void run_one_check(const std::filesystem::path& plugin, const std::string& name,
   Finding finding;
   try {
     Subject subject = open_subject(plugin);
-    if (!scene.empty()) subject.scene = std::make_shared<TrialScene>(scene);
+    if (scene) {
+      at("while the scene '" + scene->id + "' was created");
+      subject.scene = std::make_shared<TrialScene>(*scene);
+      at("");
+    }
     finding = check->look(subject);
   } catch (const std::exception& error) {
     finding = failed(fault_text(error));

@@ -4,10 +4,12 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "conformance/finding.h"
+#include "plugin_host/catalog.h"
 
 namespace relign::conformance {
 
@@ -21,7 +23,8 @@ struct InspectionSetup {
   std::filesystem::path
       program;             // relign-bench; started as `program plugin check --one CHECK --report FD PATH`, with --scene
   double deadline_s = 60;  // wall-clock limit of one check
-  std::string scene;       // path or id: check algorithms on it (trial_scene.h); empty: on synthetic merits
+  std::optional<plugin_host::Choice> scene;  // check algorithms on it (trial_scene.h), else on synthetic merits
+  std::string scene_option;                  // its --scene
   std::function<void(const CheckResult&)> on_result;  // may be empty
 };
 
@@ -40,6 +43,6 @@ Inspection inspect(const std::filesystem::path& plugin, const InspectionSetup& s
 // The child's side: runs one check in this process and writes its finding to a file descriptor. The process ends when
 // its parent does.
 void run_one_check(const std::filesystem::path& plugin, const std::string& check, int report_descriptor,
-                   const std::string& scene = "");
+                   const std::optional<plugin_host::Choice>& scene = {});
 
 }  // namespace relign::conformance

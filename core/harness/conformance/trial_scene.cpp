@@ -19,17 +19,17 @@ using plugin_host::Kind;
 
 namespace {
 
-Choice resolved(Kind kind, const std::string& path_or_id) {
+Choice declared_level() {
   Catalog installed;
   for (const std::filesystem::path& root : Catalog::default_roots()) installed.scan(root);
-  return installed.resolve_or_throw(kind, path_or_id);
+  return installed.resolve_or_throw(Kind::noise_level, "declared");
 }
 
 // As built, and where a trial starts.
 trials::Perturbations drawn_for(const trials::SceneFacts& facts) {
   trials::Perturbations drawn;
   if (!facts.uncertain.empty()) {
-    plugin_host::NoiseLevel level(resolved(Kind::noise_level, "declared"), check_services());
+    plugin_host::NoiseLevel level(declared_level(), check_services());
     return trials::draw_instance(level, facts, 1, SeedDomain::tuning, 0).perturbations;
   }
   drawn.elements_json = "{}";
@@ -48,8 +48,6 @@ trials::SceneFacts facts_of(plugin_host::Scene& scene, const std::string& id) {
 }
 
 }  // namespace
-
-TrialScene::TrialScene(const std::string& path_or_id) : TrialScene(resolved(Kind::scene, path_or_id)) {}
 
 TrialScene::TrialScene(const Choice& choice)
     : scene_(choice, check_services()),

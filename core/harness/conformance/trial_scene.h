@@ -14,10 +14,9 @@ namespace relign::conformance {
 
 class TrialScene {
  public:
-  // A path, or the id of an installed scene. A scene with uncertain quantities gives the first device that the noise
-  // level `declared` draws, another one the device without offsets. Throws Error: bad_input for a station,
-  // and as Catalog::resolve_or_throw.
-  explicit TrialScene(const std::string& path_or_id);
+  // A scene with uncertain quantities gives the first device that the noise level `declared` draws, another one the
+  // device without offsets. Throws Error(bad_input) for a station.
+  explicit TrialScene(const plugin_host::Choice& choice);
 
   const std::string& name() const { return facts_.name; }
   std::uint32_t axes() const { return static_cast<std::uint32_t>(facts_.axes.size()); }
@@ -26,7 +25,6 @@ class TrialScene {
   void fill(FakeSetup& setup, bool stage_coordinates);
 
  private:
-  explicit TrialScene(const plugin_host::Choice& choice);
   // Takes the capture at a pose given as a distance from the start; returns what it measures of the score.
   double capture(const Pose& moved, std::uint32_t step);
 
