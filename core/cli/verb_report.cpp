@@ -63,7 +63,10 @@ std::string exported(Reports& reports, const ReportArguments& arguments) {
     if (!csv) break;
     const Json manifest = records::read_manifest(folder);
     more.cycle = more.cycle || manifest.contains("cycle");
-    for (const Json& scene : list_of(manifest, "scenes")) more.score = more.score || scene.contains("score");
+    for (const Json& scene : list_of(manifest, "scenes")) {
+      more.score = more.score || scene.contains("score");
+      more.further = std::max(more.further, scene_score_of(scene).further.size());
+    }
   }
   std::string text = csv ? report::ranking_csv_head(more) : "";
   Json results = Json::array();

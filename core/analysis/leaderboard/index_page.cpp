@@ -57,11 +57,11 @@ void alarms(report::PageWriter& out, const std::string& what, const std::vector<
   if (!reasons.empty()) out.open("broken").text(what).list({reasons.begin(), reasons.end()}).close();
 }
 
-// Mean error after each image, of the best methods of a protocol.
-void image_curves(report::PageWriter& out, const std::vector<const Standing*>& best, const std::string& protocol) {
+// Mean error after each capture, of the best methods of a protocol.
+void capture_curves(report::PageWriter& out, const std::vector<const Standing*>& best, const std::string& protocol) {
   report::Chart chart;
-  chart.title = "Mean normalised error after each image, protocol " + protocol;
-  chart.x = {"images", false, true, {}};
+  chart.title = "Mean normalised error after each capture, protocol " + protocol;
+  chart.x = {"captures", false, true, {}};
   chart.y = {"mean normalised error", false, false, {}, 0, 1};
   chart.height = 300;
   std::vector<std::string> words;
@@ -74,8 +74,9 @@ void image_curves(report::PageWriter& out, const std::vector<const Standing*>& b
     chart.series.push_back(std::move(series));
   }
   if (chart.series.empty()) return;
-  const std::string caption = chart.title + "; the first image is at the start. At the end: " + join(words, "; ") + ".";
-  out.chart({"error-by-image-" + protocol, caption, std::move(chart)});
+  const std::string caption =
+      chart.title + "; the first capture is at the start. At the end: " + join(words, "; ") + ".";
+  out.chart({"error-by-capture-" + protocol, caption, std::move(chart)});
 }
 
 void cost_charts(report::PageWriter& out, const Round& round, const std::string& protocol) {
@@ -87,11 +88,11 @@ void cost_charts(report::PageWriter& out, const Round& round, const std::string&
   if (ranked.size() < 2) return;
   std::stable_sort(ranked.begin(), ranked.end(),
                    [](const Standing* a, const Standing* b) { return a->error.estimate < b->error.estimate; });
-  CostPicture images{"Error against images", "images per alignment, median", "", false, {}};
+  CostPicture captures{"Error against captures", "captures per alignment, median", "", false, {}};
   CostPicture seconds{"Error against time", "machine and computing time per alignment", "s", true, {}};
   CostPicture training{"Error against training", "training", "h", false, {}};
   for (const Standing* standing : ranked) {
-    images.points.push_back({standing->method, standing->images, standing->error});
+    captures.points.push_back({standing->method, standing->images, standing->error});
     seconds.points.push_back({standing->method, standing->seconds(), standing->error});
     training.points.push_back({standing->method, standing->training ? standing->training->hours : 0, standing->error});
   }
@@ -101,10 +102,10 @@ void cost_charts(report::PageWriter& out, const Round& round, const std::string&
           "95 % confidence intervals.",
           "quiet");
   out.open("figures");
-  for (const CostPicture* picture : {&images, &seconds, &training})
+  for (const CostPicture* picture : {&captures, &seconds, &training})
     if (const auto figure = cost_figure(*picture)) out.chart(*figure);
   ranked.resize(std::min(ranked.size(), kMostCurves));
-  image_curves(out, ranked, protocol);
+  capture_curves(out, ranked, protocol);
   out.close();
 }
 
@@ -147,7 +148,8 @@ std::string index_html(const Board& board) {
   report::PageWriter out(page.data["charts"] = Json::array());
   out.heading(1, Words{{board.title, "name"}})
       .text(
-          "Alignment methods, each on the same instances with the same number of images. A class has the methods that "
+          "Alignment methods, each on the same instances with the same number of captures. A class has the methods "
+          "that "
           "observe the same; methods of different classes are not ranked against each other. Every method has a page "
           "with its replay, its versions and its failures.",
           "intro");

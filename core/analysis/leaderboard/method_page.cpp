@@ -123,7 +123,7 @@ void strata_section(report::PageWriter& out, const Round& round, const std::set<
        {"final error", report::common_score(round.page).label() + ", median (95 %)",
         "Noise-free, at the recommended pose", "number"},
        {"in spec", "of instances (95 %)", "Failed trials count as missed", "number"},
-       {"moves to spec", "median", "Moves, each with an image, until the specification is first met", "number"},
+       {"moves to spec", "median", "Moves, each with a capture, until the specification is first met", "number"},
        {"machine time", "s, median", "Of one alignment", "number"},
        {"compute time", "ms per step", "Of the method; depends on the machine", "number"},
        {"failed", "trials", "", "number"}}};

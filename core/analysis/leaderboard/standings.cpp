@@ -98,7 +98,7 @@ report::Table standings_table(const Board& board, const std::string& caption) {
             "includes 50 % does not separate the two",
             "number"},
            {"failed", "trials", "Trials that ended in an error; each counts as error 1", "number"},
-           {"images", "median", "Images that the method took per alignment", "number"},
+           {"captures", "median", "Captures that the method took per alignment", "number"},
            {"time", "s, median", "Machine time of one alignment and the method's own computing time", "number"},
            {"replayed", "trials",
             "Trials that 'relign-bench verify' ran again with equal numbers, by whom and with which version, as "

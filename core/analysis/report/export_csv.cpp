@@ -86,11 +86,21 @@ std::string fields(const Columns& columns, const Source& of) {
   return csv;
 }
 
+std::string band_fields(const statistics::Band& band) {
+  return ',' + field(band.estimate) + ',' + field(band.interval.low) + ',' + field(band.interval.high);
+}
+
 std::string final_fields(const Row& row) {
   std::string csv;
-  for (const statistics::Band& band : row.finals)
-    csv += ',' + field(band.estimate) + ',' + field(band.interval.low) + ',' + field(band.interval.high);
+  for (const statistics::Band& band : row.finals) csv += band_fields(band);
   return csv;
+}
+
+// The i-th further score: name and unit, median and interval.
+std::string further_fields(const Group& group, const Row& row, std::size_t i) {
+  const auto& declared = group.scored_by.further;
+  return (i < declared.size() ? ',' + csv_field(declared[i].name) + ',' + csv_field(declared[i].unit) : ",,") +
+         band_fields(i < row.further.size() ? row.further[i] : statistics::Band());
 }
 
 }  // namespace
@@ -107,8 +117,12 @@ std::string ranking_csv_head(const MoreColumns& more) {
   csv += ",rule,class,merit,method_key";
   for (const statistics::Rule rule : statistics::kRules)
     for (const auto& column : kOfRule) csv += std::string(",") + statistics::rule_name(rule) + "_" + column.name;
-  return csv + ",trainings" + (more.cycle ? ",cycle_seconds_to_spec" : "") + (more.score ? ",score,score_unit" : "") +
-         "\n";
+  csv += std::string(",trainings") + (more.cycle ? ",cycle_seconds_to_spec" : "") +
+         (more.score ? ",score,score_unit" : "");
+  for (std::size_t i = 1; i <= more.further; ++i)
+    for (const char* end : {"", "_unit", "_median", "_lo95", "_hi95"})
+      csv += ",further_score_" + std::to_string(i) + end;
+  return csv + "\n";
 }
 
 std::string ranking_csv_rows(const PageModel& page, const std::string& folder, const MoreColumns& more) {
@@ -130,6 +144,7 @@ std::string ranking_csv_rows(const PageModel& page, const std::string& folder, c
         csv += fields(kOfRule, score);
       csv += ',' + csv_field(row.training_tag) + (more.cycle ? ',' + field(to_spec(row).cycle) : "");
       if (more.score) csv += ',' + csv_field(group.scored_by.name) + ',' + csv_field(group.scored_by.unit);
+      for (std::size_t i = 0; i < more.further; ++i) csv += further_fields(group, row, i);
       csv += '\n';
     }
   }

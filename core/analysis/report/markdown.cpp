@@ -25,7 +25,7 @@ struct MarkdownRow {
 };
 
 // A missing value becomes a dash.
-std::string cell(const MarkdownRow& of, const std::string& level) {
+std::string cell(const MarkdownRow& of, const std::string& level, const SceneScore& score) {
   const auto found = of.by_level.find(level);
   if (found == of.by_level.end()) return "";
   const Row& row = *found->second;
@@ -33,6 +33,9 @@ std::string cell(const MarkdownRow& of, const std::string& level) {
   if (error.n == 0) return "failed";
   std::string text = number_text(error.median, 3);
   if (error.n != 1) text += " (" + number_text(error.q25, 3) + " - " + number_text(error.q75, 3) + ")";
+  for (std::size_t i = 0; i < row.further.size() && i < score.further.size(); ++i)
+    if (row.further[i].n > 0)
+      text += ", " + markdown_text(score.further[i].name) + " " + number_text(row.further[i].estimate, 3);
   if (row.yield) text += ", " + whole_percent(row.yield->share) + " % in spec";
   if (row.failed > 0) text += ", " + std::to_string(row.failed) + " failed";
   return text;
@@ -62,6 +65,13 @@ double slowest_ms(const MarkdownRow& of) {
   for (const auto& [level, row] : of.by_level)
     if (row->algorithm_ms_per_step > slowest) slowest = row->algorithm_ms_per_step;
   return slowest;
+}
+
+// "; then the medians of FWHM in arcsec"
+std::string further_note(const SceneScore& score) {
+  std::vector<std::string> labels;
+  for (const FurtherScore& further : score.further) labels.push_back(markdown_text(further.label()));
+  return labels.empty() ? "" : "; then the medians of " + join(labels, ", ");
 }
 
 std::string markdown_table(const std::vector<const Group*>& groups, statistics::Rule rule, bool by_yield) {
@@ -108,7 +118,7 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
                                          : "noise-free " + score + " at " + rule_text(rule) + " after the last step";
   out += ", median (quartiles) of " + range(instances) + " instances; steps: " + range(steps) +
          "; median error at the start: " + starts + (any_optimum ? "; best possible: " + optima : "") +
-         (by_yield ? "; by yield" : "") + ".\n\n| method |";
+         further_note(groups.front()->scored_by) + (by_yield ? "; by yield" : "") + ".\n\n| method |";
   for (const std::string& level : levels) out += " " + markdown_text(level) + " |";
   out += " ms/step |\n|---|";
   for (std::size_t i = 0; i < levels.size(); ++i) out += "---|";
@@ -116,7 +126,7 @@ std::string markdown_table(const std::vector<const Group*>& groups, statistics::
   for (const auto& [name, row] : order) {
     out += "| " + markdown_text(name) + (row->oracle ? " (oracle)" : "") +
            (row->training_tag.empty() ? "" : " (" + row->training_tag + ")") + " |";
-    for (const std::string& level : levels) out += " " + cell(*row, level) + " |";
+    for (const std::string& level : levels) out += " " + cell(*row, level, groups.front()->scored_by) + " |";
     const double ms = slowest_ms(*row);
     out += " " + (ms < 0 ? std::string("-") : significant(ms, 2)) + " |\n";
   }

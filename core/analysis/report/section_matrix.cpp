@@ -53,17 +53,23 @@ struct View {
   statistics::Rule rule = statistics::Rule::own;
 };
 
-// The limits of the classes in words and colours.
+// The limits of the classes, times a factor and with a unit, in words and colours.
 void legend(PageWriter& out, const std::string& kind, const std::string& title, const std::array<double, 4>& limits,
-            bool percent) {
+            double factor, const std::string& unit) {
   Words words = title + " ";
-  for (std::size_t i = 0; i <= limits.size(); ++i) {
-    const double limit = limits[std::min(i, limits.size() - 1)];
+  for (std::size_t i = 0; i <= limits.size(); ++i)
     words.add((i < limits.size() ? "at most " : "above ") +
-                  (percent ? shortest(rounded(100 * limit, 3)) + " %" : shortest(limit)),
+                  shortest(rounded(factor * limits[std::min(i, limits.size() - 1)], 3)) + unit,
               "m" + std::to_string(i));
-  }
   out.text(words, kind);
+}
+
+// Of excess errors: in the unit of the score, or in multiples of its resolution where scenes have several.
+void excess_legend(PageWriter& out, const PageModel& page) {
+  const SceneScore& first = page.groups.front().scored_by;
+  const bool several = any_group(page, [&first](const Group& group) { return group.scored_by != first; });
+  legend(out, "classes of-error", several ? "Excess score, in steps of its resolution:" : "Excess " + first.name + ":",
+         kExcessClasses, (several ? 1 : first.resolution) / SceneScore().resolution, several ? "" : first.suffix());
 }
 
 std::string percent_text(double share) { return number_text(100 * share, 2) + " %"; }
@@ -173,8 +179,8 @@ void matrix_section(PageWriter& out, const PageParts& parts) {
       .choice(words.counted == "move" ? "Moves" : "Images", "i", counts, counts.size() - 1)
       .choice("Rule", "r", names, place % rules.size())
       .choice("Colours", "u", units, matrix.shares && matrix.scenes > 1 ? 1 : 0);
-  legend(out, "classes of-error", "Excess " + common_score(page).name + ":", kExcessClasses, false);
-  if (matrix.shares) legend(out, "classes of-share", "Share of the excess at the start:", kShareClasses, true);
+  excess_legend(out, page);
+  if (matrix.shares) legend(out, "classes of-share", "Share of the excess at the start:", kShareClasses, 100, " %");
   for (std::size_t i = 0; i < images.size(); ++i)
     for (std::size_t r = 0; r < rules.size(); ++r) {
       out.open("view v" + std::to_string(i) + std::to_string(r));

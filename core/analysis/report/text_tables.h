@@ -17,8 +17,9 @@ std::string markdown_tables(const PageModel& page);
 // (results/README.md, "Ranking as CSV"). `folder` is the value of the first column, so that tables of several folders
 // can be concatenated; all have the columns that one of them needs.
 struct MoreColumns {
-  bool cycle = false;  // seconds, for suites with a cycle
-  bool score = false;  // name and unit, for scenes that declare their score
+  bool cycle = false;       // seconds, for suites with a cycle
+  bool score = false;       // name and unit, for scenes that declare their score
+  std::size_t further = 0;  // the most further scores of a scene
 };
 std::string ranking_csv_head(const MoreColumns& more = {});
 std::string ranking_csv_rows(const PageModel& page, const std::string& folder, const MoreColumns& more = {});
