@@ -59,7 +59,7 @@ def outside(closing, steps):
 def read_results(folders):
     from relign_bench._score import score_of
     from relign_bench.results import read_manifest, read_trials
-    rows = []
+    rows = {}
     for folder in folders:
         manifest = read_manifest(folder)
         problem = manifest["suite_name"].removeprefix("domains-")
@@ -70,9 +70,12 @@ def read_results(folders):
         score = score_of(scene)
         spec = manifest.get("spec") or scene["spec"]
         limit = spec["rmse" if score.squared else "score"]
-        rows += [trial_row(problem, score, limit, closing, steps) for closing, steps in read_trials(folder, checked=True)]
+        for row in (trial_row(problem, score, limit, closing, steps) for closing, steps in read_trials(folder, checked=True)):
+            # A later folder may repeat a method, which then shows that its instances are the same.
+            if rows.setdefault((problem, row["method"], row["instance"]), row) != row:
+                raise SystemExit(f"'{folder}' and an earlier folder differ in {row['method']} on instance {row['instance']}")
     places = list(PROBLEMS)
-    rows.sort(key=lambda row: (places.index(row["problem"]), row["method"], row["instance"]))
+    rows = sorted(rows.values(), key=lambda row: (places.index(row["problem"]), row["method"], row["instance"]))
     with TRIALS.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         writer.writeheader()
