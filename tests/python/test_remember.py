@@ -146,7 +146,11 @@ class Fibre(unittest.TestCase):
         for wrong, why in ((("--scene", FIBRE, "--randomise", "default"), "are for scenes of lenses"),
                            (("--scene", FIBRE, "--set", "lenses=3"), "unknown setting 'lenses'"),
                            (("--scene", FIBRE, "--set", "noise_level=nothing"), "nothing"),
-                           (("--scene", FIBRE, "--set", "last=0"), "last must be a positive number, not 0")):
+                           (("--scene", FIBRE, "--set", "last=0"), "last must be a positive number, not 0"),
+                           (("--scene", FIBRE, "--set", "scene_parameters=[2]"), "scene_parameters must be a JSON object"),
+                           (("--scene", FIBRE, "--set", 'scene_parameters={"ends": 3}'), "ends"),
+                           (("--scene", str(EXAMPLES / "interferometer" / "interferometer.py"), "--set", "columns=8"),
+                            "networks see images of 10 to 1024 rows and columns; those of scene .* would have 8 rows and 8")):
             with self.subTest(wrong):
                 self.assertRegex(failure("imitate", "-o", run, *wrong), why)
                 self.assertFalse(run.exists())

@@ -87,7 +87,9 @@ static double common_resolution(const PageModel& page) {
 
 SceneScore common_score(const PageModel& page) {
   SceneScore score = page.groups.empty() ? SceneScore() : page.groups.front().scored_by;
-  const auto differs = [&score](const Group& group) { return group.scored_by != score; };
+  const auto differs = [&score](const Group& group) {
+    return group.scored_by.label() != score.label() || group.scored_by.squared != score.squared;
+  };
   if (any_group(page, differs)) score.name = "score", score.unit.clear(), score.squared = false;
   return score;
 }

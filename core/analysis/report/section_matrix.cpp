@@ -66,10 +66,11 @@ void legend(PageWriter& out, const std::string& kind, const std::string& title, 
 
 // Of excess errors: in the unit of the score, or in multiples of its resolution where scenes have several.
 void excess_legend(PageWriter& out, const PageModel& page) {
-  const SceneScore& first = page.groups.front().scored_by;
-  const bool several = any_group(page, [&first](const Group& group) { return group.scored_by != first; });
-  legend(out, "classes of-error", several ? "Excess score, in steps of its resolution:" : "Excess " + first.name + ":",
-         kExcessClasses, (several ? 1 : first.resolution) / SceneScore().resolution, several ? "" : first.suffix());
+  const SceneScore score = common_score(page);
+  const bool several =
+      any_group(page, [&score](const Group& group) { return group.scored_by.resolution != score.resolution; });
+  legend(out, "classes of-error", "Excess " + score.name + (several ? ", in steps of its resolution:" : ":"),
+         kExcessClasses, (several ? 1 : score.resolution) / SceneScore().resolution, several ? "" : score.suffix());
 }
 
 std::string percent_text(double share) { return number_text(100 * share, 2) + " %"; }

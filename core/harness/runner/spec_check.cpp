@@ -108,12 +108,14 @@ void check_units(const suites::Suite& suite, const std::vector<trials::SceneFact
                     " on the scene '" + there.scene + "' and " + here.label + " on '" + here.scene +
                     "'; leave it out, so that each scene's own 'spec' counts, or write a suite for each");
   };
-  for (const trials::SceneFacts& scene : facts) {
-    const records::Specification spec = records::specification_of(suite.spec, {}, scene.score);
-    if (!std::isnan(spec.score)) limit("score", {scene.score.label(), scene.name});
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    const SceneScore& score = facts[i].score;
+    const std::string& scene = suite.scenes[i].name;
+    const records::Specification spec = records::specification_of(suite.spec, {}, score);
+    if (!std::isnan(spec.score)) limit("score", {score.label(), scene});
     for (const Criterion one : kCriteria)
-      if (const FurtherScore* further = scene.score.further_of(one); further && !std::isnan(spec.limits[one]))
-        limit(further->name, {further->label(), scene.name});
+      if (const FurtherScore* further = score.further_of(one); further && !std::isnan(spec.limits[one]))
+        limit(further->name, {further->label(), scene});
   }
 }
 

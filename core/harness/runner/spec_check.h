@@ -21,7 +21,8 @@ std::string key_of(const trials::Criteria& criteria);
 void check_criteria(const suites::Suite& suite, const std::string& name, plugin_host::Scene& scene,
                     const trials::SceneFacts& facts);
 
-// Throws Error(bad_input) if one limit of the suite counts for scores of different names or units.
+// Throws Error(bad_input) if one limit of the suite counts for scores of different names or units. `facts`: of the
+// suite's scenes, in its order.
 void check_units(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts);
 
 // The MTF of the perfect lens at the nominal pose; nothing when none is required. Throws Error(bad_input) when the

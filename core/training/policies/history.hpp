@@ -15,6 +15,7 @@ struct HistoryFormat {
   double fine_move = 0;  // of the signed logarithm of moves, in shares of the travel
   // Per reading; empty for a scene without readings, whose slots have poses only.
   std::vector<std::string> readings;    // names
+  std::vector<std::string> units;       // of the readings; empty texts where they have none
   std::vector<double> mean, deviation;  // the first number of a reading is (value - mean) / deviation
   std::vector<double> fine;             // of its signed logarithm, in the reading's unit
   int score = -1;                       // the reading that measures the score, -1: none does

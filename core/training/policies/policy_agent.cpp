@@ -55,11 +55,12 @@ std::string command_for_another(const SideFile& about) {
   return command;
 }
 
-// "'loss', 'power'"
-std::string listed(const std::vector<std::string>& names) {
+// "'loss' in dB, 'hits'"
+std::string listed(const std::vector<std::string>& names, const std::vector<std::string>& units) {
   std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "'" : ", '") + name + "'";
-  return text;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    text += (k > 0 ? ", '" : "'") + names[k] + "'" + (units[k].empty() ? "" : " in " + units[k]);
+  return text.empty() ? "none" : text;
 }
 
 // The image of a capture, which is followed by a line of readings where the network observes them too.
@@ -99,12 +100,15 @@ void PolicyAgent::check_scene(const Trial& trial) const {
 
 void PolicyAgent::check_readings(const Trial& trial, const std::string& another) const {
   const SideFile& about = model_.about();
-  std::vector<std::string> names;
-  for (const nlohmann::json& reading : nlohmann::json::parse(trial.readings_json()))
+  std::vector<std::string> names, units;
+  for (const nlohmann::json& reading : nlohmann::json::parse(trial.readings_json())) {
     names.push_back(reading.at("name").get<std::string>());
-  if (names != about.history->readings)
-    throw std::invalid_argument("the network was trained for the readings " + listed(about.history->readings) +
-                                ", this scene has " + (names.empty() ? "none" : listed(names)) + another);
+    units.push_back(reading.value("unit", std::string()));
+  }
+  const std::string found = listed(names, units), known = listed(about.history->readings, about.history->units);
+  if (found != known)
+    throw std::invalid_argument("the network was trained for the readings " + known + ", this scene has " + found +
+                                another);
   if (other_scenes_ || about.frames > 0) return;
   const ImageView reference = trial.reference();
   for (std::size_t k = 0; k < about.reference.size(); ++k) {

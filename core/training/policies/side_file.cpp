@@ -153,6 +153,7 @@ HistoryFormat history_of(const Json& observation, const SideFile& side) {
     for (const Json& reading : observation.at("readings")) {
       refuse_unknown(reading, {"name", "unit"}, " in 'readings'");
       format.readings.push_back(reading.at("name").get<std::string>());
+      format.units.push_back(reading.value("unit", std::string()));
     }
     const std::size_t count = format.readings.size();
     if (count < 1 || count > kMaxReadings)

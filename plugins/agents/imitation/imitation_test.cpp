@@ -64,6 +64,7 @@ TEST(Imitation, RejectsOtherSceneWithTrainingCommand) {
 struct ReadingTrial : test::GreyTrial {
   ReadingTrial() : GreyTrial(0) {
     setup.image_side = 1;
+    setup.readings_json = R"([{"name": "loss"}])";
     setup.largest_move = std::numeric_limits<double>::infinity();
     setup.merit = [](const test::Pose& pose, std::uint32_t) { return std::fabs(pose[0] - 0.3) + 0.1; };
     setup.paint = {};
@@ -122,7 +123,11 @@ TEST(Imitation, RejectsOtherReadings) {
   test::GreyTrial grey(0.1);
   test::FakeTrial images(grey.setup);
   EXPECT_THAT(test::refusal("imitation", images, {{"model", network_of_readings(Json::object())}}),
-              HasSubstr("trained for 1 readings per capture, this scene has captures of 40 x 40 values"));
+              HasSubstr("trained for the readings 'loss', this scene has none"));
+  reading.setup.readings_json = R"([{"name": "loss", "unit": "mW"}])";
+  test::FakeTrial other(reading.setup);
+  EXPECT_THAT(test::refusal("imitation", other, {{"model", network_of_readings(Json::object())}}),
+              HasSubstr("this scene has 'loss' in mW"));
 }
 
 TEST(Imitation, RejectsOtherAxesAndImageSizes) {

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 SLOTS = 64  # instances that are held at once
 PROBED = 128  # instances that probes are chosen on
 CANDIDATES = 200  # poses among which probes are chosen
+LEAST_SIDE, LARGEST_SIDE = 10, 1024  # of images that agents accept (core/training/policies/side_file.cpp)
 LEAST_GAIN = 0.01  # of a probe, as a share of what all candidates together gain
 
 
@@ -99,6 +100,9 @@ class Pool:
                 raise ValueError(f"size={size} does not divide images of {width} x {height} pixels of scene '{scene}'")
             self._bins = width // size
             self.shape = (height // self._bins, size)
+            if not all(LEAST_SIDE <= side <= LARGEST_SIDE for side in self.shape):
+                raise ValueError(f"networks see images of {LEAST_SIDE} to {LARGEST_SIDE} rows and columns; those of scene "
+                                 f"'{scene}' would have {self.shape[0]} rows and {size} columns")
         self.optima: Float64Array = np.empty((0, self.axes))
 
     def numbers(self) -> AnyArray:

@@ -81,7 +81,7 @@ def parameters_of(recipe: Any) -> dict[str, Any]:
         except ValueError as problem:
             raise ValueError(f"{name}='{text}' is not JSON: {problem}") from None
         if not isinstance(found[keyword], dict):
-            raise ValueError(f"{name} must be a JSON object such as {{\"start\": 0.5}}, not {text}")
+            raise ValueError(f"{name} must be a JSON object such as {{\"name\": 0.5}}, not {text}")
     return found
 
 

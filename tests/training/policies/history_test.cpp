@@ -126,7 +126,7 @@ TEST_F(SideFileOfReadings, MayHaveImagesToo) {
   observation["kind"] = "images";
   observation.update({{"size", 10}, {"frames", 1}, {"white", 0.5}, {"byte_whites", 3}});
   side_["reference"] = {{"blocks", 1}, {"means", {0.5}}};
-  EXPECT_THAT(refusal(side_), HasSubstr("parity: inputs must have 230 bytes, found 30"));
+  EXPECT_THAT(refusal(side_), HasSubstr("parity: inputs must have 115 bytes, found 15"));
   observation.erase("history");
   EXPECT_THAT(refusal(side_), HasSubstr("history"));
 }
