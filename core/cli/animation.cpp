@@ -97,7 +97,7 @@ images::Image take_image(plugin_host::MountedAssembly& assembly, const trials::S
   } else if (!assembly.render_noise_free(pose, image.values.data())) {
     throw Error(ErrorKind::bad_input, "--noise-free: scene '" + scene_id + "' does not provide noise-free images");
   }
-  return trials::picture_of(facts, std::move(image));
+  return trials::picture_of(facts, image.values.data());
 }
 
 void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& facts, const AnimationPlan& plan,

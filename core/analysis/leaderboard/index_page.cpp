@@ -149,9 +149,8 @@ std::string index_html(const Board& board) {
   out.heading(1, Words{{board.title, "name"}})
       .text(
           "Alignment methods, each on the same instances with the same number of captures. A class has the methods "
-          "that "
-          "observe the same; methods of different classes are not ranked against each other. Every method has a page "
-          "with its replay, its versions and its failures.",
+          "that observe the same; methods of different classes are not ranked against each other. Every method has a "
+          "page with its replay, its versions and its failures.",
           "intro");
   for (std::size_t index = 0; index < board.rounds.size(); ++index) round_section(out, board, index);
   left_out_section(out, board);

@@ -1,5 +1,4 @@
 // Pictures of a station's trials, which cannot be captured again later.
-#include <algorithm>
 #include <cstdio>
 
 #include "base/error.h"
@@ -17,9 +16,7 @@ std::string frame_name(unsigned step) {
 }
 
 void KeptCaptures::keep(const trials::Step& step, const float* pixels) {
-  images::Image image(scene_.image_width, scene_.image_height);
-  std::copy(pixels, pixels + image.values.size(), image.values.begin());
-  (step.step == 0 ? first_ : last_) = trials::picture_of(scene_, std::move(image));
+  (step.step == 0 ? first_ : last_) = trials::picture_of(scene_, pixels);
   last_step_ = step.step;
 }
 

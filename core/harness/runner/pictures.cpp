@@ -177,7 +177,7 @@ class Pictures {
       });
     if (!facts.has_image() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
     guarded([&] {
-      const images::Image reference = trials::picture_of(facts, copy(runner_.scene(job).reference()));
+      const images::Image reference = trials::picture_of(facts, copy(runner_.scene(job).reference()).values.data());
       fs::create_directories(shown.parent_path());
       images::write_preview(own / "reference.png", reference, static_cast<float>(facts.image_white));
       images::write_preview(shown, reference, static_cast<float>(facts.image_white));
@@ -209,14 +209,14 @@ class Pictures {
     const std::uint64_t seed = frame_seed(placed.instance.seed, step, FrameStream::capture);
     if (regions.empty()) {
       placed.assembly->capture(true_pose, seed, frame.values.data());
-      return trials::picture_of(job.facts, std::move(frame));
+    } else {
+      images::Image read = frame;
+      placed.assembly->capture_regions(true_pose, seed, plugin_host::regions_of(regions), read.values.data());
+      for (const PixelSpan& span : spans_of(regions, frame.width))
+        std::copy_n(read.values.begin() + static_cast<std::ptrdiff_t>(span.first), span.count,
+                    frame.values.begin() + static_cast<std::ptrdiff_t>(span.first));
     }
-    images::Image read = frame;
-    placed.assembly->capture_regions(true_pose, seed, plugin_host::regions_of(regions), read.values.data());
-    for (const PixelSpan& span : spans_of(regions, frame.width))
-      std::copy_n(read.values.begin() + static_cast<std::ptrdiff_t>(span.first), span.count,
-                  frame.values.begin() + static_cast<std::ptrdiff_t>(span.first));
-    return frame;
+    return trials::picture_of(job.facts, frame.values.data());
   }
 
   void remove_strangers(const std::vector<Chosen>& chosen) {

@@ -252,10 +252,10 @@ MachineTime changed_by(const MachineTimeKeys& given, MachineTime times) {
   return times;
 }
 
-images::Image picture_of(const SceneFacts& facts, images::Image capture) {
-  capture.height = facts.picture_height();
-  capture.values.resize(capture.width * capture.height);
-  return capture;
+images::Image picture_of(const SceneFacts& facts, const float* capture) {
+  images::Image picture(facts.image_width, facts.picture_height());
+  std::copy_n(capture, picture.values.size(), picture.values.begin());
+  return picture;
 }
 
 double SceneFacts::measured(const float* pixels, const float* reference) const {

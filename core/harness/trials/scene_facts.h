@@ -83,8 +83,8 @@ struct SceneFacts {
   double measured(const float* pixels, const float* reference) const;
 };
 
-// The image of a capture without the line of readings; all of the capture in a scene without an image.
-images::Image picture_of(const SceneFacts& facts, images::Image capture);
+// The image of a capture, which has all pixels, without the line of readings; all of it in a scene without an image.
+images::Image picture_of(const SceneFacts& facts, const float* capture);
 
 // Throws Error(plugin_failed) that lists every mistake in the description. A station may omit
 // nominal_pose (default 0.5) and elements.
