@@ -5,7 +5,7 @@
 namespace relign::cli {
 
 records::PlanCheck plan_check(Context& context) {
-  return [&context](const Json& manifest) { return runner::check_plan(manifest, context.catalog()); };
+  return [&context](const records::Manifest& manifest) { return runner::check_plan(manifest, context.catalog()); };
 }
 
 bool warn_of_failed_checks(const report::Report& report) {

@@ -52,7 +52,7 @@ std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::pat
                                                       const std::function<void(const std::string&)>& on_message) const {
   runner::check_unchanged(plan_, prepared);
   const std::string program = plan_.content["program"].value("hash", std::string());
-  if (!program.empty() && program != runner::program_json()["hash"])
+  if (!program.empty() && program != runner::this_program().hash)
     on_message("this build of relign-bench differs from the one that made the plan; use the same build for all shards");
   auto attempt = std::make_unique<runner::ShardAttempt>(results, number_, plan_.hash, on_message);
   std::vector<suites::PlannedTrial> remaining;
@@ -68,7 +68,7 @@ std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::pat
     on_message(std::to_string(elsewhere) + " of " + std::to_string(elsewhere + remaining.size()) +
                " trials of this shard were completed by an earlier attempt");
   prepared.plan.trials = std::move(remaining);
-  prepared.shard = {{"number", number_}, {"of", plan_.shards}, {"plan", plan_.hash}, {"plan_trials", plan_.trials}};
+  prepared.shard = records::Shard{number_, plan_.shards, plan_.hash, plan_.trials};
   return attempt;
 }
 

@@ -82,7 +82,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
   if (summary.left_out > 0)
     print_warning(trials_text(summary.left_out) + " belong to an earlier version of a folder's suite and are ignored");
   if (context.json) {
-    Json result = records::to_json(summary);
+    Json result = json_of(records::facts_of(summary));
     result["merged"] = arguments.out;
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {

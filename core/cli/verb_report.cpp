@@ -61,11 +61,11 @@ std::string exported(Reports& reports, const ReportArguments& arguments) {
   report::MoreColumns more;
   for (const std::string& folder : arguments.folders) {
     if (!csv) break;
-    const Json manifest = records::read_manifest(folder);
-    more.cycle = more.cycle || manifest.contains("cycle");
-    for (const Json& scene : list_of(manifest, "scenes")) {
-      more.score = more.score || scene.contains("score");
-      more.further = std::max(more.further, scene_score_of(scene).further.size());
+    const records::Manifest manifest = records::manifest_of(folder);
+    more.cycle = more.cycle || manifest.cycle;
+    for (const records::ManifestScene& scene : manifest.scenes) {
+      more.score = more.score || !scene.score.squared;
+      more.further = std::max(more.further, scene.score.further.size());
     }
   }
   std::string text = csv ? report::ranking_csv_head(more) : "";

@@ -69,8 +69,8 @@ runner::PreparedPlan prepared_plan(suites::Suite suite, const runner::RunOptions
 
 // A run would overwrite the manifest, which records the sources of the merged trials.
 void refuse_merged(const fs::path& results) {
-  const Json manifest = records::read_manifest(results);
-  if (manifest.is_object() && manifest.contains("sources"))
+  if (const std::optional<records::Manifest> manifest = records::read_manifest(results);
+      manifest && !manifest->sources.empty())
     throw Error(ErrorKind::bad_input, "'" + results.string() +
                                           "' is a merged folder; choose another folder with --out, and merge that with "
                                           "the folders that this one was merged from");

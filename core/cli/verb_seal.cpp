@@ -56,14 +56,14 @@ int make_secret(const Context& context, const std::string& out) {
 
 int publish_secret(const Context& context, const fs::path& results, const std::string& file) {
   records::require_results(results);
-  Json manifest = records::read_manifest(results);
-  const std::string commitment = text_of(manifest, "commitment");
-  if (commitment.empty())
+  records::Manifest manifest = records::manifest_of(results);
+  const std::string commitment = manifest.commitment;
+  if (!manifest.sealed())
     throw Error(ErrorKind::bad_input, "'" + results.string() + "' is not sealed: its suite has no \"commitment\"");
   const std::string secret = given_secret(file).value_or("");
   if (secret.empty()) throw Error(ErrorKind::bad_input, missing_secret("'" + results.string() + "'"));
   suites::check_secret(secret, commitment, "'" + results.string() + "'");
-  manifest["secret"] = secret;
+  manifest.secret = secret;
   records::ResultsWriter(results).write_manifest(manifest);
   if (context.json)
     print_result(Json({{"results", results.string()}, {"commitment", commitment}, {"secret", secret}}).dump(2) + "\n");
@@ -71,7 +71,7 @@ int publish_secret(const Context& context, const fs::path& results, const std::s
     print_result("unsealed    " + results.string() + "\ncommitment  " + commitment + "\n");
   std::fprintf(stderr, "Next: anybody can check the results now: %s%s\n",
                own_command("verify " + shell_quoted(results.string())).c_str(),
-               records::ran_in_sandbox(manifest) ? " --sandbox" : "");
+               manifest.ran_in_sandbox() ? " --sandbox" : "");
   return kDone;
 }
 

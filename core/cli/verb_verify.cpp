@@ -157,7 +157,7 @@ int run_verify(Context& context, const VerifyArguments& arguments) {
   options.cache_folder = cache_folder();
   options.stop = &watch_for_stop();
   context.start_sandbox(arguments.results);
-  if (!context.sandboxed && !arguments.no_sandbox && records::ran_in_sandbox(records::read_manifest(arguments.results)))
+  if (!context.sandboxed && !arguments.no_sandbox && records::manifest_of(arguments.results).ran_in_sandbox())
     throw Error(
         ErrorKind::bad_input,
         "the algorithms of '" + arguments.results +

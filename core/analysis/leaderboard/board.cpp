@@ -26,14 +26,11 @@ constexpr Caution kNoSandbox = {"no sandbox",
                                 "The method ran with the rights of a user: it could read files and other processes."};
 constexpr std::size_t kMostDisagreements = 5;
 
-// What a folder must share with the others of its round besides the instances (records/merge.h).
-constexpr const char* kSharedMembers[] = {"limits", "machine_time", "cycle", "cost"};
-
 // An evaluation whose parts do not contradict each other.
 struct Candidate {
   Entry entry;
-  Json algorithms, shared;  // of the results' manifest
-  bool has_optima = false;  // of its instances
+  records::Manifest manifest;  // of the results
+  bool has_optima = false;     // of their instances
 };
 
 Candidate read_candidate(const fs::path& folder, const records::PlanCheck& plan) {
@@ -47,10 +44,9 @@ Candidate read_candidate(const fs::path& folder, const records::PlanCheck& plan)
   const report::LoadedResults results = report::load_results(evaluation.results_folder(), plan);
   if (const auto found = contradictions(evaluation, made.entry.submission, results); !found.empty())
     throw Error(ErrorKind::bad_input, join(found, "\n"));
-  made.algorithms = list_of(results.manifest, "algorithms");
+  made.manifest = results.manifest;
   made.has_optima = std::any_of(results.trials.rows.begin(), results.trials.rows.end(),
                                 [](const auto& row) { return !std::isnan(row.own_optimum_mse); });
-  for (const char* key : kSharedMembers) made.shared[key] = member(results.manifest, key);
   made.entry.checked = records::summary_of(results.checks);
   made.entry.replays = records::read_replays(evaluation.results_folder());
   if (const auto& replays = made.entry.replays; replays && replays->all.equal < replays->all.replayed)
@@ -76,20 +72,21 @@ std::string conflict(const Candidate& earlier, const Candidate& candidate) {
     return "version '" + b.version + "' of '" + b.name + "' is another archive in " + other +
            "; a changed submission needs a new version";
   if (a.suite.instance_set != b.suite.instance_set) return "";
-  for (const char* key : kSharedMembers)
-    if (earlier.shared[key] != candidate.shared[key])
-      return std::string("'") + key + "' of the suite differs from that of " + other + ", which has the same instances";
+  // What a folder must share with the others of its round besides the instances (records/merge.h).
+  if (const std::string key =
+          first_differing(earlier.manifest, candidate.manifest, {"limits", "machine_time", "cycle", "cost"});
+      !key.empty())
+    return "'" + key + "' of the suite differs from that of " + other + ", which has the same instances";
   if (a.name == b.name) return "";
-  for (const Json& entry : candidate.algorithms)
-    for (const Json& known : earlier.algorithms) {
-      const std::string name = text_of(entry, "name"), protocol = text_of(entry, "protocol");
-      if (text_of(known, "name") != name || text_of(known, "protocol") != protocol) continue;
-      if (submits(a, name, protocol) && submits(b, name, protocol))
-        return "the method '" + name + "' is submitted as '" + a.name + "' in " + other;
-      for (const char* key : {"plugin", "parameters", "merit", "steps"})
-        if (member(known, key) != member(entry, key))
-          return "the method '" + name + "' is another one in " + other + ": its '" + key + "' differs";
-    }
+  for (const records::ManifestMethod& entry : candidate.manifest.algorithms) {
+    const records::ManifestMethod* known = earlier.manifest.method(entry.name, entry.protocol);
+    if (!known) continue;
+    if (submits(a, entry.name, entry.protocol) && submits(b, entry.name, entry.protocol))
+      return "the method '" + entry.name + "' is submitted as '" + a.name + "' in " + other;
+    if (const std::string key = first_differing(*known, entry, {"plugin", "parameters", "merit", "steps"});
+        !key.empty())
+      return "the method '" + entry.name + "' is another one in " + other + ": its '" + key + "' differs";
+  }
   return "";
 }
 
@@ -162,16 +159,13 @@ fs::path merged(Round& round, const std::vector<Entry>& entries, const report::T
 }
 
 // The trainings of a list share a row.
-records::ReplayCounts replays_of(const Entry& entry, const Json& algorithms, const Standing& standing,
-                                 const std::string& protocol) {
+records::ReplayCounts replays_of(const Entry& entry, const std::map<std::string, std::string>& lists,
+                                 const Standing& standing, const std::string& protocol) {
   records::ReplayCounts all;
   if (!entry.replays) return all;
   for (const auto& [key, counts] : entry.replays->methods) {
-    const auto of_list = std::find_if(algorithms.begin(), algorithms.end(), [&key = key](const Json& one) {
-      return text_of(one, "name") == key.first && one.contains("of_list");
-    });
-    const std::string name = of_list == algorithms.end() ? key.first : text_of((*of_list)["of_list"], "method");
-    if (name != standing.method || key.second != protocol) continue;
+    const auto list = lists.find(key.first);
+    if ((list == lists.end() ? key.first : list->second) != standing.method || key.second != protocol) continue;
     all.recorded += counts.recorded;
     all.replayed += counts.replayed;
     all.equal += counts.equal;
@@ -179,7 +173,7 @@ records::ReplayCounts replays_of(const Entry& entry, const Json& algorithms, con
   return all;
 }
 
-void add_submissions(Round& round, const std::vector<Entry>& entries, const Json& algorithms) {
+void add_submissions(Round& round, const std::vector<Entry>& entries, const std::map<std::string, std::string>& lists) {
   for (BoardClass& of_class : round.classes)
     for (Standing& standing : of_class.standings)
       for (const std::size_t entry : round.entries) {
@@ -187,7 +181,7 @@ void add_submissions(Round& round, const std::vector<Entry>& entries, const Json
           standing.submitted = true;
           standing.entry = entry;
         }
-        const records::ReplayCounts counts = replays_of(entries[entry], algorithms, standing, of_class.protocol);
+        const records::ReplayCounts counts = replays_of(entries[entry], lists, standing, of_class.protocol);
         if (counts.replayed <= standing.replays.replayed) continue;
         const records::Replays& by = *entries[entry].replays;
         standing.replays = counts;
@@ -221,7 +215,7 @@ std::vector<Round> rounds_of(const std::vector<Entry>& entries, const BoardOptio
       listed.insert(listed.end(), entries[entry].evaluation.methods.begin(), entries[entry].evaluation.methods.end());
     const fs::path results = merged(round, entries, place);
     read_standings(round, results, listed, options.baseline, true);
-    add_submissions(round, entries, list_of(records::read_manifest(results), "algorithms"));
+    add_submissions(round, entries, report::training_lists(records::manifest_of(results)));
   }
   return rounds;
 }

@@ -9,7 +9,6 @@
 #include "base/baselines.h"
 #include "base/json_members.h"
 #include "base/text.h"
-#include "records/manifest_check.h"
 
 namespace relign::leaderboard {
 namespace {
@@ -28,7 +27,7 @@ std::string words_text(const std::set<std::string>& words) {
 }
 
 void check_origin(std::vector<std::string>& found, const Evaluation& evaluation, const Submission& submission,
-                  const Json& manifest) {
+                  const records::Manifest& manifest) {
   const auto differs = [&](const char* what, const std::string& here, const std::string& there, const char* file) {
     if (here != there)
       found.push_back(std::string(what) + " is " + in_quotes(here) + " in evaluation.json and " + in_quotes(there) +
@@ -36,26 +35,22 @@ void check_origin(std::vector<std::string>& found, const Evaluation& evaluation,
   };
   differs("the name", evaluation.name, submission.name, "submission.json");
   differs("the version", evaluation.version, submission.version, "submission.json");
-  differs("the instance set", evaluation.suite.instance_set, text_of(manifest, "instance_set"),
-          "the results' manifest");
-  const auto has_version = [&](const Json& source) {
-    return text_of(object_of(source, "program"), "version") == evaluation.program_version;
-  };
-  const Json& sources = list_of(manifest, "sources");
-  if (!has_version(manifest) && std::none_of(sources.begin(), sources.end(), has_version))
+  differs("the instance set", evaluation.suite.instance_set, manifest.instance_set, "the results' manifest");
+  const std::vector<records::Program> builds = manifest.builds();
+  if (manifest.program.version != evaluation.program_version &&
+      std::none_of(builds.begin(), builds.end(),
+                   [&](const records::Program& one) { return one.version == evaluation.program_version; }))
     found.push_back("no trial was recorded by relign-bench " + in_quotes(evaluation.program_version));
-  if (!records::has_suites(manifest))
+  if (!manifest.has_suites())
     found.push_back("the results' manifest lacks the text of its suite, with which it could be compared");
-  if (evaluation.sealed && text_of(manifest, "commitment").empty())
-    found.push_back("'sealed' is true, but the results have no commitment");
-  if (evaluation.sandbox && !records::ran_in_sandbox(manifest))
+  if (evaluation.sealed && !manifest.sealed()) found.push_back("'sealed' is true, but the results have no commitment");
+  if (evaluation.sandbox && !manifest.ran_in_sandbox())
     found.push_back("'sandbox' is true, but no algorithm of the results ran in a sandbox");
 }
 
-void check_observations(std::vector<std::string>& found, const EvaluatedMethod& method, const Json& entry) {
-  std::set<std::string> recorded;
-  for (const Json& word : list_of(entry, "observes"))
-    if (word.is_string()) recorded.insert(word);
+void check_observations(std::vector<std::string>& found, const EvaluatedMethod& method,
+                        const records::ManifestMethod& entry) {
+  const std::set<std::string> recorded(entry.observes.begin(), entry.observes.end());
   const std::set<std::string> stated(method.observes.begin(), method.observes.end());
   if (recorded != stated)
     found.push_back(named({method.name, method.protocol}) + " observes " + words_text(stated) +
@@ -68,9 +63,9 @@ bool is_cost(double stated, const Json& recorded) {
 
 // A submission states the cost of its own training; all others have it from their plugins.
 void check_training(std::vector<std::string>& found, const EvaluatedMethod& method, const Submission& submission,
-                    const Json& entry) {
+                    const records::ManifestMethod& entry) {
   const bool own = method.submitted && !submission.training.is_null();
-  const Json& recorded = own ? submission.training : member(entry, "training");
+  const Json recorded = own ? submission.training : json_of(entry.training);
   const TrainingCost stated = method.training.value_or(TrainingCost());
   if (method.training.has_value() == !recorded.is_null() && is_cost(stated.steps, member(recorded, "steps")) &&
       is_cost(stated.images, member(recorded, "images")) && is_cost(stated.hours, member(recorded, "hours")))
@@ -81,10 +76,10 @@ void check_training(std::vector<std::string>& found, const EvaluatedMethod& meth
 
 // Numbers and switches; files have other names where the trials ran.
 void check_parameters(std::vector<std::string>& found, const EvaluatedMethod& method, const Submission& submission,
-                      const Json& entry) {
+                      const records::ManifestMethod& entry) {
   if (!submission.parameters.is_object()) return;
   for (const auto& [name, stated] : submission.parameters.items()) {
-    const Json& recorded = member(object_of(entry, "parameters"), name.c_str());
+    const Json& recorded = member(entry.parameters, name.c_str());
     if ((stated.is_number() || stated.is_boolean()) && stated != recorded)
       found.push_back("parameter " + in_quotes(name) + " of " + named({method.name, method.protocol}) + " is " +
                       stated.dump() + " in submission.json and " + recorded.dump() + " in the results' manifest");
@@ -92,19 +87,16 @@ void check_parameters(std::vector<std::string>& found, const EvaluatedMethod& me
 }
 
 void check_submitted(std::vector<std::string>& found, const Evaluation& evaluation, const EvaluatedMethod& method,
-                     const Submission& submission, const Json& entry) {
+                     const Submission& submission, const records::ManifestMethod& entry) {
   check_parameters(found, method, submission, entry);
-  if (const std::uint64_t steps = count_of(entry, "steps"); steps != evaluation.steps)
+  if (entry.steps != evaluation.steps)
     found.push_back("the budget is " + counted(evaluation.steps, "step") + " in evaluation.json, but " +
-                    named({method.name, method.protocol}) + " had " + std::to_string(steps));
+                    named({method.name, method.protocol}) + " had " + std::to_string(entry.steps));
 }
 
 // Methods that the harness adds to every run need not be listed.
 void check_methods(std::vector<std::string>& found, const Evaluation& evaluation, const Submission& submission,
-                   const Json& manifest) {
-  std::map<NameAndProtocol, const Json*> recorded;
-  for (const Json& entry : list_of(manifest, "algorithms"))
-    recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
+                   const records::Manifest& manifest) {
   std::set<NameAndProtocol> listed;
   const bool has_own = std::any_of(evaluation.methods.begin(), evaluation.methods.end(),
                                    [&](const EvaluatedMethod& one) { return one.name == evaluation.name; });
@@ -119,28 +111,27 @@ void check_methods(std::vector<std::string>& found, const Evaluation& evaluation
     if (method.submitted && method.observes != evaluation.observes)
       found.push_back("the class is " + in_quotes(join(evaluation.observes, ", ")) + ", but " + named(key) +
                       " observes " + in_quotes(join(method.observes, ", ")));
-    const auto entry = recorded.find(key);
-    if (entry == recorded.end()) {
+    const records::ManifestMethod* entry = manifest.method(method.name, method.protocol);
+    if (!entry) {
       found.push_back("the results have no method " + named(key));
       continue;
     }
-    check_observations(found, method, *entry->second);
-    check_training(found, method, submission, *entry->second);
-    if (method.submitted) check_submitted(found, evaluation, method, submission, *entry->second);
+    check_observations(found, method, *entry);
+    check_training(found, method, submission, *entry);
+    if (method.submitted) check_submitted(found, evaluation, method, submission, *entry);
   }
-  for (const auto& [key, entry] : recorded)
-    if (!listed.count(key) && !flag_of(*entry, "added"))
+  for (const records::ManifestMethod& entry : manifest.algorithms)
+    if (const NameAndProtocol key(entry.name, entry.protocol); !listed.count(key) && !entry.added)
       found.push_back("evaluation.json does not list the method " + named(key) + " of the results");
 }
 
 // "Better than random" is worth what random is.
-void check_baselines(std::vector<std::string>& found, const Json& manifest) {
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const std::string name = text_of(entry, "name"), method = text_of(object_of(entry, "of_list"), "method");
-    const std::string baseline = baseline_like(method.empty() ? name : method), plugin = text_of(entry, "plugin");
-    if (!baseline.empty() && plugin != baseline)
-      found.push_back(named({name, text_of(entry, "protocol")}) + " reads as the baseline " + in_quotes(baseline) +
-                      ", but it is the plugin " + in_quotes(plugin));
+void check_baselines(std::vector<std::string>& found, const records::Manifest& manifest) {
+  for (const records::ManifestMethod& entry : manifest.algorithms) {
+    const std::string baseline = baseline_like(entry.listed_name());
+    if (!baseline.empty() && entry.plugin != baseline)
+      found.push_back(named({entry.name, entry.protocol}) + " reads as the baseline " + in_quotes(baseline) +
+                      ", but it is the plugin " + in_quotes(entry.plugin));
   }
 }
 
@@ -151,17 +142,16 @@ void check_trials(std::vector<std::string>& found, const LoadedResults& results)
   if (recorded < results.planned)
     found.push_back(std::to_string(results.planned - recorded) + " of " + counted(results.planned, "planned trial") +
                     " are not in the results");
-  const Json& manifest = results.manifest;
-  const std::uint64_t of_each =
-      list_of(manifest, "scenes").size() * list_of(manifest, "noise_levels").size() * count_of(manifest, "instances");
+  const records::Manifest& manifest = results.manifest;
+  const std::uint64_t of_each = manifest.scenes.size() * manifest.noise_levels.size() * manifest.instances;
   std::map<NameAndProtocol, std::set<std::string>> trials;
   for (const statistics::TrialRow& row : results.trials.rows) {
     const statistics::Series& series = results.trials.series_of(row);
     trials[{series.algorithm, series.protocol}].insert(series.scene + "\n" + series.noise_level + "\n" +
                                                        std::to_string(row.instance));
   }
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const NameAndProtocol key = {text_of(entry, "name"), text_of(entry, "protocol")};
+  for (const records::ManifestMethod& entry : manifest.algorithms) {
+    const NameAndProtocol key = {entry.name, entry.protocol};
     if (trials[key].size() != of_each)
       found.push_back(named(key) + " has " + counted(trials[key].size(), "trial") + " instead of " +
                       std::to_string(of_each));

@@ -47,17 +47,8 @@ ClassKey class_of(const Method& method) {
   return key;
 }
 
-// From the name of a training to that of its method.
-std::map<std::string, std::string> lists_of(const Json& manifest) {
-  std::map<std::string, std::string> lists;
-  for (const Json& entry : list_of(manifest, "algorithms"))
-    if (const Json& list = object_of(entry, "of_list"); !list.empty())
-      lists[text_of(entry, "name")] = text_of(list, "method");
-  return lists;
-}
-
 std::map<NameAndProtocol, ClassKey> classes_of(const LoadedResults& results) {
-  const std::map<std::string, std::string> lists = lists_of(results.manifest);
+  const std::map<std::string, std::string> lists = report::training_lists(results.manifest);
   std::map<NameAndProtocol, ClassKey> classes;
   const report::Methods methods(results);
   for (const Method& method : methods.list()) {
@@ -177,16 +168,11 @@ void add_classes(Round& round, const Aggregate& aggregate, const std::map<NameAn
 }
 
 // The methods of the results by the name that standings have.
-std::string listed_name(const Json& entry) {
-  const std::string list = text_of(object_of(entry, "of_list"), "method");
-  return list.empty() ? text_of(entry, "name") : list;
-}
-
-void find_baseline(Round& round, const Json& algorithms, const std::string& wanted) {
+void find_baseline(Round& round, const std::vector<records::ManifestMethod>& algorithms, const std::string& wanted) {
   std::set<std::string> by_id;
-  for (const Json& entry : algorithms) {
-    if (listed_name(entry) == wanted) round.baseline = wanted;
-    if (text_of(entry, "id") == wanted) by_id.insert(listed_name(entry));
+  for (const records::ManifestMethod& entry : algorithms) {
+    if (entry.listed_name() == wanted) round.baseline = wanted;
+    if (entry.id == wanted) by_id.insert(entry.listed_name());
   }
   if (round.baseline.empty() && by_id.size() == 1) round.baseline = *by_id.begin();
   if (round.baseline.empty()) {
@@ -194,11 +180,10 @@ void find_baseline(Round& round, const Json& algorithms, const std::string& want
     return;
   }
   std::set<std::string> about;
-  for (const Json& entry : algorithms) {
-    if (listed_name(entry) != round.baseline) continue;
-    if (const std::string id = text_of(entry, "id"); id != round.baseline) about.insert("is '" + id + "'");
-    if (const std::uint64_t steps = count_of(entry, "steps"); steps < round.steps)
-      about.insert("has only " + counted(steps, "step") + " per alignment");
+  for (const records::ManifestMethod& entry : algorithms) {
+    if (entry.listed_name() != round.baseline) continue;
+    if (entry.id != round.baseline) about.insert("is '" + entry.id + "'");
+    if (entry.steps < round.steps) about.insert("has only " + counted(entry.steps, "step") + " per alignment");
   }
   if (!about.empty())
     round.about_baseline = "'" + round.baseline + "', which " + join({about.begin(), about.end()}, " and ");
@@ -227,11 +212,11 @@ std::string method_of(const statistics::Series& series) {
 void read_standings(Round& round, const fs::path& folder, const std::vector<EvaluatedMethod>& listed,
                     const std::string& baseline, bool pictures) {
   const LoadedResults results = report::load_results(folder);
-  find_baseline(round, list_of(results.manifest, "algorithms"), baseline);
+  find_baseline(round, results.manifest.algorithms, baseline);
   const statistics::Study study = statistics::make_study(results.trials, options_of(results, round.baseline));
   round.page = report::page_model(results, study);
-  round.commitment = text_of(results.manifest, "commitment");
-  round.secret = text_of(results.manifest, "secret");
+  round.commitment = results.manifest.commitment;
+  round.secret = results.manifest.secret;
   round.instances = round.page.instances;
   for (const report::QualityGate& gate : round.page.gates)
     if (!gate.ok) round.alarms.push_back(gate.name + ": " + gate.text);

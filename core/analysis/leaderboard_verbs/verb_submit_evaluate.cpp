@@ -101,13 +101,13 @@ void refuse_other_baselines(Context& context, const std::vector<std::string>& ba
   std::set<std::string> protocols;
   for (const std::string& folder : baselines) {
     records::require_results(folder);
-    const Json manifest = records::read_manifest(folder);
-    if (text_of(manifest, "instance_set") != plan.instance_set)
+    const records::Manifest manifest = records::manifest_of(folder);
+    if (manifest.instance_set != plan.instance_set)
       throw Error(ErrorKind::bad_input, "--baselines: '" + folder +
                                             "' has other instances than the suite; scenes, noise levels, seed or "
                                             "commitment, and instances must be equal");
     records::require_checked(folder, plan_check(context), "--baselines: cannot use");
-    for (const Json& entry : list_of(manifest, "algorithms")) protocols.insert(text_of(entry, "protocol"));
+    for (const records::ManifestMethod& entry : manifest.algorithms) protocols.insert(entry.protocol);
   }
   for (const suites::AlgorithmEntry& entry : plan.suite.algorithms)
     if (!baselines.empty() && entry.name == submission && !protocols.count(entry.protocol))
@@ -153,15 +153,15 @@ std::size_t join_results(Context& context, const EvaluateArguments& arguments, c
   return merged.disagreeing;
 }
 
-Json methods_json(const Json& manifest, const submissions::Submission& submission) {
+Json methods_json(const records::Manifest& manifest, const submissions::Submission& submission) {
   Json methods = Json::array();
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const bool submitted = text_of(entry, "name") == submission.name;
+  for (const records::ManifestMethod& entry : manifest.algorithms) {
+    const bool submitted = entry.name == submission.name;
     const bool stated = submitted && !submission.training.is_null();
-    methods.push_back({{"name", member(entry, "name")},
-                       {"observes", member(entry, "observes")},
-                       {"protocol", member(entry, "protocol")},
-                       {"training", stated ? submission.training : member(entry, "training")},
+    methods.push_back({{"name", entry.name},
+                       {"observes", entry.observes},
+                       {"protocol", entry.protocol},
+                       {"training", stated ? submission.training : json_of(entry.training)},
                        {"submitted", submitted}});
   }
   return methods;
@@ -189,7 +189,7 @@ Json evaluation_json(const submissions::Submission& submission, const Evaluation
           {"program_version", RELIGN_VERSION},
           {"class", observes},
           {"budget", {{"steps", steps}}},
-          {"methods", methods_json(records::read_manifest(folder / kResults), submission)},
+          {"methods", methods_json(records::manifest_of(folder / kResults), submission)},
           {"results", "results"}};
 }
 
@@ -268,9 +268,9 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
       runner::prepare(std::move(read), options.cache_folder, {}, options.stop, options.sandbox);
   refuse_other_baselines(context, arguments.baselines, prepared.plan, submission.name);
   if (!arguments.baselines.empty())  // prices, limits and machine times: better said before the trials than after
-    records::require_mergeable(
-        options.results, runner::make_manifest(prepared, runner::hash_libraries(prepared.plan.suite), "", nullptr),
-        {arguments.baselines.begin(), arguments.baselines.end()});
+    records::require_mergeable(options.results,
+                               runner::make_manifest(prepared, runner::hash_libraries(prepared.plan.suite), "", {}),
+                               {arguments.baselines.begin(), arguments.baselines.end()});
   write_file_atomically(folder / submissions::kManifestName, submission.text);
   folder.keep();
 

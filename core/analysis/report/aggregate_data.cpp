@@ -58,13 +58,12 @@ const AggregatePair* Aggregate::pair_of(const std::string& a, const std::string&
 std::vector<Aggregate> aggregates_of(const LoadedResults& results, const statistics::Study& study,
                                      const std::vector<Method>& methods) {
   const std::map<std::string, std::string> tags = training_tags(results.manifest);
-  std::map<std::string, std::string> lists;  // from display name to method with several trainings
-  for (const Json& entry : list_of(results.manifest, "algorithms"))
-    if (const Json& list = object_of(entry, "of_list"); !list.empty())
-      lists[text_of(entry, "name")] = text_of(list, "method");
+  const std::map<std::string, std::string> lists = training_lists(results.manifest);
   std::map<std::pair<std::string, std::string>, ObservationClass> classes;  // by method and protocol
-  for (const Method& method : methods)
-    classes[{lists.count(method.name) ? lists[method.name] : method.name, method.protocol}] = method.of_class;
+  for (const Method& method : methods) {
+    const auto list = lists.find(method.name);
+    classes[{list == lists.end() ? method.name : list->second, method.protocol}] = method.of_class;
+  }
 
   std::vector<Aggregate> all;
   for (const statistics::AggregateStudy& one : study.aggregates) {

@@ -106,21 +106,23 @@ class Comparer {
  private:
   // Options that are not given come from the analysis plans, which must agree.
   void choose_by_plans() {
-    const Json &of_a = object_of(a_.manifest, "analysis"), &of_b = object_of(b_.manifest, "analysis");
-    const auto planned = [&](const char* key, const char* option, const Json& otherwise) {
-      const Json first = of_a.value(key, otherwise), second = of_b.value(key, otherwise);
-      if (first != second)
+    const auto planned = [&](const char* key, const char* option, const auto& of_a, const auto& of_b) {
+      if (of_a != of_b)
         throw Error(ErrorKind::bad_input, "the analysis plans of '" + side_a_.folder.string() + "' and '" +
-                                              side_b_.folder.string() + "' differ in '" + key + "', " + first.dump() +
-                                              " and " + second.dump() + "; choose with " + option);
-      return first;
+                                              side_b_.folder.string() + "' differ in '" + key + "', " +
+                                              Json(of_a).dump() + " and " + Json(of_b).dump() + "; choose with " +
+                                              option);
+      return of_a;
     };
-    rule_ = options_.rule ? *options_.rule
-                          : statistics::rule_named(planned("rule", "--rule", "own").get<std::string>())
-                                .value_or(statistics::Rule::own);
-    relevant_ = options_.smallest_relevant_ratio
-                    ? *options_.smallest_relevant_ratio
-                    : planned("smallest_relevant_ratio", "--relevant", kRelevantRatio).get<double>();
+    AnalysisPlan none;
+    none.smallest_relevant_ratio = kRelevantRatio;
+    const AnalysisPlan a = a_.manifest.analysis.value_or(none), b = b_.manifest.analysis.value_or(none);
+    rule_ = options_.rule
+                ? *options_.rule
+                : statistics::rule_named(planned("rule", "--rule", a.rule, b.rule)).value_or(statistics::Rule::own);
+    relevant_ = options_.smallest_relevant_ratio ? *options_.smallest_relevant_ratio
+                                                 : planned("smallest_relevant_ratio", "--relevant",
+                                                           a.smallest_relevant_ratio, b.smallest_relevant_ratio);
     for (const LoadedResults* results : {&a_, &b_})
       study_options(*results, rule_);  // checks that the records have its scores
   }
@@ -154,21 +156,19 @@ class Comparer {
 
   // One name may denote different methods in the two folders.
   std::vector<std::string> differing(const SeriesPair& pair) const {
-    const auto entry = [](const LoadedResults& results, const statistics::Series& series) -> const Json& {
-      for (const Json& one : list_of(results.manifest, "algorithms"))
-        if (text_of(one, "name") == series.algorithm && text_of(one, "protocol") == series.protocol) return one;
-      return object_of(results.manifest, "");
-    };
-    const Json &of_a = entry(a_, *pair.a), &of_b = entry(b_, *pair.b);
     std::vector<std::string> names;
     if (pair.a->algorithm != pair.b->algorithm) return names;  // two methods, as requested
-    for (const char* key : {"id", "parameters", "merit"})
-      if (member(of_a, key) != member(of_b, key)) names.push_back(key[0] == 'i' ? "algorithm" : key);
+    const records::ManifestMethod *of_a = a_.manifest.method(pair.a->algorithm, pair.a->protocol),
+                                  *of_b = b_.manifest.method(pair.b->algorithm, pair.b->protocol);
+    if (!of_a || !of_b) return names;
+    if (of_a->id != of_b->id) names.push_back("algorithm");
+    if (of_a->parameters != of_b->parameters) names.push_back("parameters");
+    if (of_a->merit != of_b->merit) names.push_back("merit");
     return names;
   }
 
   void check_instances() const {
-    if (text_of(a_.manifest, "instance_set") == text_of(b_.manifest, "instance_set")) return;
+    if (a_.manifest.instance_set == b_.manifest.instance_set) return;
     const std::string a = side_a_.folder.string(), b = side_b_.folder.string();
     // One may have more instances than the other: common ones are compared.
     const std::vector<std::string> different = records::different_instances(a_.manifest, b_.manifest, a, b);

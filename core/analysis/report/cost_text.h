@@ -11,7 +11,7 @@ namespace relign::report {
 std::string images_of(const statistics::CostStudy& cost);
 
 // The prices as a sentence.
-std::string prices_sentence(const statistics::Prices& prices);
+std::string prices_sentence(const Prices& prices);
 
 // costs.csv: two rows per method and group at most, "budget" and "least_cost". Only its head without prices.
 std::string costs_csv(const PageModel& page);

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/json_members.h"
 #include "base/text.h"
 #include "records/folder_checks.h"
 #include "records/replays.h"
@@ -20,22 +19,19 @@ using Gates = std::vector<QualityGate>;
 
 // A/A test: suite entries that differ only by name must not differ significantly.
 void add_same_methods(Gates& gates, const PageModel& page, const LoadedResults& results) {
-  std::map<std::string, std::vector<std::string>> names;
-  for (const Json& entry : list_of(results.manifest, "algorithms")) {
-    Json what;
-    for (const char* key : {"id", "plugin", "plugin_hash", "protocol", "merit", "steps", "parameters"})
-      what[key] = entry.is_object() ? entry.value(key, Json()) : Json();
-    names[what.dump()].push_back(text_of(entry, "name"));
-  }
+  std::map<std::pair<std::string, std::string>, std::vector<std::string>> names;  // by protocol and all else
+  for (const records::ManifestMethod& entry : results.manifest.algorithms)
+    names[{entry.protocol,
+           Json{entry.id, entry.plugin, entry.plugin_hash, entry.merit, entry.steps, entry.parameters}.dump()}]
+        .push_back(entry.name);
   for (const auto& entry : names) {
     const std::vector<std::string>& twins = entry.second;  // not a structured binding, which lambdas cannot capture
     if (twins.size() < 2) continue;
     std::size_t tested = 0;
     std::string different;
-    const std::string protocol = text_of(valid_json(entry.first), "protocol");
     for (const Group& group : page.groups)
       for (const Pair& pair : group.pairs) {
-        if (!protocol.empty() && group.protocol != protocol) continue;
+        if (group.protocol != entry.first.first) continue;
         const auto is_twin = [&](const std::string& name) {
           return std::find(twins.begin(), twins.end(), name) != twins.end();
         };
@@ -96,7 +92,7 @@ std::vector<QualityGate> quality_gates(const PageModel& page, const LoadedResult
   add_checks(gates, results.checks);
   add_same_methods(gates, page, results);
   add_replay(gates, results);
-  if (results.manifest.contains("sandbox")) gates.push_back({"sandbox", true, "algorithms in a sandbox"});
+  if (results.manifest.sandbox) gates.push_back({"sandbox", true, "algorithms in a sandbox"});
   return gates;
 }
 

@@ -1,9 +1,9 @@
 #include "report/loaded_results.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "base/error.h"
-#include "base/json_members.h"
 #include "base/own_command.h"
 #include "records/manifest_check.h"
 #include "records/results_folder.h"
@@ -14,22 +14,16 @@ namespace {
 namespace fs = std::filesystem;
 
 // Removes the list of planned trials from the manifest and returns it, sorted.
-std::vector<std::string> take_order(Json& manifest) {
-  std::vector<std::string> planned;
-  const auto order = manifest.find("order");
-  if (order == manifest.end()) return planned;
-  if (order->is_array())
-    for (Json& id : *order)
-      if (id.is_string()) planned.push_back(std::move(id.get_ref<std::string&>()));
-  manifest.erase(order);
+std::vector<std::string> take_order(records::Manifest& manifest) {
+  std::vector<std::string> planned = std::exchange(manifest.order, {});
   std::sort(planned.begin(), planned.end());
   planned.erase(std::unique(planned.begin(), planned.end()), planned.end());
   return planned;
 }
 
-statistics::ScoresByScene scores_of(const Json& manifest) {
+statistics::ScoresByScene scores_of(const records::Manifest& manifest) {
   statistics::ScoresByScene scores;
-  for (const Json& scene : list_of(manifest, "scenes")) scores.emplace(text_of(scene, "name"), scene_score_of(scene));
+  for (const records::ManifestScene& scene : manifest.scenes) scores.emplace(scene.name, scene.score);
   return scores;
 }
 
@@ -46,7 +40,7 @@ LoadedResults load_results(const fs::path& folder, const records::PlanCheck& pla
 
   LoadedResults results;
   results.folder = folder;
-  results.manifest = records::read_manifest(folder);
+  results.manifest = records::manifest_of(folder);
   records::require_consistent(results.manifest, folder);
   records::FolderChecks checks(results.manifest, folder);
   records::Check of_plan = records::made_by(plan, results.manifest);

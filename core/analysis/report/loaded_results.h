@@ -5,15 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 #include "statistics/trial_table.h"
 
 namespace relign::report {
 
 struct LoadedResults {
   std::filesystem::path folder;
-  Json manifest = Json::object();  // without its list of planned trials
-  std::size_t planned = 0;         // length of that list
+  records::Manifest manifest;  // without its list of planned trials
+  std::size_t planned = 0;     // length of that list
   statistics::TrialTable trials;
   std::vector<std::string> incomplete;  // trials with steps but no closing line
   std::size_t from_other_plans = 0;     // complete trials that are not in the plan, excluded

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "base/hash.h"
-#include "base/json_members.h"
 
 namespace relign::report {
 namespace {
@@ -36,22 +35,20 @@ ObservationClass class_of(const std::vector<std::string>& observes) {
   return has("merit") ? ObservationClass::merit : ObservationClass::neither;
 }
 
-Method described(const Json& entry) {
+Method described(const records::ManifestMethod& entry) {
   Method method;
-  method.name = text_of(entry, "name");
-  method.id = text_of(entry, "id");
-  method.kind = text_of(entry, "kind");
-  method.merit = text_of(entry, "merit");
-  method.summary = text_of(entry, "summary");
-  method.reproducible = text_of(entry, "reproducible");
-  method.plugin_hash = text_of(entry, "plugin_hash");
-  for (const Json& observed : list_of(entry, "observes"))
-    if (observed.is_string()) method.observes.push_back(observed);
-  method.of_class = flag_of(entry, "oracle")      ? ObservationClass::oracle
-                    : !entry.contains("observes") ? ObservationClass::unknown
-                                                  : class_of(method.observes);
-  method.steps = count_of(entry, "steps");
-  method.parameters = object_of(entry, "parameters");
+  method.name = entry.name;
+  method.id = entry.id;
+  method.kind = entry.kind;
+  method.protocol = entry.protocol;
+  method.merit = entry.merit;
+  method.summary = entry.summary;
+  method.reproducible = entry.reproducible;
+  method.plugin_hash = entry.plugin_hash;
+  method.observes = entry.observes;
+  method.of_class = entry.oracle ? ObservationClass::oracle : class_of(method.observes);
+  method.steps = entry.steps;
+  method.parameters = entry.parameters;
   return method;
 }
 
@@ -69,19 +66,10 @@ std::vector<std::string> observed_words(const Method& method, bool start_is_obse
 
 Methods::Methods(const LoadedResults& results) {
   const std::map<std::string, std::string> tags = training_tags(results.manifest);
-  for (const Json& entry : list_of(results.manifest, "algorithms")) {
+  for (const records::ManifestMethod& entry : results.manifest.algorithms) {
     Method method = described(entry);
-    std::set<std::string> protocols = {text_of(entry, "protocol")};
-    if (protocols.count("") > 0)  // without a protocol: that of its trials
-      for (const statistics::Series& series : results.trials.series)
-        if (series.algorithm == method.name) protocols.insert(series.protocol);
-    if (protocols.size() > 1) protocols.erase("");
     if (const auto tag = tags.find(method.name); tag != tags.end()) method.training_tag = tag->second;
-    for (const std::string& protocol : protocols) {
-      if (method.name.empty() || places_.count({method.name, protocol}) > 0) continue;
-      method.protocol = protocol;
-      add(method);
-    }
+    add(std::move(method));
   }
   for (const statistics::Series& series : results.trials.series) {
     if (places_.count({series.algorithm, series.protocol}) > 0) continue;
@@ -120,25 +108,29 @@ std::string label_of(const std::vector<Method>& methods, const std::string& name
   return name;
 }
 
-std::map<std::string, std::string> training_tags(const Json& manifest) {
+std::map<std::string, std::string> training_tags(const records::Manifest& manifest) {
   std::map<std::string, std::set<std::string>> trainings;  // sets: a method may run under both protocols
-  for (const Json& entry : list_of(manifest, "algorithms"))
-    if (const Json& list = object_of(entry, "of_list"); !list.empty())
-      trainings[text_of(list, "method")].insert(text_of(list, "training"));
+  for (const records::ManifestMethod& entry : manifest.algorithms)
+    if (entry.of_list) trainings[entry.of_list->method].insert(entry.of_list->training);
   std::map<std::string, std::string> tags;
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const Json& list = object_of(entry, "of_list");
-    const std::string name = text_of(entry, "name"), method = text_of(list, "method");
-    const std::size_t count = list.empty() ? 0 : trainings[method].size();
+  for (const records::ManifestMethod& entry : manifest.algorithms) {
+    const std::size_t count = entry.of_list ? trainings[entry.of_list->method].size() : 0;
     if (count > 1) {
-      tags[name] = "1 of " + std::to_string(count) + " trainings";
-      tags[method] = std::to_string(count) + " trainings";
-    } else if (count == 1 || !object_of(entry, "training").empty()) {
-      tags[name] = kOneTraining;
-      if (count == 1) tags[method] = kOneTraining;
+      tags[entry.name] = "1 of " + std::to_string(count) + " trainings";
+      tags[entry.of_list->method] = std::to_string(count) + " trainings";
+    } else if (count == 1 || entry.training) {
+      tags[entry.name] = kOneTraining;
+      if (count == 1) tags[entry.of_list->method] = kOneTraining;
     }
   }
   return tags;
+}
+
+std::map<std::string, std::string> training_lists(const records::Manifest& manifest) {
+  std::map<std::string, std::string> lists;
+  for (const records::ManifestMethod& entry : manifest.algorithms)
+    if (entry.of_list) lists[entry.name] = entry.of_list->method;
+  return lists;
 }
 
 std::string training_tag(const std::vector<Method>& methods, const std::string& name) {

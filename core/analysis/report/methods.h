@@ -83,7 +83,10 @@ void label_methods(std::vector<Method>& methods);
 std::string label_of(const std::vector<Method>& methods, const std::string& name, const std::string& protocol);
 
 // Training tags by display name, and by the name of a method with several trainings.
-std::map<std::string, std::string> training_tags(const Json& manifest);
+std::map<std::string, std::string> training_tags(const records::Manifest& manifest);
+
+// From the name of a training to that of its list, the method in the suite.
+std::map<std::string, std::string> training_lists(const records::Manifest& manifest);
 
 // The tag of the method with this name, "" if it is not trained.
 std::string training_tag(const std::vector<Method>& methods, const std::string& name);

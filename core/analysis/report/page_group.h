@@ -181,7 +181,7 @@ struct Group {
   std::vector<statistics::Band> further_at_optimum;  // medians of the scene's further scores there, no intervals
   double next_image = kMissing;                      // Cramer-Rao bound of one more image
   records::Specification spec;
-  statistics::Prices prices;
+  Prices prices;
   std::size_t cannot_meet_spec = 0;       // infeasible instances
   std::vector<std::uint64_t> infeasible;  // the first of them
   struct Friedman {

@@ -105,8 +105,8 @@ std::vector<Group> page_groups(const LoadedResults& results, const statistics::S
   const std::map<GroupKey, Gathered> gathered = gather(results.trials);
   std::set<std::string> scenes, protocols, stations;
   for (const auto& [key, group] : gathered) scenes.insert(std::get<0>(key)), protocols.insert(std::get<2>(key));
-  for (const Json& scene : list_of(results.manifest, "scenes"))
-    if (flag_of(scene, "owns_stage")) stations.insert(text_of(scene, "name"));
+  for (const records::ManifestScene& scene : results.manifest.scenes)
+    if (scene.owns_stage) stations.insert(scene.name);
   const std::vector<statistics::RankingRow> ranking = statistics::ranking(results.trials, study.rule);
   const std::map<std::string, std::vector<SceneAxis>> axes = scene_axes(results.folder, results.manifest);
 
@@ -339,29 +339,23 @@ Pair pair_of(const statistics::PairStudy& from, const statistics::Study& study, 
 }
 
 statistics::StudyOptions study_options(const LoadedResults& results, std::optional<statistics::Rule> rule) {
+  const records::Manifest& manifest = results.manifest;
+  const AnalysisPlan plan = manifest.analysis.value_or(AnalysisPlan());
   statistics::StudyOptions options;
-  const Json& plan = object_of(results.manifest, "analysis");
-  options.rule = rule ? *rule : statistics::rule_named(text_of(plan, "rule")).value_or(statistics::Rule::own);
+  options.rule = rule ? *rule : statistics::rule_named(plan.rule).value_or(statistics::Rule::own);
   const Methods methods(results);
   for (const Method& method : methods.list())
     options.classes[{method.name, method.protocol}] = class_name(method.of_class);
-  if (const Json& ratio = member(plan, "smallest_relevant_ratio"); ratio.is_number())
-    options.smallest_relevant_ratio = std::max(1.0, ratio.get<double>());
-  for (const Json& pair : list_of(plan, "contrasts"))
-    if (pair.is_array() && pair.size() == 2 && pair[0].is_string() && pair[1].is_string())
-      options.contrasts.emplace_back(pair[0].get<std::string>(), pair[1].get<std::string>());
-  const std::string seed = text_of(results.manifest, "seed");
-  if (!seed.empty() && seed.find_first_not_of("0123456789") == std::string::npos && seed.size() < 20)
-    options.seed = std::stoull(seed);
-  for (const Json& target : list_of(results.manifest, "targets"))
-    if (target.is_number()) options.targets.push_back(target.get<double>());
-  options.cycle = statistics::cycle_of(member(results.manifest, "cycle"));
-  options.prices = statistics::prices_of(member(results.manifest, "cost"));
-  const Json& of_suite = object_of(results.manifest, "spec");
-  options.spec = records::specification_of(of_suite, Json(), SceneScore());
-  for (const Json& scene : list_of(results.manifest, "scenes"))
-    options.spec_of_scene[text_of(scene, "name")] = records::specification_of(
-        of_suite, of_suite.empty() ? object_of(scene, "spec") : Json(), scene_score_of(scene));
+  if (manifest.analysis) options.smallest_relevant_ratio = plan.smallest_relevant_ratio;
+  for (const auto& [a, b] : plan.contrasts) options.contrasts.emplace_back(a, b);
+  options.seed = manifest.seed;
+  options.targets = manifest.targets;
+  options.cycle = statistics::cycle_of(manifest.cycle);
+  options.prices = manifest.cost.value_or(Prices());
+  options.spec = records::specification_of(manifest.spec, Json(), SceneScore());
+  for (const records::ManifestScene& scene : manifest.scenes)
+    options.spec_of_scene[scene.name] =
+        records::specification_of(manifest.spec, manifest.spec.empty() ? scene.spec : Json(), scene.score);
   return options;
 }
 

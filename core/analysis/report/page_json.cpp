@@ -110,16 +110,6 @@ static Json costs_json(const std::vector<statistics::CostStudy>& costs) {
   return list;
 }
 
-static Json prices_json(const statistics::Prices& prices) {
-  Json json;
-  put(json, "station_per_hour", prices.station_per_hour, "module", prices.module);
-  if (!std::isnan(prices.rework)) json["rework"] = prices.rework;
-  if (!std::isnan(prices.training_per_hour)) json["training_per_hour"] = prices.training_per_hour;
-  put_filled(json, "baseline", prices.baseline);
-  put_filled(json, "currency", prices.currency);
-  return json;
-}
-
 static void put_medians(Json& json, const char* key, const std::vector<statistics::Band>& medians) {
   for (const statistics::Band& median : medians) {
     Json& one = json[key].emplace_back();
@@ -203,7 +193,7 @@ static void put_spec(Json& json, const Group& group) {
   };
   const records::Specification& spec = group.spec;
   put_limit(json, group.scored_by.squared ? "spec_rmse" : "spec_score", spec.score);
-  if (!group.scored_by.squared) json["score"] = scene_score_json(group.scored_by);
+  if (!group.scored_by.squared) json["score"] = json_of(group.scored_by);
   if (spec.measures_mtf()) {
     Json& mtf = json["spec_mtf"];
     put(mtf, "lp_per_mm", spec.lp_per_mm);
@@ -229,7 +219,7 @@ static void write(Json& json, const Group& group) {
   if (std::isfinite(group.own_optimum)) json["floor"]["own_optimum"] = group.own_optimum;
   if (std::isfinite(group.next_image)) json["floor"]["next_image"] = group.next_image;
   put_spec(json, group);
-  if (group.prices.stated()) json["prices"] = prices_json(group.prices);
+  if (group.prices.stated()) json["prices"] = json_of(group.prices);
 }
 
 static void write(Json& json, const RunState::Harness& harness) {
@@ -352,9 +342,10 @@ static void write(Json& json, const Source& source) {
 
 static void put_provenance(Json& json, const Provenance& from) {
   put(json, "suite_name", from.suite_name, "suite_file", from.suite_file, "suite_text", from.suite_text, "seed",
-      from.seed, "instance_set", from.instance_set, "command", from.command, "program", from.program, "machine",
-      from.machine);
-  if (!from.sources.empty()) put(json, "sources", from.sources, "merge", from.merge);
+      from.seed, "instance_set", from.instance_set, "command", from.command, "program", json_of(from.program),
+      "machine", json_of(from.machine));
+  if (!from.sources.empty()) put(json, "sources", from.sources);
+  if (from.merge) put(json, "merge", json_of(*from.merge));
 }
 
 Json to_json(const PageModel& page) {

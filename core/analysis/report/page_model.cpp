@@ -64,7 +64,7 @@ RunState state_of(const LoadedResults& results) {
   const statistics::TrialTable& trials = results.trials;
   RunState ran;
   for (const statistics::TrialRow& trial : trials.rows) ++(trial.ended_well ? ran.finished : ran.failed);
-  const std::size_t planned = results.planned > 0 ? results.planned : count_of(results.manifest, "trials");
+  const std::size_t planned = results.planned > 0 ? results.planned : results.manifest.trials;
   ran.planned = std::max(planned, trials.rows.size() + results.incomplete.size());
   ran.missing = ran.planned - trials.rows.size();
   ran.incomplete = results.incomplete;
@@ -105,7 +105,7 @@ PageModel page_model(const LoadedResults& results) {
 }
 
 PageModel page_model(const LoadedResults& results, const statistics::Study& study) {
-  const Json& manifest = results.manifest;
+  const records::Manifest& manifest = results.manifest;
   const statistics::StudyOptions options = study_options(results, study.rule);
   const Methods methods(results);
   PageModel page;
@@ -140,9 +140,9 @@ PageModel page_model(const LoadedResults& results, const statistics::Study& stud
     page.targets = statistics::default_targets(resolution);
   page.failures = failures_of(results.trials, page.methods);
   page.warnings = warnings_of(results.trials, page.methods);
-  page.spec = object_of(manifest, "spec");
+  page.spec = manifest.spec.is_null() ? Json::object() : manifest.spec;
   page.spec_text = spec_sentence(page.groups);
-  page.without_suite = !records::has_suites(manifest);
+  page.without_suite = !manifest.has_suites();
   page.gates = quality_gates(page, results);
   page.aggregates = aggregates_of(results, study, page.methods);
   for (Aggregate& aggregate : page.aggregates) aggregate.resolution = common_resolution(page);

@@ -204,7 +204,7 @@ struct PageModel {
   double smallest_relevant_ratio = 1;
   Json spec;                   // of the suite, as in the manifest
   std::string spec_text;       // a sentence, if all groups have the same specification
-  bool without_suite = false;  // the manifest could not be compared with the suite (records::has_suites)
+  bool without_suite = false;  // the manifest could not be compared with the suite (records::Manifest::has_suites)
   std::vector<QualityGate> gates;
   std::vector<Aggregate> aggregates;  // one per protocol with ground truth
   std::vector<SceneFacts> scene_facts;

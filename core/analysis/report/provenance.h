@@ -2,11 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 
 namespace relign::report {
 
@@ -24,9 +25,11 @@ struct Provenance {
   std::uint64_t disagreeing = 0;                           // trials that differ between sources
   std::vector<std::string> disagreements;                  // sentences on the first of them
   std::vector<std::string> notes;                          // on different builds; all those of a merge for this page
-  Json program = Json::object(), machine = Json::object(), merge = Json::object();  // as in the manifest
+  records::Program program;
+  records::Machine machine;
+  std::optional<records::MergeFacts> merge;
 };
 
-Provenance provenance_of(const Json& manifest);
+Provenance provenance_of(const records::Manifest& manifest);
 
 }  // namespace relign::report

@@ -169,7 +169,7 @@ void Report::write_tables() const {
   write_file_atomically(folder / "curves.json", statistics::curves_json(curves).dump(1) + "\n");
   write_file_atomically(folder / "aggregate.csv", aggregate_csv(part.page));
   write_file_atomically(folder / "matrix.csv", matrix_csv(part.page));
-  if (part.results.manifest.contains("cost")) write_file_atomically(folder / "costs.csv", costs_csv(part.page));
+  if (part.results.manifest.cost) write_file_atomically(folder / "costs.csv", costs_csv(part.page));
   AtomicFile instances(folder / "instances.csv");
   statistics::instances_csv(part.results.trials, [&](std::string_view text) { instances.write(text); });
   instances.commit();

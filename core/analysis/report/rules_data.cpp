@@ -175,34 +175,29 @@ void add_rules(Group& group, const statistics::GroupStudy& found, const statisti
   }
 }
 
-Analysis analysis_of(const Json& manifest, statistics::Rule rule) {
+Analysis analysis_of(const records::Manifest& manifest, statistics::Rule rule) {
   Analysis analysis;
-  const Json& plan = object_of(manifest, "analysis");
-  const std::string began = text_of(manifest, "analysis_began_with");
+  const std::string& began = manifest.analysis_began_with;
   if (!began.empty())
     analysis.notes.push_back(
         began == "none" ? "The analysis plan was written after the first trials had ended and is not a prior plan."
-        : plan.empty()
+        : !manifest.analysis
             ? "The run began with the analysis plan " + began.substr(0, 16) + ", which was removed later."
             : "The analysis plan was changed after the first trials had ended; the run began with the plan " +
                   began.substr(0, 16) + ".");
-  if (plan.empty()) return analysis;
-  const std::string hash = text_of(manifest, "analysis_hash"), primary = text_of(plan, "primary"),
-                    planned_rule = text_of(plan, "rule"), used = statistics::rule_name(rule);
-  analysis.plan = plan;
-  analysis.plan["hash"] = hash;
-  if (planned_rule != used)
-    analysis.notes.push_back("This page uses the rule '" + used + "', the analysis plan the rule '" + planned_rule +
-                             "'.");
-  const Json& target = member(plan, "yield");
-  const auto text = [](const Json& number) {
-    return number.is_number_unsigned() ? number.dump() : number_or_dash(number, 3);
-  };
-  analysis.primary_is_yield = primary == "yield";
-  if (target.is_number()) analysis.yield = target.get<double>();
-  analysis.summary = "Analysis plan (" + hash.substr(0, 16) + "): primary measure " + primary + ", rule " +
-                     planned_rule + ", smallest relevant ratio " + text(member(plan, "smallest_relevant_ratio")) +
-                     (target.is_number() ? ", target yield " + text(target) : "") + ".";
+  if (!manifest.analysis) return analysis;
+  const AnalysisPlan& plan = *manifest.analysis;
+  const std::string used = statistics::rule_name(rule);
+  analysis.plan = json_of(plan);
+  analysis.plan["hash"] = manifest.analysis_hash;
+  if (plan.rule != used)
+    analysis.notes.push_back("This page uses the rule '" + used + "', the analysis plan the rule '" + plan.rule + "'.");
+  analysis.primary_is_yield = plan.primary == "yield";
+  analysis.yield = plan.yield;
+  analysis.summary = "Analysis plan (" + manifest.analysis_hash.substr(0, 16) + "): primary measure " + plan.primary +
+                     ", rule " + plan.rule + ", smallest relevant ratio " +
+                     significant(plan.smallest_relevant_ratio, 3) +
+                     (std::isnan(plan.yield) ? "" : ", target yield " + significant(plan.yield, 3)) + ".";
   return analysis;
 }
 

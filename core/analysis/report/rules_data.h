@@ -17,7 +17,7 @@ void add_rules(Group& group, const statistics::GroupStudy& found, const statisti
 std::string rules_note(const std::vector<Group>& groups, bool by_yield);
 
 // The plan of the manifest for a page by `rule`.
-Analysis analysis_of(const Json& manifest, statistics::Rule rule);
+Analysis analysis_of(const records::Manifest& manifest, statistics::Rule rule);
 
 // The pose that a rule scores, as text: "the pose recommended by the method".
 const char* rule_text(statistics::Rule rule);

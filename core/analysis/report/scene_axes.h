@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 
 namespace relign::report {
 
@@ -20,9 +20,11 @@ struct SceneAxis {
 
 // The file `name` of a scene (an entry of the manifest) in the results folder; empty unless it is a file inside
 // scenes/.
-std::filesystem::path scene_file(const std::filesystem::path& results, const Json& scene, const std::string& name);
+std::filesystem::path scene_file(const std::filesystem::path& results, const records::ManifestScene& scene,
+                                 const std::string& name);
 
 // By scene name. No entry for a scene whose description is absent, damaged or outside scenes/; does not throw.
-std::map<std::string, std::vector<SceneAxis>> scene_axes(const std::filesystem::path& results, const Json& manifest);
+std::map<std::string, std::vector<SceneAxis>> scene_axes(const std::filesystem::path& results,
+                                                         const records::Manifest& manifest);
 
 }  // namespace relign::report

@@ -25,7 +25,7 @@ constexpr std::size_t kMaxPlanePoints = 50;        // on an axis
 constexpr int kLandscapeDigits = 4;
 
 // "" if absent or not inside scenes/.
-std::string content(const fs::path& results, const Json& scene, const char* name) {
+std::string content(const fs::path& results, const records::ManifestScene& scene, const char* name) {
   const fs::path file = scene_file(results, scene, name);
   if (file.empty()) return "";
   try {
@@ -97,40 +97,40 @@ void add_landscape(SceneFacts& facts, const std::string& text, const std::vector
 
 // The parameters of simulated machine time: the scene's, with the suite's overrides. Stations have their own clock.
 // After the axes.
-void add_clock(SceneFacts& facts, const Json& scene, const Json& manifest) {
-  if (flag_of(scene, "owns_stage")) return;
+void add_clock(SceneFacts& facts, const records::ManifestScene& scene, const records::Manifest& manifest) {
+  if (scene.owns_stage) return;
   const auto unused = [&facts](const std::string& name) {
     return name.rfind("speed_", 0) == 0 && !facts.axes.empty() &&
            std::none_of(facts.axes.begin(), facts.axes.end(), [&](const SceneAxis& axis) {
              return axis.speed_per_s == 0 && name == (axis.unit == "deg" ? "speed_deg_per_s" : "speed_mm_per_s");
            });
   };
-  const Json &own = object_of(scene, "machine_time"), &suites = object_of(manifest, "machine_time");
-  for (std::size_t k = 0; k < facts.clock.size(); ++k) {
-    const char* name = kClockParameters[k].name;
-    if (unused(name)) continue;
-    const Json& value = member(suites.contains(name) ? suites : own, name);
-    if (value.is_number()) facts.clock[k] = shown(value.get<double>());
-  }
+  std::size_t next = 0;
+  MachineTimeKeys::members(
+      [&](const Member& member, const std::optional<double>& own, const std::optional<double>& suites) {
+        const std::size_t k = next++;
+        if (const std::optional<double>& value = suites ? suites : own; value && !unused(std::string(member.key)))
+          facts.clock[k] = shown(*value);
+      },
+      scene.machine_time, manifest.machine_time);
 }
 
 }  // namespace
 
-std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifest) {
+std::vector<SceneFacts> scene_facts(const fs::path& results, const records::Manifest& manifest) {
   const auto all_axes = scene_axes(results, manifest);
   std::vector<SceneFacts> list;
-  for (const Json& scene : list_of(manifest, "scenes")) {
+  for (const records::ManifestScene& scene : manifest.scenes) {
     SceneFacts facts;
-    facts.scene = text_of(scene, "name");
-    if (facts.scene.empty()) continue;
-    facts.id = text_of(scene, "id");
+    facts.scene = scene.name;
+    facts.id = scene.id;
     const Json description = parsed_json(content(results, scene, "description.json"));
     facts.summary = text_of(description, "summary");
-    if (facts.summary.empty()) facts.summary = text_of(scene, "summary");
+    if (facts.summary.empty()) facts.summary = scene.summary;
     const Json& image = object_of(description, "image");
     facts.width = count_of(image, "width");
     facts.height = count_of(image, "height");
-    facts.scored_by = scene_score_of(scene);
+    facts.scored_by = scene.score;
     facts.words = words_of(description, facts.scored_by);
     for (const Json& reading : list_of(description, "readings"))
       facts.readings.push_back(with_unit(text_of(reading, "name"), text_of(reading, "unit")));
@@ -146,15 +146,15 @@ std::vector<SceneFacts> scene_facts(const fs::path& results, const Json& manifes
   return list;
 }
 
-std::map<std::string, std::string> scene_drawings(const fs::path& results, const Json& manifest) {
+std::map<std::string, std::string> scene_drawings(const fs::path& results, const records::Manifest& manifest) {
   std::map<std::string, std::string> drawings;
   std::size_t used = 0;
-  for (const Json& scene : list_of(manifest, "scenes")) {
+  for (const records::ManifestScene& scene : manifest.scenes) {
     const std::string svg = content(results, scene, "lens.svg");
     if (svg.compare(0, 4, "<svg") != 0 && svg.compare(0, 5, "<?xml") != 0) continue;
     std::string uri = "data:image/svg+xml;base64," + base64(svg);
     if ((used += uri.size()) > kMaxDrawingBytes) break;
-    drawings[text_of(scene, "name")] = std::move(uri);
+    drawings[scene.name] = std::move(uri);
   }
   return drawings;
 }
@@ -179,19 +179,15 @@ double mean_excess(const fs::path& file) {
 
 }  // namespace
 
-double next_image_excess(const fs::path& results, const Json& manifest, const std::string& scene,
+double next_image_excess(const fs::path& results, const records::Manifest& manifest, const std::string& scene,
                          const std::string& noise_level) {
-  for (const Json& entry : list_of(manifest, "scenes")) {
-    if (text_of(entry, "name") != scene) continue;
-    const fs::path file = scene_file(results, entry, "next_image/" + noise_level + ".json");
-    if (file.empty()) return kUnknown;
-    try {
-      return mean_excess(file);
-    } catch (const std::exception&) {  // optional: the line is then left out
-      return kUnknown;
-    }
+  const records::ManifestScene* entry = manifest.scene(scene);
+  const fs::path file = entry ? scene_file(results, *entry, "next_image/" + noise_level + ".json") : fs::path();
+  try {
+    return file.empty() ? kUnknown : mean_excess(file);
+  } catch (const std::exception&) {  // optional: the line is then left out
+    return kUnknown;
   }
-  return kUnknown;
 }
 
 namespace {
@@ -216,22 +212,21 @@ std::vector<SceneAxis> axes_of(const fs::path& file) {
 
 }  // namespace
 
-fs::path scene_file(const fs::path& results, const Json& scene, const std::string& name) {
-  const std::string folder = text_of(scene, "folder");
-  const fs::path file = results / folder / name;
+fs::path scene_file(const fs::path& results, const records::ManifestScene& scene, const std::string& name) {
+  const fs::path file = results / scene.folder / name;
   std::error_code failed;
-  const bool found = !folder.empty() && is_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
+  const bool found = !scene.folder.empty() && is_inside(file, results / "scenes") && fs::is_regular_file(file, failed);
   return found ? file : fs::path();
 }
 
-std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results, const Json& manifest) {
+std::map<std::string, std::vector<SceneAxis>> scene_axes(const fs::path& results, const records::Manifest& manifest) {
   std::map<std::string, std::vector<SceneAxis>> all;
-  for (const Json& scene : list_of(manifest, "scenes")) {
+  for (const records::ManifestScene& scene : manifest.scenes) {
     const fs::path file = scene_file(results, scene, "description.json");
     if (file.empty()) continue;
     try {
       std::vector<SceneAxis> axes = axes_of(file);
-      if (!axes.empty()) all[text_of(scene, "name")] = std::move(axes);
+      if (!axes.empty()) all[scene.name] = std::move(axes);
     } catch (const std::exception&) {  // optional: poses are then shown as shares
     }
   }

@@ -34,7 +34,7 @@ std::string images_of(const CostStudy& cost) {
   return cost.steps[0] == cost.steps[1] ? first : first + " / " + std::to_string(cost.steps[1] + 1);
 }
 
-std::string prices_sentence(const statistics::Prices& prices) {
+std::string prices_sentence(const Prices& prices) {
   const auto price = [&](double value) {
     return shortest(rounded(value, 6)) + (prices.currency.empty() ? "" : " " + prices.currency);
   };
@@ -65,7 +65,7 @@ void cost_section(PageWriter& out, const PageParts& parts) {
       "facts");
   for (const Group& group : parts.page.groups) {
     if (std::none_of(group.rows.begin(), group.rows.end(), priced)) continue;
-    const statistics::Prices& prices = group.prices;
+    const Prices& prices = group.prices;
     const std::string unit = prices.currency.empty() ? "" : ", " + prices.currency;
     const bool saves = std::any_of(group.rows.begin(), group.rows.end(),
                                    [](const Row& row) { return !row.costs.empty() && row.costs.front().saves.n > 0; });

@@ -123,8 +123,8 @@ std::vector<FolderSet> folder_sets(const std::vector<fs::path>& folders) {
     std::error_code code;
     const fs::path real = fs::weakly_canonical(folder, code);
     if (!code && !seen.insert(real).second) continue;
-    std::string id;
-    if (fs::exists(folder / "manifest.json", code)) id = text_of(records::read_manifest(folder), "instance_set");
+    const std::optional<records::Manifest> manifest = records::read_manifest(folder);
+    const std::string id = manifest ? manifest->instance_set : "";
     const auto known = id.empty() ? ids.end() : std::find(ids.begin(), ids.end(), id);
     if (known == ids.end()) {
       ids.push_back(id);

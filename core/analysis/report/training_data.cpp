@@ -3,8 +3,6 @@
 #include <limits>
 #include <map>
 
-#include "base/json_members.h"
-
 namespace relign::report {
 namespace {
 
@@ -19,37 +17,28 @@ double seconds_to_spec(const Row& row) {
 
 using Trainings = std::map<std::pair<std::string, std::string>, TrainingCost>;  // by method and protocol
 
-// nullptr if the method is not trained. An entry without a protocol is for all of them.
+// nullptr if the method is not trained.
 const TrainingCost* training_of(const Trainings& trainings, const std::string& name, const std::string& protocol) {
-  for (const std::string& key : {protocol, std::string()})
-    if (const auto found = trainings.find({name, key}); found != trainings.end()) return &found->second;
-  return nullptr;
-}
-
-double number_of(const Json& object, const char* key) {
-  const Json& value = member(object, key);
-  return value.is_number() && value.get<double>() >= 0 ? value.get<double>() : kMissing;
+  const auto found = trainings.find({name, protocol});
+  return found == trainings.end() ? nullptr : &found->second;
 }
 
 // As stated in the manifest, else the images of pretraining on source instances.
-Trainings trainings_of(const Json& manifest) {
+Trainings trainings_of(const records::Manifest& manifest) {
   Trainings all;
-  for (const Json& entry : list_of(manifest, "prepared")) {
-    const std::string method = text_of(entry, "algorithm");
-    if (method.empty() || !text_of(entry, "failure").empty()) continue;
-    const auto images = static_cast<double>(count_of(entry, "sources") * count_of(entry, "steps"));
-    TrainingCost& known = all[{method, text_of(entry, "protocol")}];
+  for (const records::Pretrained& entry : manifest.prepared) {
+    if (!entry.failure.empty()) continue;
+    const double images = static_cast<double>(entry.sources) * entry.steps;
+    TrainingCost& known = all[{entry.algorithm, entry.protocol}];
     known.steps = std::isnan(known.steps) ? images : std::max(known.steps, images);  // of one scene and noise level
   }
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const Json& training = object_of(entry, "training");
-    if (training.empty()) continue;
-    TrainingCost& cost = all[{text_of(entry, "name"), text_of(entry, "protocol")}] = {};
-    const double steps = number_of(training, "steps");
-    cost.hours = shown(number_of(training, "hours"));
-    if (steps < 1e18) cost.steps = std::round(steps);
+  for (const records::ManifestMethod& entry : manifest.algorithms) {
+    if (!entry.training) continue;
+    TrainingCost& cost = all[{entry.name, entry.protocol}] = {};
+    cost.hours = shown(entry.training->hours);
+    if (entry.training->steps < 1e18) cost.steps = std::round(entry.training->steps);
     cost.stated = true;
-    cost.machine = text_of(training, "machine");
+    cost.machine = entry.training->machine;
   }
   return all;
 }
@@ -67,7 +56,7 @@ const Row* best_untrained(const Group& group, const Trainings& trained) {
 }
 
 // By the costs of a good module at the number of images of least cost.
-double modules_until_paid(const statistics::Prices& prices, const Row& row, double hours) {
+double modules_until_paid(const Prices& prices, const Row& row, double hours) {
   if (row.costs.empty() || row.costs.back().saves.n == 0) return kMissing;
   const double saves = row.costs.back().saves.estimate;
   return saves > 0 ? std::ceil(hours * prices.training_per_hour / saves) : kNever;
@@ -100,7 +89,7 @@ double pays_after(double hours, double seconds_trained, double seconds_untrained
   return saved > 0 ? std::ceil(3600 * hours / saved) : kNever;
 }
 
-std::vector<TrainingCost> training_costs(const Json& manifest, const std::vector<Method>& methods,
+std::vector<TrainingCost> training_costs(const records::Manifest& manifest, const std::vector<Method>& methods,
                                          const std::vector<Group>& groups) {
   const Trainings trained = trainings_of(manifest);
   std::vector<TrainingCost> list;

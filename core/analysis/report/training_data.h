@@ -1,6 +1,7 @@
 // Training cost and its break-even point (docs/statistics.md).
 #pragma once
 
+#include "records/manifest.h"
 #include "report/page_model.h"
 
 namespace relign::report {
@@ -12,7 +13,7 @@ namespace relign::report {
 double pays_after(double hours, double seconds_trained, double seconds_untrained);
 
 // From the manifest's algorithms and pretraining, and the rows of the groups. Empty without trained methods.
-std::vector<TrainingCost> training_costs(const Json& manifest, const std::vector<Method>& methods,
+std::vector<TrainingCost> training_costs(const records::Manifest& manifest, const std::vector<Method>& methods,
                                          const std::vector<Group>& groups);
 
 }  // namespace relign::report

@@ -46,22 +46,6 @@ Interval combined(double estimate, const Interval& by_share, const Interval& by_
 
 }  // namespace
 
-Prices prices_of(const Json& cost) {
-  Prices prices;
-  if (!cost.is_object()) return prices;
-  const auto number = [&](const char* key, double otherwise) {
-    const Json& value = member(cost, key);
-    return value.is_number() ? value.get<double>() : otherwise;
-  };
-  prices.station_per_hour = number("station_per_hour", kMissing);
-  prices.module = number("module", 0);
-  prices.rework = number("rework", kMissing);
-  prices.training_per_hour = number("training_per_hour", kMissing);
-  prices.baseline = text_of(cost, "baseline");
-  prices.currency = text_of(cost, "currency");
-  return prices;
-}
-
 LineCost line_cost(const Prices& prices, double met, double seconds) {
   const double missed = 1 - met, hour = 3600;
   if (std::isnan(prices.rework))

@@ -6,24 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "base/suite_terms.h"
 #include "statistics/cycle.h"
 #include "statistics/track_columns.h"
 
 namespace relign::statistics {
-
-// All in the suite's currency.
-struct Prices {
-  double station_per_hour = kMissing;  // NaN: the suite states no prices
-  double module = 0;                   // parts lost with a module that is scrapped
-  double rework = kMissing;            // of aligning a module that misses once more; NaN: it is scrapped
-  double training_per_hour = kMissing;
-  std::string baseline;  // method in use today; "" if not stated
-  std::string currency;  // "" if not stated
-
-  bool stated() const { return station_per_hour == station_per_hour; }
-};
-// From the manifest's member "cost", or null.
-Prices prices_of(const Json& cost);
 
 // What one module costs on average that was begun on the line.
 struct LineCost {

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
-#include "base/json_source.h"
+#include "base/suite_terms.h"
 
 namespace relign::statistics {
 
@@ -13,8 +14,8 @@ struct Cycle {
   double seconds = std::numeric_limits<double>::quiet_NaN();
   bool computing = false;  // the method's own computing time counts, too: host time, which differs from run to run
 };
-// From the manifest's member "cycle", or null.
-Cycle cycle_of(const Json& cycle);
+// Of a suite that states one.
+Cycle cycle_of(const std::optional<CycleTimes>& stated);
 
 // Time until a module has left the line that was aligned in `align_seconds` of machine time and `steps` steps with
 // `ms_per_step` of computing (NaN: unknown).

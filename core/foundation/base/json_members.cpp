@@ -39,8 +39,4 @@ const Json& object_of(const Json& object, const char* key) {
   return found.is_object() ? found : kNone;
 }
 
-std::string number_or_dash(const Json& value, int digits) {
-  return value.is_number() ? significant(value.get<double>(), digits) : "-";
-}
-
 }  // namespace relign

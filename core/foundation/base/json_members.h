@@ -18,7 +18,4 @@ bool flag_of(const Json& object, const char* key);            // false if missin
 const Json& list_of(const Json& object, const char* key);     // an empty list if missing
 const Json& object_of(const Json& object, const char* key);   // an empty object if missing
 
-// With `digits` significant digits; "-" where `value` is not a number.
-std::string number_or_dash(const Json& value, int digits = 3);
-
 }  // namespace relign

@@ -86,29 +86,17 @@ const FurtherScore* SceneScore::further_of(Criterion criterion) const {
   return nullptr;
 }
 
-Json scene_score_json(const SceneScore& score) {
-  Json json = {{"name", score.name},
-               {"unit", score.unit},
-               {"scale", score.logarithmic ? kLogarithmic : kLinear},
-               {"resolution", score.resolution}};
-  for (const FurtherScore& one : score.further) json["further"].push_back({{"name", one.name}, {"unit", one.unit}});
-  return json;
+Json JsonForm<SceneScore>::write(const SceneScore& score) {
+  return json_of(
+      StatedScore{score.name, score.unit, score.logarithmic ? kLogarithmic : kLinear, score.resolution, score.further});
 }
 
-SceneScore scene_score_of(const Json& scene) {
-  const Json& json = member(scene, "score");
-  SceneScore score;
-  if (!json.is_object()) return score;
-  score.squared = false;
-  score.name = text_of(json, "name");
-  score.unit = text_of(json, "unit");
-  score.logarithmic = text_of(json, "scale") == kLogarithmic;
-  if (const Json& resolution = member(json, "resolution"); resolution.is_number() && resolution.get<double>() > 0)
-    score.resolution = resolution.get<double>();
-  for (const Json& one : list_of(json, "further"))
-    if (score.further.size() < kMostFurtherScores)
-      score.further.push_back({text_of(one, "name"), text_of(one, "unit")});
-  return score;
+void JsonForm<SceneScore>::read(const Member& member, const Json& json, SceneScore& score, JsonFlaws& flaws) {
+  StatedScore stated;
+  JsonForm<StatedScore>::read(member, json, stated, flaws);
+  if (stated.further.size() > kMostFurtherScores)
+    flaws.add("has more than " + std::to_string(kMostFurtherScores) + " further scores");
+  score = {stated.name, stated.unit, stated.scale == kLogarithmic, stated.resolution, false, stated.further};
 }
 
 }  // namespace relign

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/criteria.h"
+#include "base/described.h"
 #include "base/displayed_rmse.h"
 #include "base/json_source.h"
 
@@ -24,6 +25,12 @@ inline std::string with_unit(const std::string& name, const std::string& unit) {
 
 struct FurtherScore {
   std::string name, unit;
+
+  template <class Visit, class... S>
+  static void members(Visit&& visit, S&... s) {
+    visit(Member{"name"}, s.name...);
+    visit(Member{"unit", "", kMayLack}, s.unit...);
+  }
   std::string label() const { return with_unit(name, unit); }
   bool operator==(const FurtherScore&) const = default;
 };
@@ -61,8 +68,28 @@ struct Measurements {
 // is without one.
 SceneScore read_scene_score(const JsonSource& source, const Measurements& measured, std::optional<std::size_t>& measure,
                             std::vector<Problem>& problems);
-// As the manifest keeps it, and back. Of other JSON: the RMSE.
-Json scene_score_json(const SceneScore& score);
-SceneScore scene_score_of(const Json& scene);
+
+// A score as a manifest keeps it, which leaves out the RMSE.
+struct StatedScore {
+  std::string name, unit, scale = "linear";
+  double resolution = SceneScore().resolution;
+  std::vector<FurtherScore> further;
+
+  template <class Visit, class... S>
+  static void members(Visit&& visit, S&... s) {
+    visit(Member{"name"}, s.name...);
+    visit(Member{"unit"}, s.unit...);
+    visit(Member{.key = "scale", .one_of = "linear log"}, s.scale...);
+    visit(Member{.key = "resolution", .flags = kAboveLeast, .least = 0}, s.resolution...);
+    visit(Member{"further", "", kLeftOut}, s.further...);
+  }
+};
+
+template <>
+struct JsonForm<SceneScore> {
+  static Json write(const SceneScore& score);
+  static void read(const Member& member, const Json& json, SceneScore& score, JsonFlaws& flaws);
+  static bool left_out(const SceneScore& score) { return score.squared; }
+};
 
 }  // namespace relign

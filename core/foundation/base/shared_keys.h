@@ -1,22 +1,17 @@
 // Readers of keys that suites, scene files and scene descriptions share, so that all three are checked alike.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/json_source.h"
+#include "base/suite_terms.h"
 
 namespace relign {
 
 // What a suite has that does not state these keys.
 inline constexpr unsigned kDefaultSeed = 1, kDefaultInstances = 100, kDefaultFirstInstance = 0, kDefaultSteps = 50;
 inline constexpr const char* kDefaultLimits = "soft";
-
-// "machine_time": the simulated clock. Absent keys take the caller's defaults.
-struct MachineTimeKeys {
-  std::optional<double> speed_mm_per_s, speed_deg_per_s, settle_ms, exposure_ms, readout_ms;
-};
 
 // `pointer` names an existing object of `source`. Mistakes are added to `problems`.
 MachineTimeKeys read_machine_time(const JsonSource& source, const std::string& pointer, std::vector<Problem>& problems);

@@ -4,9 +4,6 @@
 #include <set>
 #include <system_error>
 
-#include "base/json_members.h"
-#include "records/manifest_check.h"
-
 namespace relign::runner {
 namespace fs = std::filesystem;
 
@@ -24,7 +21,7 @@ EarlierRun::EarlierRun(const PreparedPlan& plan, const RunOptions& options, cons
       selected_(selected),
       writer_(writer),
       reporter_(reporter),
-      manifest_(writer.read_manifest()) {}
+      manifest_(records::read_manifest(writer.folder())) {}
 
 void EarlierRun::drop_outdated(const PluginsOf& plugins_of) {
   const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
@@ -96,30 +93,29 @@ void EarlierRun::remove_scene_files(std::size_t scene) const {
 }
 
 void EarlierRun::compare_sandbox() const {
-  const bool was = manifest_.is_object() && manifest_.contains("sandbox"), is = options_.sandbox != nullptr;
-  if (!manifest_.is_object() || was == is || writer_.finished_trials().empty()) return;
+  const bool was = manifest_ && manifest_->sandbox, is = options_.sandbox != nullptr;
+  if (!manifest_ || was == is || writer_.finished_trials().empty()) return;
   throw Error(ErrorKind::bad_input, "the trials in '" + options_.results.string() + "' ran " +
                                         (was ? "in a sandbox, and this command has no --sandbox"
                                              : "without a sandbox, and this command has --sandbox") +
                                         "; choose another folder with --out");
 }
 
-void EarlierRun::compare_with(Json& manifest) const {
-  if (!manifest_.is_object()) return;
+void EarlierRun::compare_with(records::Manifest& manifest) const {
+  if (!manifest_) return;
   std::set<std::string> planned;
   for (const suites::PlannedTrial& trial : plan_.plan.trials) planned.insert(trial.id);
   std::size_t kept = 0;
   std::size_t extra = 0;
   for (const std::string& trial : writer_.finished_trials()) ++(planned.count(trial) ? kept : extra);
   if (kept + extra > 0)
-    for (const Json& program : records::builds_of(manifest_))
-      if (text_of(program, "hash") != text_of(member(manifest, "program"), "hash"))
-        manifest["earlier_programs"].push_back(program);
-  if (const std::string note = records::builds_note(manifest); kept > 0 && !note.empty())
+    for (const records::Program& program : manifest_->builds())
+      if (program.hash != manifest.program.hash) manifest.earlier_programs.push_back(program);
+  if (const std::string note = manifest.builds_note(); kept > 0 && !note.empty())
     reporter_.message(note + "; " + std::to_string(kept) +
                       " finished trials are kept (choose a new folder with --out to run all of them again)");
   if (extra == 0) return;
-  const std::string file = manifest_.value("suite_file", std::string());
+  const std::string file = manifest_->suite_file;
   const bool same_file = file.empty() || file == suite_.file;
   reporter_.message(std::to_string(extra) + (extra == 1 ? " finished trial in " : " finished trials in ") +
                     options_.results.string() + (extra == 1 ? " belongs to " : " belong to ") +
@@ -129,19 +125,20 @@ void EarlierRun::compare_with(Json& manifest) const {
                     (same_file ? "" : "; give the suites different names, or one of them another folder with --out"));
 }
 
-void EarlierRun::mark_changed_analysis(Json& manifest) const {
-  if (!manifest_.is_object() || writer_.finished_trials().empty()) return;
+void EarlierRun::mark_changed_analysis(records::Manifest& manifest) const {
+  if (!manifest_ || writer_.finished_trials().empty()) return;
+  const auto hash_or_none = [](const std::string& hash) { return hash.empty() ? std::string("none") : hash; };
   const std::string first =
-      manifest_.value("analysis_began_with", manifest_.value("analysis_hash", std::string("none")));
-  if (first == manifest.value("analysis_hash", std::string("none"))) return;
-  manifest["analysis_began_with"] = first;
+      manifest_->analysis_began_with.empty() ? hash_or_none(manifest_->analysis_hash) : manifest_->analysis_began_with;
+  if (first == hash_or_none(manifest.analysis_hash)) return;
+  manifest.analysis_began_with = first;
   reporter_.message(
       "the suite's analysis plan has changed since the first of these results; the report marks it as changed");
 }
 
-void EarlierRun::keep_secret(Json& manifest) const {
-  if (suite_.commitment.empty() || text_of(manifest_, "commitment") != suite_.commitment) return;
-  if (const std::string secret = text_of(manifest_, "secret"); !secret.empty()) manifest["secret"] = secret;
+void EarlierRun::keep_secret(records::Manifest& manifest) const {
+  if (manifest_ && !suite_.commitment.empty() && manifest_->commitment == suite_.commitment)
+    manifest.secret = manifest_->secret;
 }
 
 EarlierRun::Remaining EarlierRun::remaining() const {

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,13 +29,13 @@ class EarlierRun {
   void compare_sandbox() const;
   // Reports finished trials that another program or another suite made. They are kept, and the new manifest lists the
   // programs.
-  void compare_with(Json& manifest) const;
+  void compare_with(records::Manifest& manifest) const;
 
   // An analysis plan that was changed after the first results is not pre-registered: marks it in the new manifest.
-  void mark_changed_analysis(Json& manifest) const;
+  void mark_changed_analysis(records::Manifest& manifest) const;
 
   // A secret that was published stays published.
-  void keep_secret(Json& manifest) const;
+  void keep_secret(records::Manifest& manifest) const;
 
   // The selected trials that are not finished.
   struct Remaining {
@@ -58,7 +59,7 @@ class EarlierRun {
   const std::vector<std::size_t>& selected_;
   records::ResultsWriter& writer_;
   RunReporter& reporter_;
-  const Json manifest_;  // as written by the earlier run; null: there is none
+  const std::optional<records::Manifest> manifest_;  // as written by the earlier run, if there is one
 };
 
 }  // namespace relign::runner

@@ -143,7 +143,7 @@ Json freeze(const PreparedPlan& prepared, unsigned shards, const fs::path& folde
                   {"shards", shards},
                   {"trials", prepared.plan.trials.size()},
                   {"instance_set", prepared.plan.instance_set},
-                  {"program", program_json()},
+                  {"program", json_of(this_program())},
                   {"scenes", std::move(scenes)},
                   {"noise_levels", std::move(levels)},
                   {"algorithms", std::move(algorithms)},

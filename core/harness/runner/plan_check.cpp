@@ -1,8 +1,6 @@
 #include "runner/plan_check.h"
 
 #include "base/error.h"
-#include "base/json_members.h"
-#include "records/manifest_check.h"
 #include "runner/stations.h"
 #include "runner/verify_folder.h"
 #include "suites/plan.h"
@@ -10,37 +8,23 @@
 namespace relign::runner {
 namespace {
 
-const Json& scene_named(const Json& list, const std::string& name) {
-  static const Json kNone;
-  for (const Json& entry : list)
-    if (text_of(entry, "name") == name) return entry;
-  return kNone;
-}
-
 // What only a scene itself states is taken from the manifest.
-trials::SceneFacts stated_facts(const Json& scene) {
+trials::SceneFacts stated_facts(const records::ManifestScene& scene) {
   trials::SceneFacts facts;
-  const Json& times = object_of(scene, "machine_time");
-  const auto take = [&times](const char* key, double& value) {
-    if (member(times, key).is_number()) value = member(times, key).get<double>();
-  };
-  take("speed_mm_per_s", facts.machine_time.speed_mm_per_s);
-  take("speed_deg_per_s", facts.machine_time.speed_deg_per_s);
-  take("settle_ms", facts.machine_time.settle_ms);
-  take("exposure_ms", facts.machine_time.exposure_ms);
-  take("readout_ms", facts.machine_time.readout_ms);
-  facts.spec = member(scene, "spec");
-  facts.owns_stage = flag_of(scene, "owns_stage");
-  facts.truth = !member(scene, "truth").is_boolean() || flag_of(scene, "truth");
+  facts.machine_time = trials::changed_by(scene.machine_time, facts.machine_time);
+  facts.spec = scene.spec;
+  facts.owns_stage = scene.owns_stage;
+  facts.truth = scene.truth;
   return facts;
 }
 
-PreparedPlan stated_plan(suites::Suite suite, const Json& manifest) {
+PreparedPlan stated_plan(suites::Suite suite, const records::Manifest& manifest) {
   PreparedPlan prepared;
   for (const suites::SceneEntry& entry : suite.scenes) {
-    const Json& scene = scene_named(list_of(manifest, "scenes"), entry.name);
+    const records::ManifestScene* found = manifest.scene(entry.name);
+    const records::ManifestScene scene = found ? *found : records::ManifestScene{};
     prepared.scenes.push_back(stated_facts(scene));
-    prepared.scene_identity.push_back(canonical_json(member(scene, "data")));
+    prepared.scene_identity.push_back(canonical_json(scene.data));
   }
   leave_out_told_methods(suite, prepared.scenes);
   prepared.plan = suites::make_plan(std::move(suite), prepared.scene_identity);
@@ -53,18 +37,18 @@ std::string first_line(const std::string& text) { return text.substr(0, text.fin
 
 }  // namespace
 
-records::Check check_plan(const Json& manifest, plugin_host::Catalog catalog,
+records::Check check_plan(const records::Manifest& manifest, plugin_host::Catalog catalog,
                           const std::filesystem::path& suite_folder) {
   records::Check check;
   check.name = "plan";
-  if (!records::has_suites(manifest)) {
+  if (!manifest.has_suites()) {
     check.not_made = "the manifest lacks the text of its suite";
     return check;
   }
   catalog.start_no_scripts();
   try {
     std::vector<PreparedPlan> plans;
-    for (const StoredSuite& stored : suites_of(manifest)) {
+    for (const records::StoredSuite& stored : manifest.stored_suites()) {
       const std::filesystem::path folder =
           suite_folder.empty() ? std::filesystem::path(stored.file).parent_path() : suite_folder;
       suites::Suite suite =

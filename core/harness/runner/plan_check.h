@@ -12,7 +12,7 @@ namespace relign::runner {
 
 // `suite_folder`: to which relative paths of the suites refer; empty: the folders of the suite files in the manifest.
 // The check is not made where the manifest lacks a suite's text, or a plugin or a file of the suite is not here.
-records::Check check_plan(const Json& manifest, plugin_host::Catalog catalog,
+records::Check check_plan(const records::Manifest& manifest, plugin_host::Catalog catalog,
                           const std::filesystem::path& suite_folder = {});
 
 }  // namespace relign::runner

@@ -28,21 +28,15 @@ const Pretrainer::Entries* PlanPretraining::of(const suites::PlannedTrial& trial
   return found == groups_.end() ? nullptr : &found->second;
 }
 
-Json PlanPretraining::to_json() const {
+std::vector<records::Pretrained> PlanPretraining::recorded() const {
   const suites::Suite& suite = plan_.plan.suite;
-  Json list = Json::array();
+  std::vector<records::Pretrained> list;
   for (const auto& [group, entries] : groups_) {
     const auto& [scene, level, algorithm] = group;
     for (const auto& [identity, entry] : entries)
-      list.push_back({{"scene", suite.scenes[scene].name},
-                      {"noise_level", suite.levels[level].name},
-                      {"algorithm", suite.algorithms[algorithm].name},
-                      {"protocol", suite.algorithms[algorithm].protocol},
-                      {"plugin", entry.algorithm},
-                      {"sources", entry.sources},
-                      {"steps", entry.steps},
-                      {"sha256", entry.data.hash},
-                      {"failure", entry.data.failure}});
+      list.push_back({suite.scenes[scene].name, suite.levels[level].name, suite.algorithms[algorithm].name,
+                      suite.algorithms[algorithm].protocol, entry.algorithm, entry.sources, entry.steps,
+                      entry.data.hash, entry.data.failure});
   }
   return list;
 }

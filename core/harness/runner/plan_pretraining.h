@@ -30,7 +30,7 @@ class PlanPretraining {
   const Pretrainer::Entries* of(const suites::PlannedTrial& trial) const;
 
   // For manifest.json.
-  Json to_json() const;
+  std::vector<records::Pretrained> recorded() const;
 
  private:
   using Group = std::tuple<std::size_t, std::size_t, std::size_t>;  // scene, level, algorithm

@@ -162,7 +162,7 @@ Json Pretrainer::key_of(const plugin_host::Choice& algorithm, const TrialJob& jo
               {"protocol", trials::protocol_name(job.protocol)},
               {"merit", trials::merit_name(job.merit)},
               {"limits", job.limits == trials::Limits::hard ? "hard" : "soft"},
-              {"machine_time", machine_time_json(job.machine_time)}};
+              {"machine_time", json_of(keys_of(job.machine_time))}};
   if (job.merit == trials::Merit::mtf && job.mtf_limits.limits_anything())
     key["merit_limits"] = {job.mtf_limits.lp_per_mm, job.mtf_limits.centre, job.mtf_limits.corner};
   return key;

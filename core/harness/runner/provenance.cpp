@@ -62,21 +62,15 @@ Json parsed(const std::string& json) {
 
 }  // namespace
 
-Json machine_time_json(const trials::MachineTime& times) {
-  return {{"speed_mm_per_s", times.speed_mm_per_s},
-          {"speed_deg_per_s", times.speed_deg_per_s},
-          {"settle_ms", times.settle_ms},
-          {"exposure_ms", times.exposure_ms},
-          {"readout_ms", times.readout_ms}};
+MachineTimeKeys keys_of(const trials::MachineTime& times) {
+  return {times.speed_mm_per_s, times.speed_deg_per_s, times.settle_ms, times.exposure_ms, times.readout_ms};
 }
 
-Json sandbox_json(const plugin_host::Sandbox& sandbox) {
-  Json shown = Json::array();
-  for (const std::filesystem::path& path : sandbox.shown) shown.push_back(path.string());
-  return {{"memory_bytes", sandbox.memory_bytes},
-          {"processes", plugin_host::Sandbox::kProcesses},
-          {"disk_bytes", plugin_host::Sandbox::kDiskBytes},
-          {"shown", std::move(shown)}};
+records::SandboxLimits limits_of(const plugin_host::Sandbox& sandbox) {
+  records::SandboxLimits limits{
+      sandbox.memory_bytes, plugin_host::Sandbox::kProcesses, plugin_host::Sandbox::kDiskBytes, {}};
+  for (const std::filesystem::path& path : sandbox.shown) limits.shown.push_back(path.string());
+  return limits;
 }
 
 LibraryHashes hash_libraries(const suites::Suite& suite) {
@@ -98,10 +92,7 @@ std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hash
   return hash;
 }
 
-Json program_json() {
-  return {
-      {"version", RELIGN_VERSION}, {"compiler", RELIGN_COMPILER}, {"flags", RELIGN_FLAGS}, {"hash", program_hash()}};
-}
+records::Program this_program() { return {RELIGN_VERSION, RELIGN_COMPILER, RELIGN_FLAGS, program_hash()}; }
 
 std::string reproducible_of(const plugin_host::Choice& choice) {
   for (const auto& [parameter, inner] : choice.algorithms)
@@ -110,92 +101,80 @@ std::string reproducible_of(const plugin_host::Choice& choice) {
   return choice.plugin->reproducible;
 }
 
-Json machine_json() {
-  return {{"cpu", cpu_name()},
-          {"instruction_sets", instruction_sets()},
-          {"cores", core_count()},
-          {"system", system_name()}};
-}
+records::Machine this_machine() { return {cpu_name(), instruction_sets(), core_count(), system_name(), {}}; }
 
-Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
-                   const Json& learnt) {
+records::Manifest make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
+                                std::vector<records::Pretrained> learnt) {
   const suites::Suite& suite = prepared.plan.suite;
-  const auto common = [&hashes](const std::string& name, const plugin_host::Choice& choice) {
-    return Json{{"name", name},
-                {"id", choice.id},
-                {"plugin", choice.plugin->id},
-                {"kind", plugin_host::kind_name(choice.plugin->kind)},
-                {"parameters", plugin_host::recorded_parameters(choice)},
-                {"summary", choice.plugin->summary},
-                {"reproducible", reproducible_of(choice)},
-                {"plugin_hash", hash_of(choice, hashes)}};
+  const auto describe = [&hashes](records::PluginEntry& entry, const std::string& name,
+                                  const plugin_host::Choice& choice) {
+    entry.name = name;
+    entry.id = choice.id;
+    entry.plugin = choice.plugin->id;
+    entry.kind = plugin_host::kind_name(choice.plugin->kind);
+    entry.parameters = plugin_host::recorded_parameters(choice);
+    entry.summary = choice.plugin->summary;
+    entry.reproducible = reproducible_of(choice);
+    entry.plugin_hash = hash_of(choice, hashes);
   };
-  Json scenes = Json::array();
+  records::Manifest manifest;
+  manifest.format = records::kFormat;
+  manifest.program = this_program();
+  manifest.suite = suite.text;
+  manifest.suite_file = suite.file;
+  manifest.suite_name = suite.name;
+  manifest.seed = suite.seed;
+  manifest.commitment = suite.commitment;
+  manifest.first_instance = suite.first_instance;
+  manifest.instances = suite.instances;
+  manifest.limits = suite.limits;
+  manifest.instance_set = prepared.plan.instance_set;
+  manifest.machine = this_machine();
+  manifest.machine.scene_memory_bytes = prepared.scene_memory;
   for (std::size_t index = 0; index < suite.scenes.size(); ++index) {
-    Json scene = common(suite.scenes[index].name, suite.scenes[index].choice);
-    scene["identity"] = parsed(suite.scenes[index].choice.identity);
-    scene["data"] = parsed(prepared.scene_identity[index]);
-    scene["folder"] = scene_folder(prepared, index);
-    scene["machine_time"] = machine_time_json(prepared.scenes[index].machine_time);
-    scene["spec"] = prepared.scenes[index].spec;
-    if (!prepared.scenes[index].score.squared) scene["score"] = scene_score_json(prepared.scenes[index].score);
-    scene["owns_stage"] = prepared.scenes[index].owns_stage;
-    scene["truth"] = prepared.scenes[index].truth;
-    scene["replayable"] = !prepared.scenes[index].owns_stage;
-    scenes.push_back(std::move(scene));
+    const trials::SceneFacts& facts = prepared.scenes[index];
+    records::ManifestScene& scene = manifest.scenes.emplace_back();
+    describe(scene, suite.scenes[index].name, suite.scenes[index].choice);
+    scene.identity = parsed(suite.scenes[index].choice.identity);
+    scene.data = parsed(prepared.scene_identity[index]);
+    scene.folder = scene_folder(prepared, index);
+    scene.machine_time = keys_of(facts.machine_time);
+    scene.spec = facts.spec;
+    scene.score = facts.score;
+    scene.owns_stage = facts.owns_stage;
+    scene.truth = facts.truth;
+    scene.replayable = !facts.owns_stage;
   }
-  Json levels = Json::array();
   for (const suites::LevelEntry& entry : suite.levels) {
-    Json level = common(entry.name, entry.choice);
-    level["identity"] = parsed(entry.choice.identity);
-    levels.push_back(std::move(level));
+    records::ManifestLevel& level = manifest.noise_levels.emplace_back();
+    describe(level, entry.name, entry.choice);
+    level.identity = parsed(entry.choice.identity);
   }
-  Json algorithms = Json::array();
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
-    Json algorithm = common(entry.name, entry.choice);
-    algorithm["observes"] = entry.choice.plugin->observes;
-    algorithm["oracle"] = suites::is_oracle(entry);
-    algorithm["protocol"] = entry.protocol;
-    algorithm["merit"] = suites::effective_merit(entry);
-    algorithm["steps"] = entry.steps;
-    algorithm["added"] = entry.added;
-    if (Json training = plugin_host::training_of(entry.choice); !training.is_null())
-      algorithm["training"] = std::move(training);
-    if (!entry.training.empty()) algorithm["of_list"] = {{"method", entry.method}, {"training", entry.training}};
-    algorithms.push_back(std::move(algorithm));
+    records::ManifestMethod& method = manifest.algorithms.emplace_back();
+    describe(method, entry.name, entry.choice);
+    method.observes = entry.choice.plugin->observes;
+    method.oracle = suites::is_oracle(entry);
+    method.protocol = entry.protocol;
+    method.merit = suites::effective_merit(entry);
+    method.steps = entry.steps;
+    method.added = entry.added;
+    if (const Json training = plugin_host::training_of(entry.choice); !training.is_null())
+      method.training = read_described<records::ManifestMethod::Training>(training, entry.choice.id);
+    if (!entry.training.empty()) method.of_list = {entry.method, entry.training};
   }
-  Json order = Json::array();
-  for (const suites::PlannedTrial& trial : prepared.plan.trials) order.push_back(trial.id);
-  Json manifest = {{"format", records::kFormat},
-                   {"program", program_json()},
-                   {"suite", suite.text},
-                   {"suite_file", suite.file},
-                   {"suite_name", suite.name},
-                   {"seed", suite.seed},
-                   {"first_instance", suite.first_instance},
-                   {"instances", suite.instances},
-                   {"limits", suite.limits},
-                   {"instance_set", prepared.plan.instance_set},
-                   {"machine", machine_json()},
-                   {"scenes", std::move(scenes)},
-                   {"noise_levels", std::move(levels)},
-                   {"algorithms", std::move(algorithms)},
-                   {"prepared", learnt},
-                   {"trials", prepared.plan.trials.size()},
-                   {"order", std::move(order)},
-                   {"command", command},
-                   {"spec", suite.spec},
-                   {"targets", suite.targets},
-                   {"machine_time", suites::machine_time_json(suite.machine_time)}};
-  if (!prepared.scene_memory.empty()) manifest["machine"]["scene_memory_bytes"] = prepared.scene_memory;
-  if (!suite.cycle.is_null()) manifest["cycle"] = suite.cycle;
-  if (!suite.cost.is_null()) manifest["cost"] = suite.cost;
-  if (!suite.analysis.is_null()) {
-    manifest["analysis"] = suite.analysis;
-    manifest["analysis_hash"] = sha256_hex(canonical_json(suite.analysis));
-  }
-  if (!suite.commitment.empty()) manifest["commitment"] = suite.commitment;
-  if (!prepared.shard.is_null()) manifest["shard"] = prepared.shard;
+  manifest.prepared = std::move(learnt);
+  manifest.trials = prepared.plan.trials.size();
+  for (const suites::PlannedTrial& trial : prepared.plan.trials) manifest.order.push_back(trial.id);
+  manifest.command = command;
+  manifest.spec = suite.spec;
+  manifest.targets = suite.targets;
+  manifest.machine_time = suite.machine_time;
+  manifest.cycle = suite.cycle;
+  manifest.cost = suite.cost;
+  manifest.analysis = suite.analysis;
+  if (suite.analysis) manifest.analysis_hash = sha256_hex(canonical_json(json_of(*suite.analysis)));
+  manifest.shard = prepared.shard;
   return manifest;
 }
 

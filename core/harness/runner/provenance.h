@@ -3,8 +3,9 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 #include "runner/run.h"
 
 namespace relign::runner {
@@ -19,18 +20,16 @@ std::string hash_of(const plugin_host::Choice& choice, const LibraryHashes& hash
 // that it runs, and the file beside its model (plugin_host/training.h).
 std::string reproducible_of(const plugin_host::Choice& choice);
 
-// Of the running program: version, compiler, flags, hash (empty where unknown).
-Json program_json();
-// cpu, instruction_sets, cores, system.
-Json machine_json();
+records::Program this_program();
+records::Machine this_machine();
 
-Json machine_time_json(const trials::MachineTime& times);
+MachineTimeKeys keys_of(const trials::MachineTime& times);
 
 // The limits of a sandbox and what it showed besides the plugins.
-Json sandbox_json(const plugin_host::Sandbox& sandbox);
+records::SandboxLimits limits_of(const plugin_host::Sandbox& sandbox);
 
-// learnt: the pretrained data of the plan's algorithms, one object per entry.
-Json make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
-                   const Json& learnt);
+// learnt: the pretrained data of the plan's algorithms.
+records::Manifest make_manifest(const PreparedPlan& prepared, const LibraryHashes& hashes, const std::string& command,
+                                std::vector<records::Pretrained> learnt);
 
 }  // namespace relign::runner

@@ -91,8 +91,8 @@ class Run {
     EarlierRun earlier(prepared_, options_, selected_, writer_, reporter_);
     earlier.compare_sandbox();
     earlier.drop_outdated([this](const suites::PlannedTrial& trial) { return plugins_of(trial); });
-    Json manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.to_json());
-    if (options_.sandbox) manifest["sandbox"] = sandbox_json(*options_.sandbox);
+    records::Manifest manifest = make_manifest(prepared_, hashes_, options_.command, learnt_.recorded());
+    if (options_.sandbox) manifest.sandbox = limits_of(*options_.sandbox);
     earlier.compare_with(manifest);
     earlier.mark_changed_analysis(manifest);
     earlier.keep_secret(manifest);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "plugin_host/catalog.h"
+#include "records/manifest.h"
 #include "runner/time_left.h"
 #include "suites/plan.h"
 #include "trials/scene_facts.h"
@@ -68,8 +70,9 @@ struct PreparedPlan {
   suites::Plan plan;
   std::vector<trials::SceneFacts> scenes;   // one per scene of the suite
   std::vector<std::string> scene_identity;  // canonical JSON: hashes of the data files behind each scene
-  Json scene_memory = Json::object();       // by name: most bytes that this process had while the scene was created
-  Json shard = nullptr;                     // for manifest.json, if these are the trials of a shard
+  // By name: most bytes that this process had while the scene was created.
+  std::map<std::string, std::uint64_t> scene_memory;
+  std::optional<records::Shard> shard;  // for manifest.json, if these are the trials of a shard
 };
 
 // Creates each scene once (which fills the cache of reference images), draws once from every noise level and loads

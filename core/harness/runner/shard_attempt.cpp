@@ -56,10 +56,9 @@ std::string shard_name(unsigned shard) {
 }
 
 void require_plan(const fs::path& attempt, const std::string& plan_hash) {
-  const Json manifest = records::read_manifest(attempt);
-  if (manifest.is_null()) return;  // killed before it wrote anything
-  const Json shard = manifest.value("shard", Json::object());
-  if (shard.is_object() && shard.value("plan", Json()) == plan_hash) return;
+  const std::optional<records::Manifest> manifest = records::read_manifest(attempt);
+  if (!manifest) return;  // killed before it wrote anything
+  if (manifest->shard && manifest->shard->plan == plan_hash) return;
   throw Error(ErrorKind::bad_input,
               attempt.string() + " has results of another plan; choose another folder with --out");
 }

@@ -31,16 +31,14 @@ static std::string keys_of(std::optional<CriterionNeeds> needs) {
 
 // Criteria of every step, and with them yields and costs, are known at the method's own recommendations only.
 static void check_rule(const suites::Suite& suite, const records::Specification& spec) {
-  const std::string rule = text_of(suite.analysis, "rule");
-  if (rule.empty() || rule == "own") return;
+  if (!suite.analysis || suite.analysis->rule == "own") return;
   std::string what;
-  if (spec.limits_criteria() && text_of(suite.analysis, "primary") == "yield")
-    what = "the yield by criteria of every step";
-  if (suite.cost.is_object()) what = "'cost'";
+  if (spec.limits_criteria() && suite.analysis->primary == "yield") what = "the yield by criteria of every step";
+  if (suite.cost) what = "'cost'";
   if (what.empty()) return;
   throw Error(ErrorKind::bad_input,
               JsonSource::from_text(suite.text, suite.file)
-                  .problem("/analysis/rule", "found '" + rule + "', must be 'own': " + what +
+                  .problem("/analysis/rule", "found '" + suite.analysis->rule + "', must be 'own': " + what +
                                                  " is known at the method's own recommendations only")
                   .to_string());
 }

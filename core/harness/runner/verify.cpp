@@ -34,7 +34,7 @@ bool promises_this_cpu(const plugin_host::Choice& choice) { return reproducible_
 // Replays the trials of one suite.
 class Replay {
  public:
-  Replay(const VerifyOptions& options, const PreparedPlan& prepared, const Json& manifest,
+  Replay(const VerifyOptions& options, const PreparedPlan& prepared, const records::Manifest& manifest,
          std::map<std::string, records::PluginHashes> plugins)
       : options_(options),
         prepared_(prepared),
@@ -178,14 +178,14 @@ class Replay {
   std::size_t skip_ = TrialQueue::kNoGroup;
 };
 
-suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options, plugin_host::Catalog& catalog) {
+suites::Suite read_suite(const records::StoredSuite& stored, const std::string& published, const VerifyOptions& options,
+                         plugin_host::Catalog& catalog) {
   const fs::path folder = options.suite_folder.empty() ? fs::path(stored.file).parent_path() : options.suite_folder;
   try {
     suites::Suite suite =
         suites::read_suite(JsonSource::from_text(stored.text, stored.file), folder.empty() ? "." : folder, catalog);
     suite.name = stored.name;
-    if (const std::string& secret = options.secret.empty() ? stored.secret : options.secret;
-        !suite.commitment.empty()) {
+    if (const std::string& secret = options.secret.empty() ? published : options.secret; !suite.commitment.empty()) {
       if (secret.empty())
         throw Error(ErrorKind::bad_input,
                     "these results are sealed; who has the secret can replay them with --secret "
@@ -212,7 +212,7 @@ suites::Suite read_suite(const StoredSuite& stored, const VerifyOptions& options
 
 VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog) {
   records::require_results(options.results);
-  const Json manifest = records::read_manifest(options.results);
+  const records::Manifest manifest = records::manifest_of(options.results);
   records::require_consistent(manifest, options.results);
   VerifySummary summary;
   records::FolderChecks checks(manifest, options.results);
@@ -234,9 +234,9 @@ VerifySummary verify(const VerifyOptions& options, plugin_host::Catalog& catalog
   };
   std::vector<PreparedPlan> plans;
   if (!rest.empty())
-    for (const StoredSuite& stored : suites_of(manifest))
-      plans.push_back(prepare(read_suite(stored, options, catalog), options.cache_folder, options.on_message,
-                              options.stop, options.sandbox));
+    for (const records::StoredSuite& stored : manifest.stored_suites())
+      plans.push_back(prepare(read_suite(stored, manifest.secret, options, catalog), options.cache_folder,
+                              options.on_message, options.stop, options.sandbox));
   records::refuse_contradictions(plan_contradictions(manifest, plans), options.results);
   records::Check plan;  // compared with the scenes themselves where they were created
   plan.name = "plan";

@@ -4,15 +4,13 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <type_traits>
 #include <unordered_map>
 
 #include "base/error.h"
 #include "base/hash.h"
-#include "base/json_members.h"
 #include "base/text.h"
 #include "plugin_host/catalog.h"
-#include "records/manifest_check.h"
-#include "records/processor.h"
 #include "records/results_folder.h"
 #include "runner/frozen_plan.h"
 #include "runner/provenance.h"
@@ -20,32 +18,23 @@
 namespace relign::runner {
 namespace {
 
-// The folder itself, or the folders that it was merged from.
-std::vector<Json> sources_of(const Json& manifest) {
-  const Json& sources = list_of(manifest, "sources");
-  if (!sources.empty()) return {sources.begin(), sources.end()};
-  return {manifest};
-}
-
 std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 
-const std::map<std::string, std::string> kNouns = {
-    {"scenes", "scene"}, {"noise_levels", "noise level"}, {"algorithms", "algorithm"}};
-constexpr std::pair<const char*, const char*> kDefinitions[] = {
-    {"parameters", "parameters"}, {"data", "data files"}, {"training", "cost of training"}};
-
-// The entry of this name, and of a method under this protocol.
-const Json& entry_like(const Json& list, const Json& other) {
-  static const Json kNone;
-  for (const Json& entry : list)
-    if (text_of(entry, "name") == text_of(other, "name") && text_of(entry, "protocol") == text_of(other, "protocol"))
-      return entry;
-  return kNone;
+// The manifest that a run of the plan would write now.
+records::Manifest manifest_now(const PreparedPlan& prepared) {
+  return make_manifest(prepared, hash_libraries(prepared.plan.suite), "", {});
 }
 
-// The manifest that a run of the plan would write now.
-Json manifest_now(const PreparedPlan& prepared) {
-  return make_manifest(prepared, hash_libraries(prepared.plan.suite), "", nullptr);
+template <class Entry>
+const Entry* named(const std::vector<Entry>& entries, const Entry& other) {
+  for (const Entry& entry : entries) {
+    if constexpr (std::is_same_v<Entry, records::ManifestMethod>) {
+      if (entry.has_name(other.name, other.protocol)) return &entry;
+    } else if (entry.name == other.name) {
+      return &entry;
+    }
+  }
+  return nullptr;
 }
 
 // Without files, whose names depend on where they are.
@@ -57,52 +46,82 @@ Json numbers_of(const plugin_host::Choice& choice, Json parameters) {
 
 // A trial's id is a hash of its scene, noise level and method, so that the manifest cannot describe those of the
 // folder's trials otherwise than a run would now, whatever build of the plugins made them.
-void require_entries_of_trials(std::set<std::string>& found, const Json& manifest, const PreparedPlan& prepared,
-                               bool merged) {
-  const suites::Suite& suite = prepared.plan.suite;
-  const std::set<std::string> order = records::ordered_ids(manifest);
-  std::set<std::pair<std::string, std::size_t>> used;
-  for (const suites::PlannedTrial& trial : prepared.plan.trials)
-    if (order.count(trial.id))
-      used.insert({{"scenes", trial.scene}, {"noise_levels", trial.level}, {"algorithms", trial.algorithm}});
-  const Json now = manifest_now(prepared);
-  for (const auto& [list, index] : used) {
-    const plugin_host::Choice& choice = list == "scenes"         ? suite.scenes[index].choice
-                                        : list == "noise_levels" ? suite.levels[index].choice
-                                                                 : suite.algorithms[index].choice;
-    const Json &own = now[list][index], &entry = entry_like(list_of(manifest, list.c_str()), own);
-    if (entry.is_null()) continue;
-    const auto compare = [&, &list = list](const char* key, const Json& stated, const Json& is) {
-      if (stated != is)
-        found.insert("'" + std::string(key) + "' of the " + kNouns.at(list) + " '" + text_of(own, "name") + "' is " +
-                     stated.dump() + " in the manifest, but " + is.dump() + " by its trials");
-    };
-    compare("parameters", numbers_of(choice, member(entry, "parameters")),
-            numbers_of(choice, member(own, "parameters")));
-    for (const char* key : {"plugin", "data", "spec", "owns_stage", "truth"})
-      compare(key, member(entry, key), member(own, key));
-    for (const char* key : {"kind", "replayable"})
-      if (entry.contains(key)) compare(key, entry[key], member(own, key));
-    for (const auto& [key, stated] : object_of(entry, "machine_time").items())  // a later version may have more keys
-      compare(("machine_time/" + key).c_str(), stated, member(member(own, "machine_time"), key.c_str()));
-    if (!merged)
-      compare("of_list", member(entry, "of_list"), member(own, "of_list"));  // else that of one of the suites
-    if (flag_of(entry, "added")) compare("added", true, member(own, "added"));
+class EntriesOfTrials {
+ public:
+  EntriesOfTrials(std::set<std::string>& found, const records::Manifest& manifest, const PreparedPlan& prepared)
+      : found_(found), manifest_(manifest), suite_(prepared.plan.suite), now_(manifest_now(prepared)) {
+    const std::set<std::string> order(manifest.order.begin(), manifest.order.end());
+    for (const suites::PlannedTrial& trial : prepared.plan.trials) {
+      if (!order.count(trial.id)) continue;
+      scenes_.insert(trial.scene);
+      levels_.insert(trial.level);
+      methods_.insert(trial.algorithm);
+    }
   }
-}
+
+  // `merged`: a method may be of the list of one suite only.
+  void compare(bool merged) {
+    for (const std::size_t index : scenes_)
+      if (const records::ManifestScene* own = &now_.scenes[index], *stated = named(manifest_.scenes, *own); stated) {
+        compare_plugins("scene", *stated, *own, suite_.scenes[index].choice);
+        compare_members("scene", *stated, *own, {"data", "spec", "owns_stage", "truth", "replayable"});
+        MachineTimeKeys::members(
+            [&](const Member& member, const auto& is, const auto& due) {
+              differs("scene", own->name, "machine_time/" + std::string(member.key), json_of(is), json_of(due));
+            },
+            stated->machine_time, own->machine_time);
+      }
+    for (const std::size_t index : levels_)
+      if (const records::ManifestLevel* own = &now_.noise_levels[index], *stated = named(manifest_.noise_levels, *own);
+          stated)
+        compare_plugins("noise level", *stated, *own, suite_.levels[index].choice);
+    for (const std::size_t index : methods_)
+      if (const records::ManifestMethod* own = &now_.algorithms[index], *stated = named(manifest_.algorithms, *own);
+          stated) {
+        compare_plugins("algorithm", *stated, *own, suite_.algorithms[index].choice);
+        if (!merged) compare_members("algorithm", *stated, *own, {"of_list"});
+        if (stated->added) compare_members("algorithm", *stated, *own, {"added"});
+      }
+  }
+
+ private:
+  void differs(const std::string& noun, const std::string& name, const std::string& key, const Json& stated,
+               const Json& own) {
+    if (stated != own)
+      found_.insert("'" + key + "' of the " + noun + " '" + name + "' is " + stated.dump() + " in the manifest, but " +
+                    own.dump() + " by its trials");
+  }
+  template <class Entry>
+  void compare_members(const std::string& noun, const Entry& stated, const Entry& own,
+                       const std::vector<std::string_view>& keys) {
+    for_each_differing(stated, own, keys, [&](const std::string& key, const Json& is, const Json& due) {
+      differs(noun, own.name, key, is, due);
+    });
+  }
+  void compare_plugins(const std::string& noun, const records::PluginEntry& stated, const records::PluginEntry& own,
+                       const plugin_host::Choice& choice) {
+    differs(noun, own.name, "parameters", numbers_of(choice, stated.parameters), numbers_of(choice, own.parameters));
+    compare_members(noun, stated, own, {"plugin", "kind"});
+  }
+
+  std::set<std::string>& found_;
+  const records::Manifest& manifest_;
+  const suites::Suite& suite_;
+  const records::Manifest now_;
+  std::set<std::size_t> scenes_, levels_, methods_;
+};
 
 // The methods of the suites, and no others, those of the first in its order.
-void require_methods_of_suites(std::set<std::string>& found, const Json& manifest,
+void require_methods_of_suites(std::set<std::string>& found, const records::Manifest& manifest,
                                const std::vector<PreparedPlan>& plans) {
   std::set<std::pair<std::string, std::string>> planned;
   std::map<std::pair<std::string, std::string>, std::size_t> places;
   for (const PreparedPlan& prepared : plans)
     for (const suites::AlgorithmEntry& one : prepared.plan.suite.algorithms) planned.insert({one.name, one.protocol});
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const std::pair key(text_of(entry, "name"), text_of(entry, "protocol"));
-    places.emplace(key, places.size());
-    if (!planned.count(key) && !flag_of(entry, "added"))
-      found.insert("the manifest has the method '" + key.first + "' (protocol " + key.second + "), the suite does not");
+  for (const records::ManifestMethod& method : manifest.algorithms) {
+    places.emplace(std::pair(method.name, method.protocol), places.size());
+    if (!planned.count({method.name, method.protocol}) && !method.added)
+      found.insert("the manifest has the method " + method.label() + ", the suite does not");
   }
   std::vector<std::size_t> order;
   for (const suites::AlgorithmEntry& one : plans.front().plan.suite.algorithms)
@@ -113,12 +132,12 @@ void require_methods_of_suites(std::set<std::string>& found, const Json& manifes
 }
 
 // Whether the trials that both have follow each other equally.
-bool in_order(const Json& order, const std::vector<suites::PlannedTrial>& trials) {
+bool in_order(const std::vector<std::string>& order, const std::vector<suites::PlannedTrial>& trials) {
   std::unordered_map<std::string, std::size_t> places;
   for (const suites::PlannedTrial& trial : trials) places.emplace(trial.id, places.size());
   std::size_t next = 0;
-  for (const Json& id : order) {
-    const auto found = id.is_string() ? places.find(id.get_ref<const std::string&>()) : places.end();
+  for (const std::string& id : order) {
+    const auto found = places.find(id);
     if (found == places.end()) continue;
     if (found->second < next) return false;
     next = found->second + 1;
@@ -128,31 +147,20 @@ bool in_order(const Json& order, const std::vector<suites::PlannedTrial>& trials
 
 }  // namespace
 
-std::size_t trials_of_no_plan(const Json& manifest, const std::vector<PreparedPlan>& plans) {
+std::size_t trials_of_no_plan(const records::Manifest& manifest, const std::vector<PreparedPlan>& plans) {
   std::set<std::string> planned;
   for (const PreparedPlan& prepared : plans)
     for (const suites::PlannedTrial& trial : prepared.plan.trials) planned.insert(trial.id);
-  const std::set<std::string> order = records::ordered_ids(manifest);
-  return static_cast<std::size_t>(
-      std::count_if(order.begin(), order.end(), [&](const std::string& id) { return planned.count(id) == 0; }));
+  return static_cast<std::size_t>(std::count_if(manifest.order.begin(), manifest.order.end(),
+                                                [&](const std::string& id) { return planned.count(id) == 0; }));
 }
 
-std::vector<StoredSuite> suites_of(const Json& manifest) {
-  std::vector<StoredSuite> suites;
-  for (const Json& suite : list_of(manifest, "suites"))
-    suites.push_back({text_of(suite, "text"), text_of(suite, "file"), text_of(suite, "name")});
-  if (suites.empty())
-    suites.push_back({text_of(manifest, "suite"), text_of(manifest, "suite_file"), text_of(manifest, "suite_name")});
-  for (StoredSuite& suite : suites) suite.secret = text_of(manifest, "secret");
-  return suites;
-}
-
-std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json& manifest, VerifySummary& summary,
-                                       records::FolderChecks& checks) {
-  const std::set<std::string> planned = records::ordered_ids(manifest);
+std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const records::Manifest& manifest,
+                                       VerifySummary& summary, records::FolderChecks& checks) {
+  const std::set<std::string> planned(manifest.order.begin(), manifest.order.end());
   std::set<std::string> stations, seen;
-  for (const Json& scene : list_of(manifest, "scenes"))
-    if (scene.value("owns_stage", false)) stations.insert(text_of(scene, "name"));
+  for (const records::ManifestScene& scene : manifest.scenes)
+    if (scene.owns_stage) stations.insert(scene.name);
   struct Candidate {
     std::string rank;
     ChosenTrial trial;
@@ -203,26 +211,30 @@ std::vector<ChosenTrial> choose_trials(const VerifyOptions& options, const Json&
   return chosen;
 }
 
-bool made_on_another_processor(const Json& manifest) {
-  const Json here = machine_json();
-  for (const Json& source : sources_of(manifest))
-    if (!records::same_processor(member(source, "machine"), here)) return true;
-  return false;
+bool made_on_another_processor(const records::Manifest& manifest) {
+  const std::vector<const records::Machine*> machines = manifest.machines();
+  const records::Machine here = this_machine();
+  return !std::all_of(machines.begin(), machines.end(), [&here](const auto* one) { return one->same_processor(here); });
 }
 
-void compare_machines(const Json& manifest, std::set<Change>& changes) {
-  const Json program = program_json(), machine = machine_json();
-  for (const Json& build : records::builds_of(manifest))
-    for (const char* key : {"version", "compiler", "flags", "hash"})
-      if (const std::string was = text_of(build, key); was != text_of(program, key))
-        changes.insert({std::string("program ") + key, key[0] == 'h' ? shortened(was) : was,
-                        key[0] == 'h' ? shortened(text_of(program, key)) : text_of(program, key)});
-  for (const Json& source : sources_of(manifest)) {
-    const Json& there = member(source, "machine");
-    if (records::same_processor(there, machine)) continue;
-    const bool names = text_of(there, "instruction_sets").empty();
-    const char* key = names ? "cpu" : "instruction_sets";
-    changes.insert({names ? "CPU" : "CPU's instruction sets", text_of(there, key), text_of(machine, key)});
+void compare_machines(const records::Manifest& manifest, std::set<Change>& changes) {
+  const records::Program program = this_program();
+  const records::Machine machine = this_machine();
+  for (const records::Program& build : manifest.builds())
+    records::Program::members(
+        [&changes](const Member& member, const std::string& was, const std::string& is) {
+          const bool hash = member.key == "hash";
+          if (was != is)
+            changes.insert(
+                {"program " + std::string(member.key), hash ? shortened(was) : was, hash ? shortened(is) : is});
+        },
+        build, program);
+  for (const records::Machine* there : manifest.machines()) {
+    if (there->same_processor(machine)) continue;
+    if (there->instruction_sets.empty())
+      changes.insert({"CPU", there->cpu, machine.cpu});
+    else
+      changes.insert({"CPU's instruction sets", there->instruction_sets, machine.instruction_sets});
   }
 }
 
@@ -230,105 +242,112 @@ namespace {
 
 // How many of the planned trials the manifest must list: those of its shard, or of the merged ones. Unknown for several
 // suites.
-std::optional<std::size_t> planned_trials(const Json& manifest, const std::vector<PreparedPlan>& plans,
+std::optional<std::size_t> planned_trials(const records::Manifest& manifest, const std::vector<PreparedPlan>& plans,
                                           const std::set<std::string>& planned) {
   if (plans.size() != 1) return std::nullopt;
   const suites::Plan& plan = plans.front().plan;
   std::set<std::string> listed;
-  for (const Json& source : sources_of(manifest)) {
-    const Json& shard = member(source, "shard");
-    const std::uint64_t number = count_of(shard, "number"), of = count_of(shard, "of");
-    if (!shard.is_object() || of == 0 || of > plan.trials.size() || number >= of) return planned.size();
-    for (const std::size_t place : places_of_shard(plan, static_cast<unsigned>(number), static_cast<unsigned>(of)))
+  std::vector<std::optional<records::Shard>> shards;
+  for (const records::MergeSource& source : manifest.sources) shards.push_back(source.shard);
+  if (shards.empty()) shards.push_back(manifest.shard);
+  for (const std::optional<records::Shard>& shard : shards) {
+    if (!shard || shard->of > plan.trials.size() || shard->number >= shard->of) return planned.size();
+    for (const std::size_t place :
+         places_of_shard(plan, static_cast<unsigned>(shard->number), static_cast<unsigned>(shard->of)))
       if (const std::string& id = plan.trials[place].id; planned.count(id)) listed.insert(id);
   }
   return listed.size();
 }
 
+// A member that is missing is read as another value, such as an oracle as an ordinary method.
+void compare_method(std::set<std::string>& found, const records::ManifestMethod& stated,
+                    const suites::AlgorithmEntry& own) {
+  const auto compare = [&](const std::string& what, const Json& is, const Json& due, const char* by) {
+    if (is != due)
+      found.insert(what + " " + is.dump() + (by[0] == 'p' ? " by the manifest and " : " in the manifest, but ") +
+                   due.dump() + " by its " + by);
+  };
+  compare(stated.label() + " observes", stated.observes, own.choice.plugin->observes, "plugin");
+  compare("'oracle' of " + stated.label() + " is", stated.oracle, suites::is_oracle(own), "suite");
+  compare("'merit' of " + stated.label() + " is", stated.merit, suites::effective_merit(own), "suite");
+  compare("'steps' of " + stated.label() + " is", stated.steps, own.steps, "suite");
+}
+
 }  // namespace
 
-std::vector<std::string> plan_contradictions(const Json& manifest, const std::vector<PreparedPlan>& plans) {
+std::vector<std::string> plan_contradictions(const records::Manifest& manifest,
+                                             const std::vector<PreparedPlan>& plans) {
   if (plans.empty()) return {};
   std::set<std::string> found, planned;
-  std::map<std::pair<std::string, std::string>, const Json*> recorded;
-  for (const Json& entry : list_of(manifest, "algorithms"))
-    recorded[{text_of(entry, "name"), text_of(entry, "protocol")}] = &entry;
   for (const PreparedPlan& prepared : plans) {
-    const std::vector<suites::AlgorithmEntry>& algorithms = prepared.plan.suite.algorithms;
     std::vector<bool> listed;
-    for (const suites::AlgorithmEntry& algorithm : algorithms) {
-      const std::string name = in_quotes(algorithm.name) + " (protocol " + algorithm.protocol + ")";
-      const auto entry = recorded.find({algorithm.name, algorithm.protocol});
-      listed.push_back(entry != recorded.end());
-      if (!listed.back()) {
-        // Which baselines are added depends on what is installed.
-        if (!algorithm.added) found.insert("the suite has the method " + name + ", the manifest does not");
-        continue;
-      }
-      // A member that is missing is read as another value, such as an oracle as an ordinary method.
-      const Json observes = algorithm.choice.plugin->observes;
-      if (const Json& stated = member(*entry->second, "observes"); stated != observes)
-        found.insert(name + " observes " + stated.dump() + " by the manifest and " + observes.dump() +
-                     " by its plugin");
-      const auto compare = [&](const char* key, const Json& own) {
-        if (const Json& stated = member(*entry->second, key); stated != own)
-          found.insert(in_quotes(key) + " of " + name + " is " + stated.dump() + " in the manifest, but " + own.dump() +
-                       " by its suite");
-      };
-      compare("oracle", suites::is_oracle(algorithm));
-      compare("merit", suites::effective_merit(algorithm));
-      compare("steps", algorithm.steps);
+    for (const suites::AlgorithmEntry& algorithm : prepared.plan.suite.algorithms) {
+      const records::ManifestMethod* stated = manifest.method(algorithm.name, algorithm.protocol);
+      listed.push_back(stated != nullptr);
+      if (stated)
+        compare_method(found, *stated, algorithm);
+      else if (!algorithm.added)  // which baselines are added depends on what is installed
+        found.insert("the suite has the method " + in_quotes(algorithm.name) + " (protocol " + algorithm.protocol +
+                     "), the manifest does not");
     }
     for (const suites::PlannedTrial& trial : prepared.plan.trials)
       if (listed[trial.algorithm]) planned.insert(trial.id);
-    require_entries_of_trials(found, manifest, prepared, plans.size() > 1);
+    EntriesOfTrials(found, manifest, prepared).compare(plans.size() > 1);
   }
   require_methods_of_suites(found, manifest, plans);
   // Other ids, but as many, mean changed plugins or data, which replays report.
-  const Json& order = list_of(manifest, "order");
+  const std::vector<std::string>& order = manifest.order;
   if (const std::optional<std::size_t> wanted = planned_trials(manifest, plans, planned);
       wanted ? order.size() != *wanted : order.size() > planned.size())
     found.insert("the suite plans " + counted(wanted.value_or(planned.size()), "trial") + ", but 'order' has " +
                  std::to_string(order.size()));
-  if (const Json& analysis = member(manifest, "analysis");
-      plans.size() == 1 && !analysis.is_null() && analysis != plans.front().plan.suite.analysis)
-    found.insert("the analysis plan is " + analysis.dump() + " in the manifest, but " +
-                 plans.front().plan.suite.analysis.dump() + " by the suite");
-  if (plans.size() == 1 && list_of(manifest, "sources").empty() && !in_order(order, plans.front().plan.trials))
+  const suites::Plan& first = plans.front().plan;
+  if (const Json is = json_of(manifest.analysis), due = json_of(first.suite.analysis);
+      plans.size() == 1 && manifest.analysis && is != due)
+    found.insert("the analysis plan is " + is.dump() + " in the manifest, but " + due.dump() + " by the suite");
+  if (plans.size() == 1 && manifest.sources.empty() && !in_order(order, first.trials))
     found.insert("'order' lists the trials in another order than the plan");
-  const suites::Suite& first = plans.front().plan.suite;
-  using Number = std::pair<const char*, std::uint64_t>;
-  for (const auto& [key, value] : {Number("seed", first.seed), Number("instances", first.instances),
-                                   Number("first_instance", first.first_instance)})
-    if (manifest.contains(key) && count_of(manifest, key) != value)
-      found.insert(in_quotes(key) + " is " + std::to_string(count_of(manifest, key)) + ", but that of the suite is " +
-                   std::to_string(value));
-  const std::string stated = text_of(manifest, "instance_set"), own = plans.front().plan.instance_set;
-  const bool same_trials = std::all_of(order.begin(), order.end(), [&planned](const Json& id) {
-    return id.is_string() && planned.count(id.get<std::string>()) > 0;
-  });
-  if (same_trials && stated != own)
-    found.insert("'instance_set' is " + in_quotes(stated) + ", but that of the suite is " + in_quotes(own));
+  const auto compare = [&found](const char* key, std::uint64_t is, std::uint64_t due) {
+    if (is != due)
+      found.insert(in_quotes(key) + " is " + std::to_string(is) + ", but that of the suite is " + std::to_string(due));
+  };
+  compare("seed", manifest.seed, first.suite.seed);
+  compare("instances", manifest.instances, first.suite.instances);
+  compare("first_instance", manifest.first_instance, first.suite.first_instance);
+  const bool same_trials =
+      std::all_of(order.begin(), order.end(), [&planned](const std::string& id) { return planned.count(id) > 0; });
+  if (same_trials && manifest.instance_set != first.instance_set)
+    found.insert("'instance_set' is " + in_quotes(manifest.instance_set) + ", but that of the suite is " +
+                 in_quotes(first.instance_set));
   return {found.begin(), found.end()};
 }
 
-void compare_definitions(const Json& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {
-  const Json now = manifest_now(prepared);
-  for (const auto& [list, noun] : kNouns)
-    for (const Json& is : now[list]) {
-      const Json& was = entry_like(list_of(manifest, list.c_str()), is);
-      if (was.is_null()) continue;
-      const std::string name = text_of(is, "name"), own = text_of(is, "plugin_hash");
-      for (const auto& [key, what] : kDefinitions)
-        if (const Json& before = member(was, key), &after = member(is, key); before != after)
-          changes.insert({noun + " " + name + " " + what, before.dump(), after.dump()});
-      std::set<std::string> hashes = {text_of(was, "plugin_hash")};
-      for (const Json& source : list_of(manifest, "sources"))
-        hashes.insert(text_of(member(member(source, "plugins"), list.c_str()), name.c_str()));
+void compare_definitions(const records::Manifest& manifest, const PreparedPlan& prepared, std::set<Change>& changes) {
+  const records::Manifest now = manifest_now(prepared);
+  const auto compare = [&]<class Entry>(const std::string& noun, const std::vector<Entry>& stated,
+                                        const std::vector<Entry>& own,
+                                        std::map<std::string, std::string> records::PluginHashesOfFolder::*merged) {
+    for (const Entry& is : own) {
+      const Entry* was = named(stated, is);
+      if (!was) continue;
+      for_each_differing(
+          *was, is, {"parameters", "data", "training"},
+          [&](const std::string& key, const Json& before, const Json& after) {
+            const char* what = key == "data" ? "data files" : key == "training" ? "cost of training" : "parameters";
+            changes.insert({noun + " " + is.name + " " + what, before.dump(), after.dump()});
+          });
+      std::set<std::string> hashes = {was->plugin_hash};
+      for (const records::MergeSource& source : manifest.sources)
+        if (const auto found = (source.plugins.*merged).find(is.name); found != (source.plugins.*merged).end())
+          hashes.insert(found->second);
       for (const std::string& hash : hashes)
-        if (!hash.empty() && hash != own)
-          changes.insert({"plugin " + text_of(is, "plugin"), shortened(hash), shortened(own)});
+        if (!hash.empty() && hash != is.plugin_hash)
+          changes.insert({"plugin " + is.plugin, shortened(hash), shortened(is.plugin_hash)});
     }
+  };
+  compare("scene", manifest.scenes, now.scenes, &records::PluginHashesOfFolder::scenes);
+  compare("noise level", manifest.noise_levels, now.noise_levels, &records::PluginHashesOfFolder::noise_levels);
+  compare("algorithm", manifest.algorithms, now.algorithms, &records::PluginHashesOfFolder::algorithms);
 }
 
 }  // namespace relign::runner

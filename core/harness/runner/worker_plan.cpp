@@ -14,11 +14,6 @@ Json named(const Entry& entry) {
   return {{"name", entry.name}, {"choice", plugin_host::to_json(entry.choice)}};
 }
 
-std::optional<double> number(const Json& times, const char* key) {
-  const auto found = times.find(key);
-  return found == times.end() ? std::nullopt : std::optional<double>(found->get<double>());
-}
-
 void check(const plugin_host::Choice& choice, WorkerPlan& plan) {
   const std::string& library = choice.plugin->library.string();
   if (plan.checked.insert(library).second && plugin_host::plugin_hash(*choice.plugin) != plan.hashes.at(library))
@@ -53,7 +48,7 @@ Json to_json(const PreparedPlan& prepared, const LibraryHashes& hashes) {
           {"commitment", suite.commitment},
           {"limits", suite.limits},
           {"spec", suite.spec},
-          {"machine_time", suites::machine_time_json(suite.machine_time)},
+          {"machine_time", json_of(suite.machine_time)},
           {"scenes", std::move(scenes)},
           {"levels", std::move(levels)},
           {"algorithms", std::move(algorithms)},
@@ -67,9 +62,7 @@ WorkerPlan worker_plan_from_json(const Json& json) {
   suite.commitment = json.at("commitment").get<std::string>();
   suite.limits = json.at("limits").get<std::string>();
   suite.spec = json.at("spec");
-  const Json& times = json.at("machine_time");
-  suite.machine_time = {number(times, "speed_mm_per_s"), number(times, "speed_deg_per_s"), number(times, "settle_ms"),
-                        number(times, "exposure_ms"), number(times, "readout_ms")};
+  suite.machine_time = read_described<MachineTimeKeys>(json.at("machine_time"), "the plan");
   for (const Json& scene : json.at("scenes")) {
     suite.scenes.push_back({scene.at("name").get<std::string>(), plugin_host::choice_from_json(scene.at("choice"))});
     plan.prepared.scenes.push_back(

@@ -72,7 +72,7 @@ Plan make_plan(Suite suite, const std::vector<std::string>& scene_identity, cons
     throw Error(ErrorKind::internal, "make_plan needs one identity per scene");
   Plan plan;
   plan.instance_set = instance_set_hash(suite, scene_identity);
-  const Json machine_time = machine_time_json(suite.machine_time), mtf = measured_mtf(suite);
+  const Json machine_time = json_of(suite.machine_time), mtf = measured_mtf(suite);
   const Json criteria = judged_criteria(suite);
   for (std::size_t scene = 0; scene < suite.scenes.size(); ++scene) {
     for (std::size_t level = 0; level < suite.levels.size(); ++level) {

@@ -68,14 +68,13 @@ class SuiteReader {
     suite.trial_seconds = file["trial_seconds"];
     suite.trial_memory_mb = file.value("trial_memory_mb", 0U);
     suite.machine_time = machine_time();
-    suite.cycle = member(source_.root(), "cycle");
-    suite.cost = member(source_.root(), "cost");
-    if (const Json& baseline = member(suite.cost, "baseline"); baseline.is_string())
-      check_method_name(suite, baseline, "/cost/baseline");
+    suite.cycle = stated<CycleTimes>(file, "cycle");
+    suite.cost = stated<Prices>(file, "cost");
+    if (suite.cost && !suite.cost->baseline.empty()) check_method_name(suite, suite.cost->baseline, "/cost/baseline");
     suite.spec = spec();
     suite.targets = targets();
-    suite.analysis = analysis_json(member(file, "analysis"));
-    check_contrasts(suite, list_of(suite.analysis, "contrasts"));
+    suite.analysis = stated<AnalysisPlan>(file, "analysis");
+    if (suite.analysis) check_contrasts(suite, suite.analysis->contrasts);
     std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) {
       return std::tie(a.file, a.line, a.column) < std::tie(b.file, b.line, b.column);
     });
@@ -102,7 +101,14 @@ class SuiteReader {
   }
 
   // Names of contrasts may be those of home and random, too.
-  void check_contrasts(const Suite& suite, const Json& contrasts) {
+  // Of a document that its schema has checked.
+  template <class T>
+  std::optional<T> stated(const Json& file, const char* key) const {
+    const Json& json = member(file, key);
+    return json.is_null() ? std::nullopt : std::optional(read_described<T>(json, source_.file()));
+  }
+
+  void check_contrasts(const Suite& suite, const std::vector<std::array<std::string, 2>>& contrasts) {
     for (std::size_t i = 0; i < contrasts.size(); ++i)
       for (std::size_t side = 0; side < 2; ++side)
         check_method_name(suite, contrasts[i][side],
@@ -189,26 +195,6 @@ Suite read_suite(const std::filesystem::path& file, plugin_host::Catalog& catalo
 
 Suite read_suite(const JsonSource& source, const std::filesystem::path& relative_to, plugin_host::Catalog& catalog) {
   return SuiteReader(source, relative_to, catalog).read();
-}
-
-Json analysis_json(Json read) {
-  if (read.is_null()) return read;
-  read.emplace("contrasts", Json::array());
-  read.emplace("yield", nullptr);
-  return read;
-}
-
-Json machine_time_json(const MachineTimeKeys& times) {
-  Json json = Json::object();
-  const auto add = [&json](const char* key, const std::optional<double>& value) {
-    if (value) json[key] = *value;
-  };
-  add("speed_mm_per_s", times.speed_mm_per_s);
-  add("speed_deg_per_s", times.speed_deg_per_s);
-  add("settle_ms", times.settle_ms);
-  add("exposure_ms", times.exposure_ms);
-  add("readout_ms", times.readout_ms);
-  return json;
 }
 
 }  // namespace relign::suites

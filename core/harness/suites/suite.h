@@ -35,13 +35,6 @@ struct AlgorithmEntry {
   std::string method, training;  // for a list of trainings: the entry's name and the model's; else empty
 };
 
-// The analysis plan with defaults filled in; null when the suite has none. Members as in the suite file
-// (docs/suites.md): {"primary", "rule", "contrasts", "smallest_relevant_ratio", "yield"}.
-Json analysis_json(Json read);
-
-// The given machine times, with the keys of the suite file.
-Json machine_time_json(const MachineTimeKeys& times);
-
 // What every draw of a suite follows from.
 struct Seeds {
   std::uint64_t instances = 1, algorithms = 1;
@@ -63,10 +56,10 @@ struct Suite {
   double trial_seconds = 3600;   // time limit of a trial
   unsigned trial_memory_mb = 0;  // memory limit of its worker; 0: four fifths of the machine's memory
   MachineTimeKeys machine_time;  // absent members keep the scene's values
-  Json cycle;                    // null when absent
-  Json cost;                     // null when absent
-  Json spec;                     // null when absent
-  Json analysis;                 // analysis_json, null when absent
+  std::optional<CycleTimes> cycle;
+  std::optional<Prices> cost;
+  Json spec;  // null when absent
+  std::optional<AnalysisPlan> analysis;
   // RMSE targets in descending order; empty: the default of the statistics.
   std::vector<double> targets;
 

@@ -3,14 +3,11 @@
 #include <algorithm>
 
 #include "base/error.h"
-#include "base/json_members.h"
-#include "base/scene_score.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "records/difference.h"
 #include "records/line_files.h"
 #include "records/manifest_check.h"
-#include "records/processor.h"
 #include "records/results_folder.h"
 #include "records/score_checks.h"
 #include "records/stored_trials.h"
@@ -21,29 +18,16 @@ namespace {
 
 std::string trial_text(const TrialRecord& closing) { return "trial " + closing.trial + " (" + label_of(closing) + ")"; }
 
-std::optional<std::uint64_t> number_in(const Json& object, const char* key) {
-  const Json& value = member(object, key);
-  if (!value.is_number_unsigned()) return std::nullopt;
-  return value.get<std::uint64_t>();
-}
-
 bool is_end(const std::string& end) {
   return std::any_of(kTrialEnds.begin(), kTrialEnds.end(), [&](const Explanation& known) {
     return known.code == "crashed" ? end.starts_with("crashed(") && end.ends_with(')') : end == known.code;
   });
 }
 
-// 0 where there is none.
-double number_of(const Json& object, const char* key) {
-  const Json& value = member(object, key);
-  return value.is_number() ? value.get<double>() : 0;
-}
-
-bool on_one_processor(const Json& manifest) {
-  const Json& sources = list_of(manifest, "sources");
-  return std::all_of(sources.begin(), sources.end(), [&](const Json& source) {
-    return same_processor(member(source, "machine"), member(sources.front(), "machine"));
-  });
+bool on_one_processor(const Manifest& manifest) {
+  const std::vector<const Machine*> machines = manifest.machines();
+  return std::all_of(machines.begin(), machines.end(),
+                     [&](const Machine* one) { return one->same_processor(*machines.front()); });
 }
 
 }  // namespace
@@ -78,7 +62,7 @@ std::string summary_of(const Checks& checks) {
   return text;
 }
 
-Check made_by(const PlanCheck& plan, const Json& manifest) {
+Check made_by(const PlanCheck& plan, const Manifest& manifest) {
   if (plan) return plan(manifest);
   Check check;
   check.name = "plan";
@@ -86,41 +70,35 @@ Check made_by(const PlanCheck& plan, const Json& manifest) {
   return check;
 }
 
-FolderChecks::FolderChecks(const Json& manifest, const std::filesystem::path& folder)
-    : of_instances_(!on_one_processor(manifest),
-                    list_of(manifest, "suites").size() > 1 || builds_of(manifest).size() > 1) {
+FolderChecks::FolderChecks(const Manifest& manifest, const std::filesystem::path& folder)
+    : of_instances_(!on_one_processor(manifest), manifest.suites.size() > 1 || manifest.builds().size() > 1) {
   manifest_.name = "manifest";
   trials_.name = "trials";
   steps_.name = "steps";
   scores_.name = "scores";
   instances_.name = "instances";
-  if (!has_suites(manifest)) manifest_.not_made = "it lacks the text of its suite";
+  if (!manifest.has_suites()) manifest_.not_made = "it lacks the text of its suite";
   for (const char* lines : {"trials", "times"})
     for (std::string& finding : odd_line_files(folder / lines)) trials_.add(std::move(finding));
-  for (const Json& entry : list_of(manifest, "scenes")) {
-    const Json& times = object_of(entry, "machine_time");
-    const SceneScore score = scene_score_of(entry);
+  for (const ManifestScene& scene : manifest.scenes)
     scenes_.emplace(
-        entry_name(entry),
-        Scene{scenes_.size(), !member(entry, "truth").is_boolean() || flag_of(entry, "truth"),
-              flag_of(entry, "owns_stage"), (number_of(times, "settle_ms") + number_of(times, "exposure_ms")) / 1000,
-              score.squared, score.resolution, 0});
+        scene.name,
+        Scene{scenes_.size(), scene.truth, scene.owns_stage,
+              (scene.machine_time.settle_ms.value_or(0) + scene.machine_time.exposure_ms.value_or(0)) / 1000,
+              scene.score.squared, scene.score.resolution, 0});
+  for (const ManifestLevel& level : manifest.noise_levels) levels_.emplace(level.name, levels_.size());
+  for (const ManifestMethod& method : manifest.algorithms) {
+    const ManifestMethod::OfList list = method.of_list.value_or(ManifestMethod::OfList{});
+    methods_.emplace(std::pair(method.name, method.protocol),
+                     Method{methods_.size(), method.id, list.method, list.training, method.steps,
+                            method.merit != "mtf" && method.merit != "edge_energy", method.merit == "rmse"});
   }
-  for (const Json& entry : list_of(manifest, "noise_levels")) levels_.emplace(entry_name(entry), levels_.size());
-  for (const Json& entry : list_of(manifest, "algorithms")) {
-    const Json& list = object_of(entry, "of_list");
-    const std::string merit = text_of(entry, "merit");
-    methods_.emplace(std::pair(entry_name(entry), text_of(entry, "protocol")),
-                     Method{methods_.size(), text_of(entry, "id"), text_of(list, "method"), text_of(list, "training"),
-                            number_in(entry, "steps"), merit != "mtf" && merit != "edge_energy", merit == "rmse"});
-  }
-  several_suites_ = list_of(manifest, "suites").size() > 1;
-  sealed_ = !text_of(manifest, "commitment").empty();
-  seed_ = number_in(manifest, "seed");
-  first_instance_ = number_in(manifest, "first_instance");
-  instance_count_ = number_in(manifest, "instances");
-  for (const Json& id : list_of(manifest, "order"))
-    if (id.is_string()) order_.emplace(id.get<std::string>(), order_.size());
+  several_suites_ = manifest.suites.size() > 1;
+  sealed_ = manifest.sealed();
+  seed_ = manifest.seed;
+  first_instance_ = manifest.first_instance;
+  instance_count_ = manifest.instances;
+  for (const std::string& id : manifest.order) order_.emplace(id, order_.size());
   known_.resize(order_.size());
   has_order_ = !order_.empty();
 }
@@ -157,23 +135,23 @@ void FolderChecks::check_trial(const TrialRecord& closing, Known& known) {
   if (!is_end(closing.end)) complain("ended by " + in_quotes(closing.end) + ", which is not an end of a trial");
   if (method != methods_.end()) {
     const Method& of = method->second;
-    if (of.steps && *of.steps != closing.budget)
-      complain("has a budget of " + counted(closing.budget, "step") + ", the manifest " + std::to_string(*of.steps));
-    if (!of.id.empty() && of.id != closing.algorithm_id)
+    if (of.steps != closing.budget)
+      complain("has a budget of " + counted(closing.budget, "step") + ", the manifest " + std::to_string(of.steps));
+    if (of.id != closing.algorithm_id)
       complain("is of the algorithm " + in_quotes(closing.algorithm_id) + ", the manifest has " + in_quotes(of.id));
     // A manifest of several suites has the list of one of them.
     if (!several_suites_ && (of.list != closing.method || of.training != closing.training))
       complain("is of the training " + in_quotes(closing.training) + " of " + in_quotes(closing.method) +
                ", the manifest has " + in_quotes(of.training) + " of " + in_quotes(of.list));
   }
-  const std::uint64_t first = first_instance_.value_or(0);
-  if (instance_count_ && (closing.instance < first || closing.instance - first >= *instance_count_))
-    complain("is on instance " + std::to_string(closing.instance) + ", but the manifest has " + std::to_string(first) +
-             " to " + std::to_string(first + std::max<std::uint64_t>(*instance_count_, 1) - 1));
+  if (closing.instance < first_instance_ || closing.instance - first_instance_ >= instance_count_)
+    complain("is on instance " + std::to_string(closing.instance) + ", but the manifest has " +
+             std::to_string(first_instance_) + " to " +
+             std::to_string(first_instance_ + std::max<std::uint64_t>(instance_count_, 1) - 1));
   // Of a sealed suite the records state none.
   if (sealed_ && closing.instance_seed != 0) complain("states the seed of its instance, although the suite is sealed");
-  if (!sealed_ && seed_ && closing.instance_seed != 0 && scene != scenes_.end() && !scene->second.is_station)
-    if (const std::uint64_t own = instance_seed(*seed_, SeedDomain::benchmark, closing.instance);
+  if (!sealed_ && closing.instance_seed != 0 && scene != scenes_.end() && !scene->second.is_station)
+    if (const std::uint64_t own = instance_seed(seed_, SeedDomain::benchmark, closing.instance);
         own != closing.instance_seed)
       complain("has the instance seed " + std::to_string(closing.instance_seed) + ", but the seed of the suite gives " +
                std::to_string(own));
@@ -258,7 +236,7 @@ Checks FolderChecks::result(Check plan, bool all_times) {
 
 Checks check_folder(const std::filesystem::path& folder, const PlanCheck& plan, std::vector<Damage>* damaged) {
   require_results(folder);
-  const Json manifest = read_manifest(folder);
+  const Manifest manifest = manifest_of(folder);
   require_consistent(manifest, folder);
   FolderChecks checks(manifest, folder);
   for_each_with_steps(

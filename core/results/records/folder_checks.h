@@ -19,9 +19,9 @@
 #include <utility>
 #include <vector>
 
-#include "base/json_source.h"
 #include "records/damage.h"
 #include "records/instance_checks.h"
+#include "records/manifest.h"
 #include "records/record.h"
 #include "records/step_numbers.h"
 
@@ -40,9 +40,9 @@ struct Check {
 using Checks = std::vector<Check>;
 
 // The check "plan" of a manifest, for modules that know no plugins.
-using PlanCheck = std::function<Check(const Json& manifest)>;
+using PlanCheck = std::function<Check(const Manifest& manifest)>;
 // Its result; of an empty function, that it was not made.
-Check made_by(const PlanCheck& plan, const Json& manifest);
+Check made_by(const PlanCheck& plan, const Manifest& manifest);
 
 bool any_failed(const Checks& checks);
 // "steps: trial 4f1c... has 3 steps, ...", and what is beyond the list; one text per finding.
@@ -54,7 +54,7 @@ std::string summary_of(const Checks& checks);
 class FolderChecks {
  public:
   // The manifest of `folder` with its list of planned trials; require_consistent accepts it.
-  FolderChecks(const Json& manifest, const std::filesystem::path& folder);
+  FolderChecks(const Manifest& manifest, const std::filesystem::path& folder);
 
   // Complete trials in the order of the files. Ignores those that the plan does not have.
   void add(const TrialRecord& closing, const std::vector<StepNumbers>& steps);
@@ -67,7 +67,7 @@ class FolderChecks {
   struct Method {
     std::size_t place = 0;
     std::string id, list, training;
-    std::optional<std::uint64_t> steps;
+    std::uint64_t steps = 0;
     bool merit_has_rmse = true, merit_is_rmse = false;
   };
   struct Scene {
@@ -94,7 +94,7 @@ class FolderChecks {
   std::map<std::string, std::size_t> levels_;
   std::map<std::pair<std::string, std::string>, Method> methods_;  // by name and protocol
   bool several_suites_ = false, sealed_ = false, has_order_ = false;
-  std::optional<std::uint64_t> seed_, first_instance_, instance_count_;
+  std::uint64_t seed_ = 0, first_instance_ = 0, instance_count_ = 0;
   std::unordered_map<std::string, std::size_t>
       order_;                 // from a trial to its place in the plan, or in the files without has_order_
   std::vector<Known> known_;  // by this place

@@ -72,10 +72,9 @@ void FreshFolder::refuse_foreign() const {
   std::error_code code;
   if (!fs::exists(out_, code)) return;
   if (!fs::is_directory(out_, code)) throw Error(ErrorKind::bad_input, out_.string() + " is not a folder");
-  const Json manifest = read_manifest(out_);
-  if (manifest.is_null() ? !fs::is_empty(out_, code) : !manifest.contains("sources"))
-    throw Error(ErrorKind::bad_input, out_.string() +
-                                          (manifest.is_null() ? " is not empty" : " contains the results of a run") +
+  const std::optional<Manifest> manifest = read_manifest(out_);
+  if (manifest ? manifest->sources.empty() : !fs::is_empty(out_, code))
+    throw Error(ErrorKind::bad_input, out_.string() + (manifest ? " contains the results of a run" : " is not empty") +
                                           "; choose a new folder with --out: merge replaces only its own output");
 }
 

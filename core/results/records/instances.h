@@ -5,21 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 
 namespace relign::records {
 
-// "seed: 1 in a, 2 in b" for every member of `keys` that differs.
-std::vector<std::string> differing(const Json& a, const Json& b, const std::vector<const char*>& keys,
-                                   const std::string& in_a, const std::string& in_b);
-
 // Messages on scenes and noise levels that have equal names but differ; with `all`, also on those that one folder
 // lacks.
-std::vector<std::string> different_scenes_and_levels(const Json& a, const Json& b, bool all, const std::string& in_a,
-                                                     const std::string& in_b);
+std::vector<std::string> different_scenes_and_levels(const Manifest& a, const Manifest& b, bool all,
+                                                     const std::string& in_a, const std::string& in_b);
 
 // Messages on why instances of equal numbers differ; empty when they are the same, however many each folder has.
-std::vector<std::string> different_instances(const Json& a, const Json& b, const std::string& in_a,
+std::vector<std::string> different_instances(const Manifest& a, const Manifest& b, const std::string& in_a,
                                              const std::string& in_b);
 
 }  // namespace relign::records

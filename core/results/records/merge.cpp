@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "base/error.h"
 #include "base/files.h"
-#include "base/json_members.h"
 #include "base/text.h"
 #include "records/fresh_folder.h"
 #include "records/line_files.h"
@@ -54,25 +54,20 @@ std::vector<fs::path> expand(const MergeOptions& options) {
   return folders;
 }
 
-std::vector<PackedId> take_order(Json& manifest, const fs::path& folder) {
+// The manifest, and the ids of its order, which may be millions.
+std::pair<Manifest, std::vector<PackedId>> read_packed(const fs::path& folder) {
+  Manifest manifest = manifest_of(folder);
   const std::string file = (folder / "manifest.json").string();
-  const auto order = manifest.find("order");
-  if (order == manifest.end() || !order->is_array())
-    throw Error(ErrorKind::bad_input, file + " is damaged: expected a list 'order'");
   // The merged manifest counts anew, so that the contradiction would disappear there.
-  if (manifest.contains("trials") && count_of(manifest, "trials") != order->size())
+  if (manifest.trials != manifest.order.size())
     throw Error(ErrorKind::bad_input, in_quotes(file) + " contradicts itself: 'trials' is " +
-                                          std::to_string(count_of(manifest, "trials")) + ", but 'order' has " +
-                                          std::to_string(order->size()));
+                                          std::to_string(manifest.trials) + ", but 'order' has " +
+                                          std::to_string(manifest.order.size()));
   std::vector<PackedId> ids;
-  ids.reserve(order->size());
-  for (const Json& id : *order) {
-    if (!id.is_string())
-      throw Error(ErrorKind::bad_input, file + " is damaged: expected trial ids in 'order', found " + id.dump());
-    ids.push_back(packed(id.get_ref<const std::string&>(), file));
-  }
-  manifest.erase("order");
-  return ids;
+  ids.reserve(manifest.order.size());
+  for (const std::string& id : manifest.order) ids.push_back(packed(id, file));
+  manifest.order = {};
+  return {std::move(manifest), std::move(ids)};
 }
 
 // Of lines that the index does not read, because their block has its checksum.
@@ -154,22 +149,9 @@ std::vector<PackedId> write_lines(MergeIndex& index, const fs::path& folder) {
   return order;
 }
 
-Json to_json(const Disagreement& one) {
-  Json difference = {{"line", one.difference.closing ? "closing" : "step"},
-                     {"field", one.difference.field},
-                     {"kept", one.difference.was},
-                     {"other", one.difference.is}};
-  if (!one.difference.closing) difference["step"] = one.difference.step;
-  return {{"trial", one.trial},
-          {"label", one.label},
-          {"kept", one.kept.string()},
-          {"other", one.other.string()},
-          {"difference", std::move(difference)}};
-}
-
 // Writes the list of ids as text: a million of them as JSON values would take more memory than all the rest.
-void write_manifest(const fs::path& folder, const Json& manifest, const std::vector<PackedId>& order) {
-  std::string text = manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+void write_manifest(const fs::path& folder, const Manifest& manifest, const std::vector<PackedId>& order) {
+  std::string text = json_of(manifest).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   const std::string empty = "\n  \"order\": []";
   const std::size_t at = text.find(empty);  // found only here: string values have no bare newline
   if (at == std::string::npos) throw Error(ErrorKind::internal, "a merged manifest has no place for its order");
@@ -182,37 +164,40 @@ void write_manifest(const fs::path& folder, const Json& manifest, const std::vec
   write_file_atomically(folder / "manifest.json", text);
 }
 
-void add_manifest(ManifestJoin& manifests, const fs::path& folder, Json manifest) {
-  manifest.erase("order");  // may have millions of trials
-  manifests.add(folder, std::move(manifest));
-}
-
 }  // namespace
 
-Json to_json(const MergeSummary& summary) {
-  Json list = Json::array();
-  for (const Disagreement& one : summary.disagreements) list.push_back(to_json(one));
-  Json json = {{"trials", summary.trials},
-               {"missing", summary.missing},
-               {"duplicates", summary.duplicates},
-               {"within_tolerance", summary.within_tolerance},
-               {"not_compared", summary.not_compared},
-               {"superseded", summary.superseded},
-               {"half_written", summary.half_written},
-               {"left_out", summary.left_out},
-               {"disagreeing", summary.disagreeing},
-               {"disagreements", std::move(list)}};
-  if (summary.shards > 0) {
-    json["shards"] = summary.shards;
-    json["missing_shards"] = summary.missing_shards;
+MergeFacts facts_of(const MergeSummary& summary) {
+  MergeFacts facts;
+  facts.trials = summary.trials;
+  facts.missing = summary.missing;
+  facts.duplicates = summary.duplicates;
+  facts.within_tolerance = summary.within_tolerance;
+  facts.not_compared = {summary.not_compared.begin(), summary.not_compared.end()};
+  facts.superseded = summary.superseded;
+  facts.half_written = summary.half_written;
+  facts.left_out = summary.left_out;
+  facts.disagreeing = summary.disagreeing;
+  for (const Disagreement& one : summary.disagreements) {
+    const Difference& difference = one.difference;
+    facts.disagreements.push_back({one.trial,
+                                   one.label,
+                                   one.kept.string(),
+                                   one.other.string(),
+                                   {difference.closing ? "closing" : "step",
+                                    difference.closing ? std::nullopt : std::optional<std::uint64_t>(difference.step),
+                                    difference.field, difference.was, difference.is}});
   }
-  return json;
+  if (summary.shards > 0) {
+    facts.shards = summary.shards;
+    facts.missing_shards = summary.missing_shards;
+  }
+  return facts;
 }
 
-void require_mergeable(const fs::path& folder, Json manifest, const std::vector<fs::path>& others) {
+void require_mergeable(const fs::path& folder, const Manifest& manifest, const std::vector<fs::path>& others) {
   ManifestJoin manifests;
-  add_manifest(manifests, folder, std::move(manifest));
-  for (const fs::path& other : others) add_manifest(manifests, other, read_manifest(other));
+  manifests.add(folder, manifest);
+  for (const fs::path& other : others) manifests.add(other, manifest_of(other));
 }
 
 MergeSummary merge(const MergeOptions& options) {
@@ -227,18 +212,17 @@ MergeSummary merge(const MergeOptions& options) {
                   options.out.string() + " is one of the folders to merge; choose another output folder with --out");
   FreshFolder fresh(options.out);
   // All manifests first, so that incompatible folders are refused before a large file is read.
-  for (const fs::path& folder : folders) add_manifest(manifests, folder, read_manifest(folder));
+  std::vector<std::vector<PackedId>> orders;
+  for (const fs::path& folder : folders) {
+    auto [manifest, order] = read_packed(folder);
+    manifests.add(folder, manifest);
+    orders.push_back(std::move(order));
+  }
   std::vector<Damage> damaged;  // another folder may have these trials
   if (!options.checked)
     for (const fs::path& folder : folders) require_checked(folder, options.plan, "cannot merge", &damaged);
-  for (const fs::path& folder : folders) {
-    std::vector<PackedId> order;
-    {
-      Json manifest = read_manifest(folder);
-      order = take_order(manifest, folder);
-    }
-    index.add(folder, order, manifests, summary);
-  }
+  for (std::size_t i = 0; i < folders.size(); ++i)
+    index.add(folders[i], std::exchange(orders[i], {}), manifests, summary);
   throw_if_damaged(only_in(damaged, index.damaged));
   resolve_duplicates(index, manifests, summary);
   take_damaged_from_others(index, options);
@@ -253,10 +237,10 @@ MergeSummary merge(const MergeOptions& options) {
   index.times.clear();
   index.times.shrink_to_fit();
   copy_files(index, fresh.path());
-  Json manifest = manifests.joined(taken);
-  manifest["trials"] = order.size();
-  manifest["merge"] = to_json(summary);
-  manifest["command"] = options.command;
+  Manifest manifest = manifests.joined(taken);
+  manifest.trials = order.size();
+  manifest.merge = facts_of(summary);
+  manifest.command = options.command;
   write_manifest(fresh.path(), manifest, order);
   fresh.put_in_place();
   if (options.on_message)

@@ -48,7 +48,8 @@ struct MergeSummary {
 };
 inline constexpr std::size_t kNamedDisagreements = 1000;
 
-Json to_json(const MergeSummary& summary);
+// As a manifest keeps it.
+MergeFacts facts_of(const MergeSummary& summary);
 
 // Throws Error(bad_input) for folders that cannot be merged (naming the differences), are newer, or have damaged trials
 // that no other folder has, and for an `out` that merge did not make; Error(io). Replaces `out` only when the merged
@@ -57,7 +58,7 @@ MergeSummary merge(const MergeOptions& options);
 
 // Throws Error(bad_input), as merge() would, if a run that writes this manifest into `folder` could not be merged with
 // these results folders.
-void require_mergeable(const std::filesystem::path& folder, Json manifest,
+void require_mergeable(const std::filesystem::path& folder, const Manifest& manifest,
                        const std::vector<std::filesystem::path>& others);
 
 }  // namespace relign::records

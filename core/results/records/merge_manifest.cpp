@@ -3,12 +3,10 @@
 #include <algorithm>
 
 #include "base/error.h"
-#include "base/json_members.h"
 #include "base/limits.h"
 #include "base/text.h"
 #include "records/instances.h"
 #include "records/manifest_check.h"
-#include "records/processor.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -16,17 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const Json& list(const Json& object, const char* key, const fs::path& folder) {
-  const Json& value = member(object, key);
-  const bool of_objects = std::string_view(key) == "algorithms";  // a noise level may be its name alone
-  if (!value.is_array() ||
-      (of_objects && std::any_of(value.begin(), value.end(), [](const Json& entry) { return !entry.is_object(); })))
-    throw Error(ErrorKind::bad_input,
-                (folder / "manifest.json").string() + " is damaged: expected a list '" + key + "'");
-  return value;
-}
-
-std::string algorithm_key(const Json& entry) { return text_of(entry, "name") + "\n" + text_of(entry, "protocol"); }
+std::string algorithm_key(const ManifestMethod& method) { return method.name + "\n" + method.protocol; }
 
 std::string counted(const std::map<std::string, std::size_t>& values) {
   std::vector<std::string> parts;
@@ -38,10 +26,6 @@ std::string counted(const std::map<std::string, std::size_t>& values) {
 
 }  // namespace
 
-std::string name_and_protocol(const Json& algorithm) {
-  return "'" + text_of(algorithm, "name") + "' (protocol " + text_of(algorithm, "protocol") + ")";
-}
-
 int ManifestJoin::place_of(const Names& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   return found == names.end() ? -1 : static_cast<int>(found - names.begin());
@@ -51,119 +35,107 @@ int ManifestJoin::algorithm(const std::string& name, const std::string& protocol
   return place_of(algorithms_, name + "\n" + protocol);
 }
 
-void ManifestJoin::add(const fs::path& folder, Json manifest) {
-  for (const char* key : {"scenes", "noise_levels", "algorithms"}) list(manifest, key, folder);
-  if (first_.is_null()) {
+void ManifestJoin::add(const fs::path& folder, const Manifest& manifest) {
+  if (!first_) {
     first_folder_ = folder;
     first_ = manifest;
-    for (const char* key : {"order", "sources", "suites", "merge", "shard", "plan"}) first_.erase(key);
-    for (const Json& entry : first_["scenes"]) scenes_.push_back(text_of(entry, "name"));
-    for (const Json& entry : first_["noise_levels"]) levels_.push_back(text_of(entry, "name"));
-    for (const Json& entry : first_["algorithms"]) algorithms_.push_back(algorithm_key(entry));
+    for (const ManifestScene& entry : manifest.scenes) scenes_.push_back(entry.name);
+    for (const ManifestLevel& entry : manifest.noise_levels) levels_.push_back(entry.name);
+    for (const ManifestMethod& entry : manifest.algorithms) algorithms_.push_back(algorithm_key(entry));
   } else {
     join_lists(folder, manifest);
   }
   add_source(folder, manifest);
 }
 
-void ManifestJoin::join_lists(const fs::path& folder, const Json& manifest) {
+void ManifestJoin::join_lists(const fs::path& folder, const Manifest& manifest) {
   const std::string a = first_folder_.string(), b = folder.string();
   std::vector<std::string> different;
-  if (text_of(first_, "instance_set") != text_of(manifest, "instance_set"))
+  if (first_->instance_set != manifest.instance_set)
     different =
-        differing(first_, manifest, {"instance_set", "seed", "commitment", "first_instance", "instances"}, a, b);
-  for (const std::string& message : different_scenes_and_levels(first_, manifest, true, a, b))
+        differing(*first_, manifest, {"instance_set", "seed", "commitment", "first_instance", "instances"}, a, b);
+  for (const std::string& message : different_scenes_and_levels(*first_, manifest, true, a, b))
     different.push_back(message);
   // Not part of the instance set, but results that differ in them are not comparable.
-  for (const std::string& message : differing(first_, manifest, {"limits", "machine_time", "cycle", "cost"}, a, b))
+  for (const std::string& message : differing(*first_, manifest, {"limits", "machine_time", "cycle", "cost"}, a, b))
     different.push_back(message);
   if (!different.empty())
     throw Error(ErrorKind::bad_input,
                 "cannot merge " + a + " and " + b + ": their scenes, noise levels, instances or limits differ:\n  " +
                     join(different, "\n  ") + "\nmake the suites equal in this and run one of them again");
-  for (const Json& entry : manifest["algorithms"]) {
+  for (const ManifestMethod& entry : manifest.algorithms) {
     const int place = place_of(algorithms_, algorithm_key(entry));
     if (place < 0) {
       algorithms_.push_back(algorithm_key(entry));
-      first_["algorithms"].push_back(entry);
+      first_->algorithms.push_back(entry);
       continue;
     }
-    Json& known = first_["algorithms"][static_cast<std::size_t>(place)];
+    ManifestMethod& known = first_->algorithms[static_cast<std::size_t>(place)];
     const auto other = differing(known, entry, {"plugin", "parameters", "merit", "steps"}, a, b);
     if (!other.empty())
-      throw Error(ErrorKind::bad_input, "algorithm " + name_and_protocol(entry) + " of " + b +
+      throw Error(ErrorKind::bad_input, "algorithm " + entry.label() + " of " + b +
                                             " differs from the algorithm of this name in the other folders:\n  " +
                                             join(other, "\n  ") +
                                             "\ngive one of them another \"name\" in its suite and run it again");
     // A suite that lists the algorithm overrides one where it was added automatically.
-    if (!member(entry, "added").is_boolean() || !entry["added"].get<bool>()) known["added"] = false;
+    known.added = known.added && entry.added;
   }
-  if (manifest.contains("secret")) first_["secret"] = manifest["secret"];
-  if (member(first_, "spec") != member(manifest, "spec")) other_specs_.push_back(b);
-  if (member(first_, "analysis") != member(manifest, "analysis")) other_analyses_.push_back(b);
-  Json& learnt = first_["prepared"];
-  if (!learnt.is_array()) learnt = Json::array();
-  if (const Json& more = member(manifest, "prepared"); more.is_array())
-    for (const Json& entry : more)
-      if (std::find(learnt.begin(), learnt.end(), entry) == learnt.end()) learnt.push_back(entry);
+  if (!manifest.secret.empty()) first_->secret = manifest.secret;
+  if (first_->spec != manifest.spec) other_specs_.push_back(b);
+  if (json_of(first_->analysis) != json_of(manifest.analysis)) other_analyses_.push_back(b);
+  for (const Pretrained& entry : manifest.prepared)
+    if (std::find(first_->prepared.begin(), first_->prepared.end(), entry) == first_->prepared.end())
+      first_->prepared.push_back(entry);
 }
 
-std::size_t ManifestJoin::suite_number(const Json& suite) {
+std::size_t ManifestJoin::suite_number(const StoredSuite& suite) {
   const auto found = std::find(suites_.begin(), suites_.end(), suite);
   if (found != suites_.end()) return static_cast<std::size_t>(found - suites_.begin());
   suites_.push_back(suite);
   return suites_.size() - 1;
 }
 
-void ManifestJoin::add_source(const fs::path& folder, const Json& manifest) {
-  const auto count = [this](const Json& source) {
-    const Json& machine = member(source, "machine");
-    if (std::none_of(processors_.begin(), processors_.end(),
-                     [&machine](const Json& one) { return same_processor(one, machine); }))
-      processors_.push_back(machine);
-    ++cpus_[text_of(machine, "cpu")];
-    ++flags_[text_of(member(source, "program"), "flags")];
-    if (const Json& kinds = member(source, "plugins"); kinds.is_object())
-      for (const auto& [kind, hashes] : kinds.items())
-        if (hashes.is_object())
-          for (const auto& [name, hash] : hashes.items())
-            if (hash.is_string()) plugins_[name].insert(hash.get<std::string>());
+void ManifestJoin::count(const MergeSource& source) {
+  const Machine& machine = source.machine;
+  if (std::none_of(processors_.begin(), processors_.end(),
+                   [&machine](const Machine& one) { return one.same_processor(machine); }))
+    processors_.push_back(machine);
+  ++cpus_[machine.cpu];
+  ++flags_[source.program.flags];
+  for (const auto* hashes : {&source.plugins.scenes, &source.plugins.noise_levels, &source.plugins.algorithms})
+    for (const auto& [name, hash] : *hashes) plugins_[name].insert(hash);
+}
+
+void ManifestJoin::add_source(const fs::path& folder, const Manifest& manifest) {
+  MergeSource source;
+  const auto add = [this](const auto& entries, std::map<std::string, std::string>& hashes) {
+    for (const PluginEntry& entry : entries) {
+      if (entry.on_this_cpu_only()) this_cpu_.insert(entry.name);
+      hashes[entry.name] = entry.plugin_hash;
+    }
   };
-  for (const char* key : {"scenes", "noise_levels", "algorithms"})
-    for (const Json& entry : manifest[key])
-      if (text_of(entry, "reproducible") == "this_cpu") this_cpu_.insert(text_of(entry, "name"));
+  add(manifest.scenes, source.plugins.scenes);
+  add(manifest.noise_levels, source.plugins.noise_levels);
+  add(manifest.algorithms, source.plugins.algorithms);
 
   // Replaces a merged folder by the folders that it was made of.
-  if (const Json& inner = member(manifest, "sources"); inner.is_array() && !inner.empty()) {
-    const Json& inner_suites = member(manifest, "suites");
-    for (Json source : inner) {
-      if (!source.is_object())
-        throw Error(ErrorKind::bad_input,
-                    (folder / "manifest.json").string() + " is damaged: expected objects in 'sources'");
-      const Json& number = member(source, "suite");
-      if (inner_suites.is_array() && number.is_number_unsigned() && number.get<std::size_t>() < inner_suites.size())
-        source["suite"] = suite_number(inner_suites[number.get<std::size_t>()]);
-      source["by_way_of"] = folder.string();
-      count(source);
-      sources_.push_back(std::move(source));
-    }
-    own_source_.push_back(static_cast<std::size_t>(-1));
-    return;
+  for (MergeSource inner : manifest.sources) {
+    if (inner.suite < manifest.suites.size()) inner.suite = suite_number(manifest.suites[inner.suite]);
+    inner.by_way_of = folder.string();
+    count(inner);
+    sources_.push_back(std::move(inner));
   }
-  Json source = {{"folder", folder.string()},
-                 {"suite", suite_number({{"name", member(manifest, "suite_name")},
-                                         {"file", member(manifest, "suite_file")},
-                                         {"text", member(manifest, "suite")}})},
-                 {"program", member(manifest, "program")},
-                 {"machine", member(manifest, "machine")},
-                 {"command", member(manifest, "command")}};
-  for (const char* key : {"earlier_programs", "shard", "sandbox"})
-    if (manifest.contains(key)) source[key] = manifest[key];
-  for (const char* key : {"scenes", "noise_levels", "algorithms"})
-    for (const Json& entry : manifest[key])
-      source["plugins"][key][text_of(entry, "name")] = member(entry, "plugin_hash");
+  own_source_.push_back(manifest.sources.empty() ? sources_.size() : kNoSource);
+  if (!manifest.sources.empty()) return;
+  source.folder = folder.string();
+  source.suite = suite_number({manifest.suite_name, manifest.suite_file, manifest.suite});
+  source.program = manifest.program;
+  source.earlier_programs = manifest.earlier_programs;
+  source.machine = manifest.machine;
+  source.command = manifest.command;
+  source.shard = manifest.shard;
+  source.sandbox = manifest.sandbox;
   count(source);
-  own_source_.push_back(sources_.size());
   sources_.push_back(std::move(source));
 }
 
@@ -173,23 +145,16 @@ bool ManifestJoin::may_differ_by_cpu(const std::string& scene, const std::string
 }
 
 unsigned ManifestJoin::shards() const {
-  Json plan;
-  for (const Json& source : sources_) {
-    const Json& shard = member(source, "shard");
-    if (!shard.is_object() || !member(shard, "of").is_number_unsigned()) return 0;
-    if (plan.is_null()) plan = shard;
-    if (member(shard, "plan") != member(plan, "plan")) return 0;
-  }
-  // As many as trials: bounds the memory for a damaged file.
-  return plan.is_null() ? 0
-                        : static_cast<unsigned>(std::min<std::uint64_t>(plan["of"].get<std::uint64_t>(), kMaxTrials));
+  for (const MergeSource& source : sources_)
+    if (!source.shard || source.shard->plan != sources_.front().shard->plan) return 0;
+  // At most as many as trials: bounds the memory for a damaged file.
+  return sources_.empty() ? 0 : static_cast<unsigned>(std::min<std::uint64_t>(sources_.front().shard->of, kMaxTrials));
 }
 
 std::vector<unsigned> ManifestJoin::missing_shards() const {
   std::set<std::uint64_t> present;
-  for (const Json& source : sources_)
-    if (const Json& number = member(member(source, "shard"), "number"); number.is_number_unsigned())
-      present.insert(number.get<std::uint64_t>());
+  for (const MergeSource& source : sources_)
+    if (source.shard) present.insert(source.shard->number);
   std::vector<unsigned> missing;
   for (unsigned number = 0, all = shards(); number < all; ++number)
     if (!present.count(number)) missing.push_back(number);
@@ -197,8 +162,8 @@ std::vector<unsigned> ManifestJoin::missing_shards() const {
 }
 
 std::size_t ManifestJoin::sandboxed_sources() const {
-  return static_cast<std::size_t>(
-      std::count_if(sources_.begin(), sources_.end(), [](const Json& source) { return source.contains("sandbox"); }));
+  return static_cast<std::size_t>(std::count_if(sources_.begin(), sources_.end(),
+                                                [](const MergeSource& source) { return source.sandbox.has_value(); }));
 }
 
 std::vector<std::string> ManifestJoin::notes() const {
@@ -215,7 +180,9 @@ std::vector<std::string> ManifestJoin::notes() const {
   if (!other_analyses_.empty())
     messages.push_back("using the analysis plan of " + first_folder_.string() + "; a different one, or none, is in " +
                        join(other_analyses_, ", "));
-  if (const std::string note = builds_note({{"sources", sources_}}); !note.empty()) messages.push_back(note);
+  Manifest merged;
+  merged.sources = sources_;
+  if (const std::string note = merged.builds_note(); !note.empty()) messages.push_back(note);
   for (const auto& [name, hashes] : plugins_)
     if (hashes.size() > 1)
       messages.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +
@@ -223,17 +190,16 @@ std::vector<std::string> ManifestJoin::notes() const {
   return messages;
 }
 
-Json ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
-  Json manifest = first_;
-  manifest["format"] = kFormat;
-  manifest["order"] = Json::array();
-  manifest["suites"] = suites_;
-  manifest["sources"] = sources_;
-  if (sandboxed_sources() < sources_.size()) manifest.erase("sandbox");
-  manifest.erase("earlier_programs");
+Manifest ManifestJoin::joined(const std::vector<std::size_t>& taken) const {
+  Manifest manifest = *first_;
+  manifest.order.clear();
+  manifest.shard.reset();
+  manifest.earlier_programs.clear();
+  manifest.suites = suites_;
+  manifest.sources = sources_;
+  if (sandboxed_sources() < sources_.size()) manifest.sandbox.reset();
   for (std::size_t folder = 0; folder < own_source_.size() && folder < taken.size(); ++folder)
-    if (own_source_[folder] != static_cast<std::size_t>(-1))
-      manifest["sources"][own_source_[folder]]["trials"] = taken[folder];
+    if (own_source_[folder] != kNoSource) manifest.sources[own_source_[folder]].trials = taken[folder];
   return manifest;
 }
 

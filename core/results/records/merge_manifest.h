@@ -3,19 +3,20 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "base/json_source.h"
+#include "records/manifest.h"
 
 namespace relign::records {
 
 class ManifestJoin {
  public:
-  // `manifest` comes without its order. Throws Error(bad_input) naming the differences from the first one.
-  void add(const std::filesystem::path& folder, Json manifest);
+  // Throws Error(bad_input) naming the differences from the first one. Ignores its order.
+  void add(const std::filesystem::path& folder, const Manifest& manifest);
 
   // Positions by display names; -1 when no manifest has it.
   int scene(const std::string& name) const { return place_of(scenes_, name); }
@@ -34,29 +35,28 @@ class ManifestJoin {
   std::size_t sandboxed_sources() const;  // whose algorithms ran in a sandbox
 
   // The merged manifest with an empty list `order`; taken[i]: trials from the i-th folder added.
-  Json joined(const std::vector<std::size_t>& taken) const;
+  Manifest joined(const std::vector<std::size_t>& taken) const;
 
  private:
   using Names = std::vector<std::string>;
   static int place_of(const Names& names, const std::string& name);
-  void join_lists(const std::filesystem::path& folder, const Json& manifest);
-  void add_source(const std::filesystem::path& folder, const Json& manifest);
-  std::size_t suite_number(const Json& suite);
+  static constexpr auto kNoSource = static_cast<std::size_t>(-1);
+  void join_lists(const std::filesystem::path& folder, const Manifest& manifest);
+  void add_source(const std::filesystem::path& folder, const Manifest& manifest);
+  void count(const MergeSource& source);
+  std::size_t suite_number(const StoredSuite& suite);
 
   std::filesystem::path first_folder_;
-  Json first_;                          // of the first folder; its lists grow
+  std::optional<Manifest> first_;       // of the first folder; its lists grow
   Names scenes_, levels_, algorithms_;  // algorithms: name and protocol
-  Json suites_ = Json::array();
-  Json sources_ = Json::array();
-  std::vector<std::size_t> own_source_;  // per folder added: its place in sources_; of a merged one: none
-  std::vector<Json> processors_;         // "machine" of sources, one of each kind of processor
+  std::vector<StoredSuite> suites_;
+  std::vector<MergeSource> sources_;
+  std::vector<std::size_t> own_source_;  // per folder added: its place in sources_; of a merged one: kNoSource
+  std::vector<Machine> processors_;      // of sources, one of each kind of processor
   std::map<std::string, std::size_t> cpus_, flags_;
   std::map<std::string, std::set<std::string>> plugins_;   // name -> hashes
   std::vector<std::string> other_specs_, other_analyses_;  // folders
   std::set<std::string> this_cpu_;                         // names
 };
-
-// "compass, protocol paper" and the like, for messages.
-std::string name_and_protocol(const Json& algorithm);
 
 }  // namespace relign::records

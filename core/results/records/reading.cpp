@@ -27,7 +27,7 @@ void require_results(const fs::path& folder) {
                                           " was published without its raw trials (it has no folder trials) and cannot "
                                           "be ranked, replayed or rewritten; see instances.csv and curves.csv for its "
                                           "numbers, or run its suite again");
-  read_manifest(folder);  // refuses a newer format
+  read_manifest_json(folder);  // refuses a newer format
 }
 
 TrialRecord read_block(const Block& block, const std::string& file) {
@@ -45,21 +45,6 @@ TrialRecord read_block(const Block& block, const std::string& file) {
   }
   record.steps = std::move(steps);
   return record;
-}
-
-Json read_manifest(const fs::path& folder) {
-  const fs::path file = folder / "manifest.json";
-  std::error_code code;
-  if (!fs::exists(file, code)) return nullptr;
-  const std::string text = read_file(file);
-  Json manifest;
-  try {
-    manifest = valid_json(text);
-  } catch (const Error& error) {
-    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
-  }
-  check_format(manifest, file.string());
-  return manifest;
 }
 
 std::vector<TrialRecord> read_trials(const fs::path& folder,
@@ -110,14 +95,13 @@ std::vector<TrialTimes> read_times(const fs::path& folder) {
 
 std::vector<TrialRecord> read_planned_trials(const fs::path& folder) {
   std::vector<TrialRecord> all = read_trials(folder);
-  const Json manifest = read_manifest(folder);
-  const auto order = manifest.find("order");
-  if (order == manifest.end() || !order->is_array()) return all;
+  const Manifest manifest = manifest_of(folder);
+  if (manifest.order.empty()) return all;
   std::map<std::string, std::size_t> place;
   for (std::size_t index = 0; index < all.size(); ++index) place.emplace(all[index].trial, index);
   std::vector<TrialRecord> planned;
-  for (const Json& id : *order) {
-    const auto found = id.is_string() ? place.find(id.get_ref<const std::string&>()) : place.end();
+  for (const std::string& id : manifest.order) {
+    const auto found = place.find(id);
     if (found != place.end()) planned.push_back(std::move(all[found->second]));
   }
   return planned;

@@ -5,6 +5,7 @@
 #include "base/hash.h"
 #include "base/json_members.h"
 #include "records/line_files.h"
+#include "records/manifest.h"
 #include "records/record.h"
 #include "records/results_folder.h"
 
@@ -27,7 +28,7 @@ ReplayCounts counts_of(const Json& json) {
 }  // namespace
 
 std::string hash_of_records(const fs::path& folder) {
-  Json manifest = read_manifest(folder);
+  Json manifest = read_manifest_json(folder);
   if (manifest.is_object()) manifest.erase("secret");
   std::string text = sha256_hex(canonical_json(manifest)) + "  manifest.json\n";
   for (const fs::path& file : line_files(folder / "trials"))

@@ -18,7 +18,7 @@ namespace {
 // A results folder starts with the lock, then the manifest. A folder without a manifest that holds anything else is
 // not ours to write into.
 void refuse_foreign(const fs::path& folder) {
-  if (!read_manifest(folder).is_null()) return;
+  if (!read_manifest_json(folder).is_null()) return;
   std::error_code code;
   for (fs::directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
     const std::string name = entry->path().filename().string();
@@ -256,10 +256,9 @@ void ResultsWriter::finish(const std::vector<std::string>& order) {
 
 std::string log_file(const std::string& trial) { return "logs/" + trial + ".txt"; }
 
-void ResultsWriter::write_manifest(const Json& manifest) {
-  write_file_atomically(folder_ / "manifest.json", manifest.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+void ResultsWriter::write_manifest(const Manifest& manifest) {
+  write_file_atomically(folder_ / "manifest.json",
+                        json_of(manifest).dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
-
-Json ResultsWriter::read_manifest() const { return records::read_manifest(folder_); }
 
 }  // namespace relign::records

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "records/damage.h"
+#include "records/manifest.h"
 #include "records/record.h"
 #include "records/results_lock.h"
 
@@ -73,8 +74,7 @@ class ResultsWriter {
   // Sorts every file by the plan's order. Trials that are not in `order` are kept, after the others.
   void finish(const std::vector<std::string>& order);
 
-  void write_manifest(const Json& manifest);
-  Json read_manifest() const;  // null when there is none
+  void write_manifest(const Manifest& manifest);
 
  private:
   void open_files(OnDamage on_damage);
@@ -96,9 +96,6 @@ std::string log_file(const std::string& trial);
 void require_results(const std::filesystem::path& folder);
 // Throws Error(io) unless this is a folder.
 void require_folder(const std::filesystem::path& folder);
-
-// manifest.json of a folder, with its format checked; null when there is none.
-Json read_manifest(const std::filesystem::path& folder);
 
 // Reads every complete trial of a folder, in file order. Throws Error for unreadable, damaged or newer files;
 // calls `incomplete` for each trial that has steps but no closing line.

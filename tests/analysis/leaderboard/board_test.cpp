@@ -333,8 +333,8 @@ TEST_F(LeaderboardBoard, FindsTheBaselineByWhatItIs) {
 
 TEST_F(LeaderboardBoard, LeavesOutResultsWithoutTheirSuite) {
   const std::vector<MadeMethod> mine = {{"mine", {"merit"}, 0.05, true}};
-  for (const Json& removed : {Json{{"suite", ""}}, Json{{"suite", "{}"}}, Json{{"suite", nullptr}},
-                              Json{{"suites", {{{"name", "made"}, {"file", "made.json"}}}}}}) {
+  for (const Json& removed : {Json{{"suite", ""}}, Json{{"suite", "{}"}},
+                              Json{{"suites", {{{"name", "made"}, {"file", "made.json"}, {"text", ""}}}}}}) {
     const fs::path folder = evaluation("e", mine);
     Json manifest = Json::parse(read_file(folder / "results/manifest.json"));
     manifest.merge_patch(removed);

@@ -131,7 +131,7 @@ class MadeEvaluations : public report::MadeResults {
                                      {"steps", method.steps}});
     suite.merge_patch(in_suite);
     manifest["suite"] = suite.dump();
-    writer.write_manifest(manifest);
+    writer.write_manifest(records::made_manifest(manifest));
   }
 
   static Board board_of(const std::vector<std::filesystem::path>& folders, const std::string& baseline = "random") {

@@ -7,12 +7,17 @@
 #include <algorithm>
 #include <filesystem>
 #include <limits>
+#include <map>
+#include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "base/files.h"
 #include "base/hash.h"
 #include "records/results_folder.h"
+#include "results/records/made_manifest.h"
 
 namespace relign::report {
 
@@ -52,26 +57,97 @@ class MadeResults : public testing::Test {
     return record;
   }
 
-  // Writes manifest and trials; `extra` further trials are planned but not run.
-  void write(const std::vector<records::TrialRecord>& trials, const std::string& suite_name = "made",
-             std::size_t extra = 0) {
+  // Writes manifest and trials; `extra` further trials are planned but not run. A trial with fewer steps than others of
+  // its method has finished early.
+  void write(std::vector<records::TrialRecord> trials, const std::string& suite_name = "made", std::size_t extra = 0) {
     records::ResultsWriter writer(folder_);
-    Json order = Json::array();
-    for (std::size_t i = 0; i < trials.size(); ++i) {
-      records::TrialTimes times;
-      times.trial = trials[i].trial;
-      times.algorithm_seconds.assign(trials[i].steps.size(), 0.001);
-      times.simulation_seconds = times.truth_seconds = times.algorithm_seconds;
-      writer.append(i, trials[i], times);
-      order.push_back(trials[i].trial);
+    records::Manifest manifest;
+    std::map<std::pair<std::string, std::string>, unsigned> budgets;
+    for (const records::TrialRecord& one : trials) {
+      unsigned& budget = budgets[{one.algorithm, one.protocol}];
+      budget = std::max(budget, one.budget);
     }
-    for (std::size_t i = 0; i < extra; ++i) order.push_back("never-run-" + std::to_string(i));
-    writer.write_manifest({{"format", 1},
-                           {"suite_name", suite_name},
-                           {"suite", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "algorithms": ["a"]})"},
-                           {"trials", order.size()},
-                           {"order", order},
-                           {"program", {{"version", "0.1.0"}}}});
+    for (std::size_t i = 0; i < trials.size(); ++i) {
+      records::TrialRecord& one = trials[i];
+      const unsigned budget = budgets[{one.algorithm, one.protocol}];
+      if (one.budget < budget && one.end == "budget_spent") one.end = "finished";
+      one.budget = budget;
+      records::TrialTimes times;
+      times.trial = one.trial;
+      times.algorithm_seconds.assign(one.steps.size(), 0.001);
+      times.simulation_seconds = times.truth_seconds = times.algorithm_seconds;
+      writer.append(i, one, times);
+      manifest.instances = std::max(manifest.instances, one.instance + 1);
+      add_named(manifest.scenes, one.scene).owns_stage = one.protocol == "blind" && one.scene == "bench";
+      add_named(manifest.noise_levels, one.noise_level);
+      if (!manifest.method(one.algorithm, one.protocol)) {
+        records::ManifestMethod& method = manifest.algorithms.emplace_back();
+        method.name = one.algorithm;
+        method.id = one.algorithm_id;
+        method.protocol = one.protocol;
+        method.observes = {"merit", "box"};
+        method.merit = "combined";
+        method.steps = budget;
+        method.kind = "optimizer";
+      }
+    }
+    if (trials.empty()) {
+      add_named(manifest.scenes, "relign_od");
+      add_named(manifest.noise_levels, "rho0");
+      add_named(manifest.algorithms, "a").kind = "optimizer";
+    }
+    sort_order(manifest, trials);
+    for (std::size_t i = 0; i < extra; ++i) manifest.order.push_back("never-run-" + std::to_string(i));
+    manifest.suite_name = suite_name;
+    manifest.trials = manifest.order.size();
+    manifest.program.version = "0.1.0";
+    manifest.suite = suite_of(json_of(manifest)).dump();
+    writer.write_manifest(manifest);
+  }
+
+  // As a plan has it: by scene, noise level, method and instance.
+  static void sort_order(records::Manifest& manifest, std::vector<records::TrialRecord> trials) {
+    const auto place = [](const auto& entries, const auto& is) {
+      return std::find_if(entries.begin(), entries.end(), is) - entries.begin();
+    };
+    const auto key = [&](const records::TrialRecord& one) {
+      return std::tuple(
+          place(manifest.scenes, [&](const auto& entry) { return entry.name == one.scene; }),
+          place(manifest.noise_levels, [&](const auto& entry) { return entry.name == one.noise_level; }),
+          place(manifest.algorithms, [&](const auto& entry) { return entry.has_name(one.algorithm, one.protocol); }),
+          one.instance);
+    };
+    std::stable_sort(trials.begin(), trials.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    for (const records::TrialRecord& one : trials) manifest.order.push_back(one.trial);
+  }
+
+  template <class Entry>
+  static Entry& add_named(std::vector<Entry>& entries, const std::string& name) {
+    for (Entry& entry : entries)
+      if (entry.name == name) return entry;
+    entries.emplace_back().name = name;
+    return entries.back();
+  }
+
+  // A suite that would give this manifest.
+  static Json suite_of(const Json& manifest) {
+    Json suite = {{"name", manifest["suite_name"]}};
+    for (const char* key : {"scenes", "noise_levels"})
+      for (const Json& entry : manifest[key]) suite[key].push_back(entry["name"]);
+    std::set<std::string> listed;
+    for (const Json& method : manifest["algorithms"])
+      if (const Json name = method.contains("of_list") ? method["of_list"]["method"] : method["name"];
+          !method["added"].get<bool>() && listed.insert(Json{name, method["protocol"]}.dump()).second)
+        suite["algorithms"].push_back({{"use", method["id"]},
+                                       {"name", name},
+                                       {"protocol", method["protocol"]},
+                                       {"merit", method["merit"]},
+                                       {"steps", method["steps"]}});
+    for (const char* key :
+         {"instances", "seed", "first_instance", "spec", "limits", "machine_time", "cycle", "cost", "targets"})
+      if (manifest.contains(key) && !manifest[key].is_null() && !(manifest[key].is_array() && manifest[key].empty()))
+        suite[key] = manifest[key];
+    return suite;
   }
 
   // A trial on a station, which measures but has no ground truth.
@@ -90,18 +166,31 @@ class MadeResults : public testing::Test {
   // Adds members of a run's manifest: scenes, algorithms, ...; and to the suite, if the run has them from there.
   void add_to_manifest(const Json& more) {
     Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
+    const Json before = manifest;
     manifest.update(more);
-    if (more.contains("suite")) return write_file_atomically(folder_ / "manifest.json", manifest.dump());
-    Json suite = Json::parse(manifest["suite"].get<std::string>());
-    for (const char* key : {"scenes", "noise_levels", "algorithms", "instances", "seed", "first_instance", "spec",
-                            "limits", "machine_time", "cycle", "cost", "targets"})
-      if (more.contains(key)) suite[key] = more[key];
-    Json& methods = suite["algorithms"];
-    methods.erase(std::remove_if(methods.begin(), methods.end(),
-                                 [](const Json& one) { return one.is_object() && one.value("added", false); }),
-                  methods.end());
-    manifest["suite"] = suite.dump();
+    for (const char* key : {"scenes", "noise_levels", "algorithms"})
+      if (more.contains(key))
+        for (Json& entry : manifest[key]) entry = added_to(before[key], entry);
+    manifest = records::completed<records::Manifest>(manifest);
+    if (!more.contains("suite")) {
+      const Json suite_before = Json::parse(manifest["suite"].get<std::string>());
+      Json suite = suite_of(manifest);
+      if (suite_before.contains("analysis")) suite["analysis"] = suite_before["analysis"];
+      manifest["suite"] = suite.dump();
+    }
     write_file_atomically(folder_ / "manifest.json", manifest.dump());
+  }
+
+  // `more` over the entry of this name (and protocol, if given) in the list.
+  static Json added_to(const Json& list, const Json& more) {
+    for (const Json& entry : list) {
+      if (entry["name"] != more["name"] || (more.contains("protocol") && entry["protocol"] != more["protocol"]))
+        continue;
+      Json merged = entry;
+      merged.update(more);
+      return merged;
+    }
+    return more;
   }
 
   // Adds an analysis plan to suite and manifest, and further members.
@@ -109,7 +198,8 @@ class MadeResults : public testing::Test {
     add_to_manifest(more);
     Json suite = Json::parse(Json::parse(read_file(folder_ / "manifest.json"))["suite"].get<std::string>());
     suite["analysis"] = plan;
-    add_to_manifest({{"suite", suite.dump()}, {"analysis", plan}, {"analysis_hash", sha256_hex(canonical_json(plan))}});
+    const Json full = json_of(read_described<AnalysisPlan>(records::completed<AnalysisPlan>(plan), "plan"));
+    add_to_manifest({{"suite", suite.dump()}, {"analysis", full}, {"analysis_hash", sha256_hex(canonical_json(full))}});
   }
 
   static std::string short_id(const std::string& text) {

@@ -186,9 +186,8 @@ TEST_F(MatrixReport, TablesHaveTheNumbersOfTheModel) {
   const std::string csv = read_file(folder_ / "matrix.csv");
   EXPECT_EQ(csv, matrix_csv(page));
   EXPECT_EQ(occurrences(csv, "\n"), 1U + 4 * 2 * 2 * 3) << "groups, methods, numbers of images, rules";
-  EXPECT_THAT(csv,
-              HasSubstr("\ntriplet,rho0.5,paper,policy,unknown,false,best,8,true,6,1,6,0.0015,0.0015,0.0015,0.0015,"
-                        "0.0015,0.05,0.03\n"));
+  EXPECT_THAT(csv, HasSubstr("\ntriplet,rho0.5,paper,policy,merit,false,best,8,true,6,1,6,0.0015,0.0015,0.0015,0.0015,"
+                             "0.0015,0.05,0.03\n"));
   const Json row = to_json(page)["groups"][3]["rows"][0];
   EXPECT_EQ(row["excess"][0]["images"], 6);
   EXPECT_EQ(row["excess"][1]["best"]["median"], 0.0015);

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/files.h"
+#include "error_text.h"
 #include "records/checksum.h"
 #include "report/made_results.h"
 #include "report/page_json.h"
@@ -300,7 +301,9 @@ TEST_F(Verdict, StationsHaveNoNoiseLevelAndHideTheStart) {
   write({on_station("a", {0.2, 0.15}), simulated});
   add_to_manifest({{"suite", R"({"scenes": ["bench", "relign_od"]})"},
                    {"scenes", {{{"name", "bench"}, {"owns_stage", true}}, {{"name", "relign_od"}}}},
-                   {"algorithms", {{{"name", "a"}, {"observes", {"merit", "start"}}}}}});
+                   {"algorithms",
+                    {{{"name", "a"}, {"protocol", "blind"}, {"observes", {"merit", "start"}}},
+                     {{"name", "a"}, {"protocol", "paper"}, {"observes", {"merit", "start"}}}}}});
   const Json groups = data()["groups"];
   EXPECT_EQ(groups[0]["label"], "bench, blind");
   EXPECT_EQ(groups[0]["rows"][0]["observes"], Json({"merit"}));
@@ -374,15 +377,17 @@ TEST_F(Verdict, RejectsFoldersWithoutResults) {
   EXPECT_THAT(message(folder_), HasSubstr("manifest.json"));
 }
 
-TEST_F(Verdict, ToleratesADamagedManifest) {
+TEST_F(Verdict, RefusesADamagedManifest) {
   write({trial("a", 0, {0.1, 0.05})});
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
-  for (const char* key : {"suite_name", "program", "machine", "algorithms", "command"})
+  for (const char* key : {"suite_name", "program", "machine", "algorithms"})
     manifest[key] = Json::array({1, nullptr, {{"name", 3}}});
-  manifest["suite"] = "";  // which such a manifest would contradict
+  manifest["humidity"] = 40;
   write_file_atomically(folder_ / "manifest.json", manifest.dump());
-  EXPECT_EQ(data()["groups"][0]["rows"][0]["method"], "a");
-  EXPECT_NO_THROW(Report(folder_).html());
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { data(); }),
+              AllOf(HasSubstr("manifest.json is damaged: /program is [1,null,{\"name\":3}]; expected an object"),
+                    HasSubstr("/suite_name is"), HasSubstr("/algorithms/1 is null; expected an object"),
+                    HasSubstr("/algorithms/2/name is 3; expected text"), HasSubstr("/algorithms/2 lacks 'id'")));
 }
 
 TEST_F(Verdict, WritesTables) {

@@ -80,24 +80,19 @@ TEST_F(Page, MergedFoldersListSourcesAndDifferences) {
 TEST_F(Page, EscapesAllText) {
   records::TrialRecord failed = trial(kHostile, 1, {0.1}, kHostile);
   failed.end = "failed";
-  failed.message = failed.scene = failed.protocol = failed.algorithm_id = kHostile;
+  failed.message = failed.scene = failed.algorithm_id = kHostile;
   records::TrialRecord warned = trial(kHostile, 2, {0.1, 0.05}, kHostile);
   warned.warnings = {kHostile};
   warned.scene = failed.scene;
-  warned.protocol = failed.protocol;
   write({trial(kHostile, 0, {0.1, 0.05}, kHostile), failed, warned}, kHostile);
   Json manifest = Json::parse(read_file(folder_ / "manifest.json"));
   for (const char* key : {"suite_file", "command", "instance_set"}) manifest[key] = kHostile;
   manifest["suite"] = Json({{"name", kHostile}}).dump();
   for (const char* key : {"version", "compiler", "flags", "hash"}) manifest["program"][key] = kHostile;
-  for (const char* key : {"cpu", "cores", "system"}) manifest["machine"][key] = kHostile;
-  manifest["algorithms"] = {{{"name", kHostile},
-                             {"id", kHostile},
-                             {"kind", kHostile},
-                             {"summary", kHostile},
-                             {"observes", {kHostile}},
-                             {"parameters", {{kHostile, kHostile}}},
-                             {"plugin_hash", kHostile}}};
+  for (const char* key : {"cpu", "system"}) manifest["machine"][key] = kHostile;
+  for (const char* key : {"id", "plugin", "summary", "merit", "plugin_hash"}) manifest["algorithms"][0][key] = kHostile;
+  manifest["algorithms"][0]["observes"] = {kHostile};
+  manifest["algorithms"][0]["parameters"] = {{kHostile, kHostile}};
   write_file_atomically(folder_ / "manifest.json", manifest.dump());
   write_file_atomically(folder_ / "pictures" / "index.json",
                         Json{{"format", 1},

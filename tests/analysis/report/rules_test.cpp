@@ -87,7 +87,7 @@ TEST_F(Rules, NotesVerdictsThatDependOnTheRule) {
   write(model_and_walker());
   EXPECT_THAT(
       text_of(data(), "rules_note"),
-      AllOf(HasSubstr("The verdict depends on the recommendation rule. rho0: model by own (better than walker)"),
+      AllOf(HasSubstr("The verdict depends on the recommendation rule. rho0: merit: model by own (better than walker)"),
             HasSubstr("walker by current (better than model)")));
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i) {
@@ -103,8 +103,9 @@ TEST_F(Rules, FollowYieldWhereItIsThePrimaryMeasure) {
   write(model_and_walker());
   add_plan({{"primary", "yield"}, {"rule", "own"}}, {{"spec", {{"rmse", 0.0255}}}});
   const std::string note = text_of(data(), "rules_note");
-  EXPECT_THAT(note, HasSubstr("rho0: model by own (8 of 8), model and walker by best (6 of 8), model and walker by "
-                              "current (0 of 8)."));
+  EXPECT_THAT(note,
+              HasSubstr("rho0: merit: model by own (8 of 8), model and walker by best (6 of 8), model and walker by "
+                        "current (0 of 8)."));
   std::vector<records::TrialRecord> trials;
   for (std::uint64_t i = 0; i < 8; ++i) {
     trials.push_back(trial("a", i, {0.1, 0.02}));

@@ -165,7 +165,7 @@ TEST_F(ScenePart, ReadsNothingOutsideScenes) {
   write_file_atomically(folder_ / "lens.svg", "<svg>secret</svg>");
   const auto drawings = [this](const std::string& folder) {
     const Json manifest = {{"scenes", {{{"name", "relign_od"}, {"folder", folder}}}}};
-    return scene_drawings(folder_, manifest).size();
+    return scene_drawings(folder_, records::made_manifest(manifest)).size();
   };
   EXPECT_EQ(drawings("scenes/1f"), 1U);
   for (const char* folder : {"", ".", "scenes/..", "scenes/1f/../..", "/etc"})

@@ -69,7 +69,7 @@ class SceneWordsOnPages : public MadeResults {
       trials.back().scene = "fibre";
     }
     write(trials);
-    Json score = scene_score_json(declared());
+    Json score = json_of(declared());
     add_to_manifest({{"scenes",
                       {{{"name", "relign_od"}, {"id", "relign_od"}, {"folder", "scenes/1"}},
                        {{"name", "fibre"}, {"id", "fibre"}, {"folder", "scenes/2"}, {"score", score}}}}});

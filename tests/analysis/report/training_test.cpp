@@ -46,13 +46,14 @@ class Training : public MadeResults {
       trials.push_back(trial("learner", i, {0.2, 0.1, 0.04, 0.04}));
       trials.push_back(trial("lost", i, {0.2, 0.19, 0.18, 0.17}));
     }
+    for (records::TrialRecord& one : trials) one.protocol = "blind";  // where the oracle is one
     write(trials);
     add_to_manifest({{"spec", {{"rmse", 0.05}}}, {"algorithms", algorithms(0.5)}});
   }
   static Json algorithms(const Json& hours) {
     return {{{"name", "agent"}, {"training", {{"hours", hours}, {"steps", 9000}, {"machine", "four cores"}}}},
             {{"name", "search"}},
-            {{"name", "oracle"}, {"oracle", true}},
+            {{"name", "oracle"}, {"oracle", true}, {"observes", {"start"}}},
             {{"name", "learner"}},
             {{"name", "lost"}, {"training", {{"hours", 1}}}}};
   }
@@ -65,7 +66,9 @@ class Training : public MadeResults {
 };
 
 TEST_F(Training, BreaksEvenAgainstTheFastestUntrainedMethod) {
-  add_to_manifest({{"prepared", {{{"algorithm", "learner"}, {"sources", 10}, {"steps", 20}, {"failure", ""}}}}});
+  add_to_manifest(
+      {{"prepared",
+        {{{"algorithm", "learner"}, {"protocol", "blind"}, {"sources", 10}, {"steps", 20}, {"failure", ""}}}}});
   const Json agent = of("agent");
   EXPECT_EQ(agent["hours"], 0.5);
   EXPECT_EQ(agent["steps"], 9000);
@@ -97,8 +100,10 @@ TEST_F(Training, NeedsHoursForTheBreakEvenPoint) {
 
 // Without an untrained method the number is absent.
 TEST_F(Training, ReportsAMissingBaseline) {
+  std::filesystem::remove_all(folder_);
   write({trial("agent", 0, {0.2, 0.04}), trial("lost", 0, {0.2, 0.19})});
-  add_to_manifest({{"spec", {{"rmse", 0.05}}}, {"algorithms", algorithms(0.5)}});
+  const Json all = algorithms(0.5);
+  add_to_manifest({{"spec", {{"rmse", 0.05}}}, {"algorithms", {all[0], all[4]}}});
   EXPECT_TRUE(of("agent")["pays_after"][0]["lenses"].is_null());
   EXPECT_THAT(Report(folder_).html(),
               HasSubstr("no method without training reaches the specification on half of the instances"));

@@ -13,7 +13,13 @@ namespace {
 using testing::DoubleNear;
 using testing::ElementsAre;
 
-Prices prices() { return prices_of(Json::parse(R"({"station_per_hour": 36, "module": 4, "currency": "EUR"})")); }
+Prices prices() {
+  Prices made;
+  made.station_per_hour = 36;
+  made.module = 4;
+  made.currency = "EUR";
+  return made;
+}
 
 TEST(Costs, OfALineWithoutRework) {
   // 36 an hour are 0.01 a second: 10 s cost 0.1, and one module of five is scrapped.

@@ -26,7 +26,7 @@ class MadeTable : public testing::Test {
                    const std::vector<records::TrialTimes>& times = {}) {
     std::filesystem::remove_all(folder_);
     records::ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", records::kFormat}});
+    writer.write_manifest({});
     for (std::size_t place = 0; place < trials.size(); ++place) {
       records::TrialTimes of_trial;
       of_trial.trial = trials[place].trial;

@@ -61,8 +61,7 @@ TEST(SceneScore, IsMeasuredByAReadingBehindAnImage) {
 
 TEST(SceneScore, SurvivesTheManifest) {
   SceneScore score = read(R"({"name": "visibility below 1", "resolution": 0.001})", {}).score;
-  EXPECT_EQ(scene_score_of({{"score", scene_score_json(score)}}), score);
-  EXPECT_EQ(scene_score_of(Json::object()), SceneScore());
+  EXPECT_EQ(read_described<SceneScore>(json_of(score), "a manifest"), score);
 }
 
 TEST(SceneScore, RefusesWhatItCannotJudgeBy) {

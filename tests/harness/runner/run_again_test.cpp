@@ -174,16 +174,16 @@ TEST_F(RunAgainTest, KeepsButHidesTrialsOfAnEarlierSuite) {
 TEST_F(RunAgainTest, ReportsANewProgramAndKeepsResults) {
   const PreparedPlan plan = prepared(suite_text("\"toy-walker\""));
   run(plan, options("a"));
-  Json manifest = records::read_manifest(folder_ / "a");
+  Json manifest = records::read_manifest_json(folder_ / "a");
   manifest["program"]["hash"] = std::string(64, '0');
   write_file_atomically(folder_ / "a" / "manifest.json", manifest.dump());
   EXPECT_EQ(run(plan, options("a")).reused, 12U);
   ASSERT_EQ(messages_.size(), 1U);
   EXPECT_THAT(messages_[0], HasSubstr("results from 2 builds of relign-bench; 12 finished trials are kept"));
-  EXPECT_EQ(records::read_manifest(folder_ / "a")["earlier_programs"][0]["hash"], std::string(64, '0'));
+  EXPECT_EQ(records::read_manifest_json(folder_ / "a")["earlier_programs"][0]["hash"], std::string(64, '0'));
   run(plan, options("a"));
   EXPECT_THAT(messages_, SizeIs(2)) << "the results are still from two builds";
-  EXPECT_THAT(records::read_manifest(folder_ / "a")["earlier_programs"], SizeIs(1));
+  EXPECT_THAT(records::read_manifest_json(folder_ / "a")["earlier_programs"], SizeIs(1));
 }
 
 TEST_F(RunAgainTest, RejectsTwoRunsIntoOneFolder) {

@@ -131,7 +131,7 @@ TEST_F(RunTest, ManifestRecordsSuiteAndPlugins) {
   RunOptions with_command = options("a");
   with_command.command = "relign-bench run toy.json";
   run(plan, with_command);
-  const Json manifest = records::read_manifest(folder_ / "a");
+  const Json manifest = records::read_manifest_json(folder_ / "a");
   EXPECT_EQ(manifest["format"], 1);
   EXPECT_EQ(manifest["suite"], text);
   EXPECT_EQ(manifest["suite_name"], "toy");

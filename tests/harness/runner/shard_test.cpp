@@ -100,8 +100,8 @@ TEST_F(ShardTest, MergedShardsHaveTheBytesOfOneRun) {
       if (file.rfind("trials/", 0) == 0 || file.rfind("times/", 0) == 0 || file.rfind("logs/", 0) == 0) {
         EXPECT_EQ(merged.at(file), bytes) << file;
       }
-    EXPECT_EQ(records::read_manifest(folder_ / (name + "-merged"))["order"],
-              records::read_manifest(folder_ / "one")["order"]);
+    EXPECT_EQ(records::read_manifest_json(folder_ / (name + "-merged"))["order"],
+              records::read_manifest_json(folder_ / "one")["order"]);
   }
 }
 

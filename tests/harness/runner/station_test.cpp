@@ -56,7 +56,7 @@ TEST_F(StationTest, RecordsUnknownAsNullAndMeasurements) {
   }
   EXPECT_THAT(read_file(folder_ / "a/trials/0000.jsonl"),
               AllOf(HasSubstr(R"("true_pose":[null,null])"), HasSubstr(R"("recommended_mse":null)")));
-  const Json manifest = records::read_manifest(folder_ / "a");
+  const Json manifest = records::read_manifest_json(folder_ / "a");
   EXPECT_EQ(manifest["scenes"][0]["replayable"], false);
   EXPECT_EQ(manifest["scenes"][0]["truth"], false);
   EXPECT_EQ(manifest["scenes"][0]["owns_stage"], true);

@@ -38,7 +38,7 @@ class VerifyTest : public ToyTest {
     write_file_atomically(folder_ / file, records::resealed(text.replace(at, from.size(), to)));
   }
   void edit_manifest(const std::function<void(Json&)>& edit) {
-    Json manifest = records::read_manifest(folder_ / "a");
+    Json manifest = records::read_manifest_json(folder_ / "a");
     edit(manifest);
     write_file_atomically(folder_ / "a/manifest.json", manifest.dump());
   }
@@ -136,7 +136,7 @@ TEST_F(VerifyTest, ReportsAnotherProcessorAndProgram) {
   // The folder was resumed by this build.
   edit_manifest([](Json& manifest) {
     manifest["earlier_programs"] = {manifest["program"]};
-    manifest["program"] = program_json();
+    manifest["program"] = json_of(this_program());
     manifest["earlier_programs"][0]["hash"] = std::string(64, '0');
   });
   summary = check("a");
@@ -183,7 +183,7 @@ TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
     options.seed = seed;
     VerifySummary summary;
     std::vector<std::string> ids;
-    const Json manifest = records::read_manifest(folder_ / "a");
+    const Json manifest = records::read_manifest_json(folder_ / "a");
     records::FolderChecks checks(manifest, folder_ / "a");
     for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks)) ids.push_back(trial.id);
     return ids;
@@ -293,7 +293,7 @@ TEST_F(VerifyTest, CountsPlannedTrialsWithoutRecord) {
 
 TEST_F(VerifyTest, RefusesOtherObservationsAndInstanceSet) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
-  const Json honest = records::read_manifest(folder_ / "a");
+  const Json honest = records::read_manifest_json(folder_ / "a");
   edit_manifest([](Json& manifest) { manifest["algorithms"][0]["observes"] = {"design"}; });
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { check("a"); }),
               HasSubstr("observes [\"design\"] by the manifest"));
@@ -308,7 +308,7 @@ TEST_F(VerifyTest, RefusesOtherObservationsAndInstanceSet) {
 // Trial ids are hashes of all this.
 TEST_F(VerifyTest, RefusesOtherDescriptionsOfTheSameTrials) {
   run(prepared(suite_text(R"("toy-walker", "toy-stumbler")")), options("a"));
-  const Json honest = records::read_manifest(folder_ / "a");
+  const Json honest = records::read_manifest_json(folder_ / "a");
   const auto refusal = [&](const std::function<void(Json&)>& edit) {
     edit_manifest([&](Json& manifest) {
       manifest = honest;
@@ -350,7 +350,7 @@ TEST_F(VerifyTest, RefusesOtherDescriptionsOfTheSameTrials) {
 
 TEST_F(VerifyTest, NamesOtherBuildsOfPluginsInTheManifest) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
-  const std::string own = records::read_manifest(folder_ / "a")["algorithms"][0]["plugin_hash"];
+  const std::string own = records::read_manifest_json(folder_ / "a")["algorithms"][0]["plugin_hash"];
   edit_manifest([](Json& manifest) { manifest["algorithms"][0]["plugin_hash"] = std::string(64, 'b'); });
   const VerifySummary summary = check("a");
   EXPECT_TRUE(summary.all_equal()) << "replays decide";

@@ -58,7 +58,7 @@ class Damaged : public testing::Test {
       record.instance = place;
       writer.append(place, record, sample_times(kIds[place]));
     }
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
   }
   void write(const std::string& trials) { write_file_atomically(folder_ / "a/trials/0000.jsonl", trials); }
   std::vector<std::string> intact() const {

@@ -1,5 +1,5 @@
-// Schemas and tables of documents that follow from the columns of records and from the criteria. After a change of
-// them:
+// Schemas and tables of documents that follow from manifests, the columns of records and the criteria. After a change
+// of them:
 //   RELIGN_UPDATE_GOLDEN=1 ctest --test-dir build/release -R records_documents
 #include <gtest/gtest.h>
 
@@ -10,8 +10,25 @@
 
 #include "base/criteria.h"
 #include "base/files.h"
+#include "described_schema.h"
+#include "records/manifest.h"
 #include "records/record.h"
 #include "records/trial_ends.h"
+
+namespace relign {
+
+template <>
+inline constexpr std::string_view kDefinition<MachineTimeKeys> = "machine_time";
+template <>
+inline constexpr std::string_view kDefinition<records::Program> = "program";
+template <>
+inline constexpr std::string_view kDefinition<records::Machine> = "machine";
+template <>
+inline constexpr std::string_view kDefinition<records::Shard> = "shard";
+template <>
+inline constexpr std::string_view kDefinition<records::SandboxLimits> = "sandbox";
+
+}  // namespace relign
 
 namespace relign::records {
 namespace {
@@ -156,6 +173,14 @@ TEST(Documents, TheSchemaOfTheTrialThatTryPrintsHasTheColumns) {
   step["additionalProperties"] = false;
   schema["definitions"]["try"]["properties"]["steps"]["items"] = step;
   approve(file, pretty(schema) + "\n");
+}
+
+TEST(Documents, TheSchemaOfManifestsHasTheirMembers) {
+  Ordered schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
+                    {"title", "relign-bench results manifest"},
+                    {"description", "manifest.json of a results folder. results/README.md"}};
+  schema.update(DescribedSchema().of_document<Manifest>());
+  approve(kRoot / "docs/schemas/manifest.schema.json", pretty(schema) + "\n");
 }
 
 // The Python package reads records without the schemas.

@@ -6,6 +6,7 @@
 
 #include "base/seeds.h"
 #include "records/sample_records.h"
+#include "results/records/made_manifest.h"
 
 namespace relign::records {
 namespace {
@@ -29,11 +30,12 @@ class FolderCheck : public testing::Test {
   }
   // "" without a finding.
   std::string finding(const std::vector<TrialRecord>& trials) {
-    FolderChecks checks(manifest_, {});
+    const Manifest manifest = made_manifest(manifest_);
+    FolderChecks checks(manifest, {});
     for (const TrialRecord& trial : trials) checks.add(trial, numbers_of(trial));
     for (const TrialRecord& trial : trials)
       checks.add(sample_times(trial.trial, static_cast<unsigned>(std::max<std::size_t>(trial.steps.size(), 1)) - 1));
-    const std::vector<std::string> found = findings_of(checks.result(made_by({}, manifest_)));
+    const std::vector<std::string> found = findings_of(checks.result(made_by({}, manifest)));
     return found.empty() ? "" : found.front();
   }
   std::string finding() { return finding({trial_}); }

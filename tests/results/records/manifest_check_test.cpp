@@ -5,6 +5,7 @@
 #include "base/commitment.h"
 #include "base/error.h"
 #include "base/hash.h"
+#include "results/records/made_manifest.h"
 
 namespace relign::records {
 namespace {
@@ -14,13 +15,19 @@ using testing::HasSubstr;
 
 const std::string kSecret(64, 'a'), kOther(64, 'b');
 
-Json made_manifest(Json suite) {
+Json method(const std::string& name) { return {{"name", name}, {"steps", 50U}, {"merit", "combined"}}; }
+
+// What a run of the suite writes.
+Json of_suite(const Json& suite) {
+  Json methods = Json::array();
+  for (const Json& name : suite.value("algorithms", Json::array())) methods.push_back(method(name));
   return {{"suite", suite.dump()},
           {"seed", 7U},
           {"instances", 2U},
           {"first_instance", 0U},
           {"scenes", {{{"name", "s"}}}},
           {"noise_levels", {{{"name", "a"}}, {{"name", "b"}}}},
+          {"algorithms", methods},
           {"trials", 4U},
           {"order", {"t0", "t1", "t2", "t3"}}};
 }
@@ -37,7 +44,7 @@ Json sealed_suite() {
 
 std::string message_on(const Json& manifest) {
   try {
-    require_consistent(manifest, "results");
+    require_consistent(made_manifest(manifest), "results");
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::bad_input);
     return error.what();
@@ -46,8 +53,8 @@ std::string message_on(const Json& manifest) {
 }
 
 TEST(ManifestCheck, AcceptsAnOpenAndASealedSuite) {
-  EXPECT_EQ(message_on(made_manifest(open_suite())), "");
-  Json sealed = made_manifest(sealed_suite());
+  EXPECT_EQ(message_on(of_suite(open_suite())), "");
+  Json sealed = of_suite(sealed_suite());
   sealed["commitment"] = commitment_to(kSecret);
   EXPECT_EQ(message_on(sealed), "");
   sealed["secret"] = kSecret;
@@ -56,7 +63,7 @@ TEST(ManifestCheck, AcceptsAnOpenAndASealedSuite) {
 }
 
 TEST(ManifestCheck, RefusesAnOpenSuiteThatClaimsToBeSealed) {
-  Json forged = made_manifest(open_suite());
+  Json forged = of_suite(open_suite());
   forged["commitment"] = commitment_to(kSecret);
   EXPECT_THAT(message_on(forged), AllOf(HasSubstr("results/manifest.json"), HasSubstr("the suite is open")));
   forged["secret"] = kSecret;
@@ -68,7 +75,7 @@ TEST(ManifestCheck, RefusesAnOpenSuiteThatClaimsToBeSealed) {
 }
 
 TEST(ManifestCheck, RefusesAnotherCommitmentOrSecret) {
-  Json forged = made_manifest(sealed_suite());
+  Json forged = of_suite(sealed_suite());
   EXPECT_THAT(message_on(forged), HasSubstr("the suite has the commitment")) << "removed";
   forged["commitment"] = commitment_to(kOther);
   forged["secret"] = kOther;
@@ -78,7 +85,7 @@ TEST(ManifestCheck, RefusesAnotherCommitmentOrSecret) {
 }
 
 TEST(ManifestCheck, ChecksEverySuiteOfAMergedFolder) {
-  Json forged = made_manifest(sealed_suite());
+  Json forged = of_suite(sealed_suite());
   forged["commitment"] = commitment_to(kSecret);
   forged["suites"] = {{{"text", sealed_suite().dump()}}, {{"text", open_suite().dump()}}};
   EXPECT_THAT(message_on(forged), HasSubstr("the suite is open"));
@@ -89,14 +96,14 @@ TEST(ManifestCheck, RefusesOtherNumbersThanTheSuite) {
        {std::tuple("instances", 1U, "'instances' is 2 in the suite and 1 in the manifest"),
         std::tuple("first_instance", 1U, "'first_instance' is 0 in the suite and 1"),
         std::tuple("seed", 8U, "'seed' is 7 in the suite and 8")}) {
-    Json forged = made_manifest(open_suite());
+    Json forged = of_suite(open_suite());
     forged[key] = value;
     EXPECT_THAT(message_on(forged), HasSubstr(message));
   }
-  Json forged = made_manifest(open_suite());
+  Json forged = of_suite(open_suite());
   forged["spec"] = {{"rmse", 0.5}};
   EXPECT_THAT(message_on(forged), HasSubstr("'spec' is null in the suite and {\"rmse\":0.5} in the manifest"));
-  forged = made_manifest(open_suite());
+  forged = of_suite(open_suite());
   forged["noise_levels"].erase(0);
   EXPECT_THAT(message_on(forged), HasSubstr("the suite has 2 'noise_levels', the manifest 1"));
 }
@@ -104,13 +111,13 @@ TEST(ManifestCheck, RefusesOtherNumbersThanTheSuite) {
 TEST(ManifestCheck, RefusesOtherTermsThanTheSuite) {
   Json suite = open_suite();
   suite["algorithms"] = {"a"};
-  Json honest = made_manifest(suite);
+  Json honest = of_suite(suite);
   honest.update({{"limits", "soft"}, {"targets", Json::array()}, {"machine_time", Json::object()}});
   EXPECT_EQ(message_on(honest), "");
   for (const auto& [key, value, message] :
        {std::tuple("limits", Json("hard"), "'limits' is \"soft\" in the suite and \"hard\" in the manifest"),
         std::tuple("targets", Json({0.1}), "'targets' is [] in the suite and [0.1] in the manifest"),
-        std::tuple("cost", Json({{"image", 1}}), "'cost' is null in the suite and {\"image\":1}"),
+        std::tuple("cost", Json({{"station_per_hour", 1}}), "'cost' is null in the suite and {\"module\":0.0,"),
         std::tuple("cycle", Json({{"load_s", 1}}), "'cycle' is null in the suite and"),
         std::tuple("machine_time", Json({{"settle_ms", 1}}), "'machine_time' is {} in the suite and")}) {
     Json forged = honest;
@@ -130,7 +137,7 @@ TEST(ManifestCheck, ComparesWithTheDefaultsOfTheSuite) {
     Json suite = open_suite();
     suite["algorithms"] = {"a"};
     suite.erase(key);
-    Json manifest = made_manifest(suite);
+    Json manifest = of_suite(suite);
     manifest[key] = usual;
     EXPECT_EQ(message_on(manifest), "");
     manifest[key] = 5U;
@@ -140,7 +147,7 @@ TEST(ManifestCheck, ComparesWithTheDefaultsOfTheSuite) {
 }
 
 TEST(ManifestCheck, RefusesNamesThatOccurTwice) {
-  Json forged = made_manifest(open_suite());
+  Json forged = of_suite(open_suite());
   forged["algorithms"] = {{{"name", "a"}, {"protocol", "paper"}}, {{"name", "a"}, {"protocol", "blind"}}};
   EXPECT_EQ(message_on(forged), "");
   forged["algorithms"].push_back({{"name", "a"}, {"protocol", "blind"}});
@@ -149,10 +156,11 @@ TEST(ManifestCheck, RefusesNamesThatOccurTwice) {
 
 TEST(ManifestCheck, KnowsWhetherTheSuiteIsThere) {
   Json suite = open_suite();
-  EXPECT_FALSE(has_suites(made_manifest(suite))) << "no methods";
+  const auto has_suites = [](const Json& manifest) { return made_manifest(manifest).has_suites(); };
+  EXPECT_FALSE(has_suites(of_suite(suite))) << "no methods";
   suite["algorithms"] = {"a"};
-  EXPECT_TRUE(has_suites(made_manifest(suite)));
-  Json merged = made_manifest(suite);
+  EXPECT_TRUE(has_suites(of_suite(suite)));
+  Json merged = of_suite(suite);
   merged["suites"] = {{{"text", suite.dump()}}, {{"name", "other"}}};
   EXPECT_FALSE(has_suites(merged));
   for (const char* text : {"", "{", "[]", "{}"}) EXPECT_FALSE(has_suites({{"suite", text}})) << text;
@@ -160,6 +168,7 @@ TEST(ManifestCheck, KnowsWhetherTheSuiteIsThere) {
 }
 
 TEST(ManifestCheck, KnowsSandboxesOfMergedFolders) {
+  const auto ran_in_sandbox = [](const Json& manifest) { return made_manifest(manifest).ran_in_sandbox(); };
   EXPECT_FALSE(ran_in_sandbox(Json::object()));
   EXPECT_TRUE(ran_in_sandbox({{"sandbox", {{"memory_bytes", 1}}}}));
   Json merged;
@@ -170,18 +179,20 @@ TEST(ManifestCheck, KnowsSandboxesOfMergedFolders) {
 TEST(ManifestCheck, RefusesFewerMethodsThanTheSuite) {
   Json suite = open_suite();
   suite["algorithms"] = {"a", "b"};
-  Json manifest = made_manifest(suite);
-  manifest["algorithms"] = {{{"name", "a"}}, {{"name", "b"}}, {{"name", "home"}, {"added", true}}};
+  Json manifest = of_suite(suite);
+  manifest["algorithms"].push_back({{"name", "home"}, {"added", true}});
   EXPECT_EQ(message_on(manifest), "");
   manifest["algorithms"].erase(1);
   EXPECT_THAT(message_on(manifest), HasSubstr("the suite has 2 'algorithms', the manifest 1"));
 }
 
 TEST(ManifestCheck, RefusesAnAnalysisPlanThatWasInsertedChangedOrRemoved) {
-  const Json plan = {{"primary", "rmse"}, {"rule", "own"}, {"smallest_relevant_ratio", 1.1}};
+  AnalysisPlan full;
+  full.smallest_relevant_ratio = 1.1;
+  const Json plan = json_of(full);
   Json planned = open_suite();
   planned["analysis"] = {{"primary", "rmse"}};
-  Json manifest = made_manifest(planned);
+  Json manifest = of_suite(planned);
   EXPECT_THAT(message_on(manifest), HasSubstr("the suite has an analysis plan, the manifest has none"));
   manifest["analysis"] = plan;
   EXPECT_THAT(message_on(manifest), HasSubstr("'analysis_hash' is not the SHA-256 of the analysis plan"));
@@ -195,7 +206,7 @@ TEST(ManifestCheck, RefusesAnAnalysisPlanThatWasInsertedChangedOrRemoved) {
 }
 
 TEST(ManifestCheck, RefusesAShortenedOrRepeatedOrder) {
-  Json forged = made_manifest(open_suite());
+  Json forged = of_suite(open_suite());
   forged["order"].erase(0);
   EXPECT_THAT(message_on(forged), HasSubstr("'trials' is 4, but 'order' has 3"));
   forged["order"].push_back("t1");

@@ -43,7 +43,7 @@ TEST_F(MergeTest, KeepsProvenanceWhenMergingMergedFolders) {
   join({a, b}, "first");
   join({folder_ / "first", c});
   EXPECT_THAT(merged(), ElementsAre("w0", "w1", "r0"));
-  const Json sources = read_manifest(folder_ / "out")["sources"];
+  const Json sources = read_manifest_json(folder_ / "out")["sources"];
   ASSERT_EQ(sources.size(), 3U);
   EXPECT_EQ(sources[1]["folder"], b.string());
   EXPECT_EQ(sources[1]["by_way_of"], (folder_ / "first").string());

@@ -14,6 +14,7 @@
 #include "error_text.h"
 #include "records/merge.h"
 #include "records/results_folder.h"
+#include "results/records/made_manifest.h"
 #include "sample_records.h"
 
 namespace relign::records {
@@ -66,13 +67,13 @@ class MergeTest : public testing::Test {
             {"scenes", {{{"name", "toy"}, {"plugin", "toy"}, {"identity", "i"}, {"plugin_hash", "s"}}}},
             {"noise_levels", {{{"name", "calm"}, {"plugin", "calm"}, {"identity", "i"}, {"plugin_hash", "l"}}}},
             {"algorithms", list},
-            {"prepared", Json::array()},
+            {"trials", order.size()},
             {"order", order},
             {"command", "run toy.json"}};
   }
   fs::path make(const std::string& name, const std::vector<TrialRecord>& trials, const Json& manifest) {
     ResultsWriter writer(folder_ / name);
-    writer.write_manifest(manifest);
+    writer.write_manifest(made_manifest(manifest));
     std::size_t place = 0;
     for (const TrialRecord& record : trials) writer.append(place++, record, sample_times(record.trial));
     return folder_ / name;

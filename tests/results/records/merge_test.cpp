@@ -24,7 +24,7 @@ TEST_F(MergeTest, MergesNewAlgorithmIntoStudyInPlanOrder) {
   EXPECT_THAT(merged(), ElementsAre("w0", "w1", "w2", "r0", "r1", "r2"));
   EXPECT_EQ(read_times(folder_ / "out").size(), 6U);
   EXPECT_EQ(to_lines(read_trials(folder_ / "out")[3]), to_lines(trial("r0")));
-  const Json joined = read_manifest(folder_ / "out");
+  const Json joined = read_manifest_json(folder_ / "out");
   EXPECT_EQ(joined["algorithms"].size(), 2U);
   ASSERT_EQ(joined["sources"].size(), 2U);
   EXPECT_EQ(joined["sources"][1]["folder"], ours.string());
@@ -41,9 +41,9 @@ TEST_F(MergeTest, NamesAllBuildsOfAResumedFolder) {
   resumed["earlier_programs"] = Json::array({Json{{"version", "0"}, {"hash", "q"}, {"flags", "-O3"}}});
   join({make("a", {trial("w0")}, resumed), make("b", {trial("r0")}, manifest({"runner"}, {"r0"}))});
   EXPECT_THAT(notes_, ElementsAre("results from 2 builds of relign-bench"));
-  const Json joined = read_manifest(folder_ / "out");
+  const Json joined = read_manifest_json(folder_ / "out");
   EXPECT_FALSE(joined.contains("earlier_programs"));
-  EXPECT_EQ(builds_note(joined), notes_.front());
+  EXPECT_EQ(manifest_of(folder_ / "out").builds_note(), notes_.front());
 }
 
 TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
@@ -52,6 +52,7 @@ TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
   const auto shard = [&](unsigned number, const std::vector<std::string>& ids) {
     Json part = whole;
     part["order"] = ids;
+    part["trials"] = ids.size();
     part["shard"] = {{"number", number}, {"of", 3}, {"plan", "f00"}};
     std::vector<TrialRecord> trials;
     for (const std::string& id : ids) trials.push_back(trial(id));
@@ -65,7 +66,7 @@ TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
   EXPECT_THAT(summary.missing_shards, ElementsAre(2));
   EXPECT_EQ(bytes("out/trials/0000.jsonl"), bytes("one/trials/0000.jsonl"));
   EXPECT_EQ(bytes("out/times/0000.jsonl"), bytes("one/times/0000.jsonl"));
-  EXPECT_EQ(read_manifest(folder_ / "out")["order"], whole["order"]);
+  EXPECT_EQ(read_manifest_json(folder_ / "out")["order"], whole["order"]);
 }
 
 TEST_F(MergeTest, DropsEqualDuplicatesAndReportsDifferentOnes) {
@@ -85,7 +86,7 @@ TEST_F(MergeTest, DropsEqualDuplicatesAndReportsDifferentOnes) {
   EXPECT_EQ(one.difference.field, "measured");
   EXPECT_NE(one.difference.was, one.difference.is);
   EXPECT_EQ(to_lines(read_trials(folder_ / "out")[1]), to_lines(trial("w1")));  // the first one given
-  EXPECT_EQ(read_manifest(folder_ / "out")["merge"]["disagreements"][0]["difference"]["field"], "measured");
+  EXPECT_EQ(read_manifest_json(folder_ / "out")["merge"]["disagreements"][0]["difference"]["field"], "measured");
 }
 
 TEST_F(MergeTest, ToleratesThisCpuPluginsBetweenProcessorsOnly) {
@@ -143,7 +144,7 @@ TEST_F(MergeTest, CountsHalfWrittenAndMissingTrialsAndKeepsPlanOrder) {
   EXPECT_EQ(summary.trials, 1001U);
   EXPECT_EQ(summary.missing, 1U);
   EXPECT_EQ(summary.half_written, 1U);
-  EXPECT_EQ(read_manifest(folder_ / "out")["order"], order);
+  EXPECT_EQ(read_manifest_json(folder_ / "out")["order"], order);
   const std::string second = bytes("out/trials/0001.jsonl");
   EXPECT_THAT(second, testing::StartsWith("{\"trial\":\"w1000\""));  // place 1000, w5 counted
 }

@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "error_text.h"
 #include "records/checksum.h"
+#include "results/records/made_manifest.h"
 #include "sample_records.h"
 
 namespace relign::records {
@@ -48,7 +49,7 @@ class ResultsFolderTest : public testing::Test {
 
 TEST_F(ResultsFolderTest, WritesAndReadsTrials) {
   ResultsWriter writer(folder_);
-  writer.write_manifest({{"format", 1}});
+  writer.write_manifest({});
   add(writer, 0, "aa");
   add(writer, 1000, "bb");
   EXPECT_TRUE(fs::exists(folder_ / "trials" / "0001.jsonl"));
@@ -63,7 +64,7 @@ TEST_F(ResultsFolderTest, WritesAndReadsTrials) {
 
 TEST_F(ResultsFolderTest, AppendsFromSeveralThreads) {
   ResultsWriter writer(folder_);
-  writer.write_manifest({{"format", 1}});
+  writer.write_manifest({});
   std::vector<std::thread> threads;
   for (int thread = 0; thread < 4; ++thread)
     threads.emplace_back([&writer, thread] {
@@ -80,7 +81,7 @@ TEST_F(ResultsFolderTest, CutsHalfWrittenTails) {
   std::string whole;
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 0, "aa");
     whole = bytes("trials/0000.jsonl");
     add(writer, 1, "bb");
@@ -107,7 +108,7 @@ TEST_F(ResultsFolderTest, CutsHalfWrittenTails) {
 TEST_F(ResultsFolderTest, ReaderNamesIncompleteTrials) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 0, "aa");
   }
   add_text("trials/0000.jsonl", to_lines(sample_trial("bb")).substr(0, 700));
@@ -119,7 +120,7 @@ TEST_F(ResultsFolderTest, ReaderNamesIncompleteTrials) {
 TEST_F(ResultsFolderTest, ReportsDamageInTheMiddleWithItsLine) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 0, "aa");
   }
   add_text("trials/0000.jsonl", "what is this\n" + with_checksum(to_lines(sample_trial("bb"))) + "\n");
@@ -136,13 +137,13 @@ TEST_F(ResultsFolderTest, FinishSortsByThePlan) {
   const std::vector<std::string> order = {"aa", "bb", "cc", "dd"};
   {
     ResultsWriter writer(folder_ / "one");
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     for (const std::size_t place : {0U, 1U, 2U}) add(writer, place, order[place]);
     writer.finish(order);
   }
   {
     ResultsWriter writer(folder_ / "two");
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 2000, "zz");  // of an earlier form of the suite
     for (const std::size_t place : {2U, 0U, 1U}) add(writer, place, order[place]);
     writer.finish(order);
@@ -161,7 +162,7 @@ TEST_F(ResultsFolderTest, FinishSortsByThePlan) {
 TEST_F(ResultsFolderTest, RecoversFromCrashDuringFinish) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 0, "aa");
   }
   const std::string before = bytes("trials/0000.jsonl");
@@ -182,7 +183,7 @@ TEST_F(ResultsFolderTest, RecoversFromCrashDuringFinish) {
 TEST_F(ResultsFolderTest, RefusesAnotherNameOfTheSameNumber) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     add(writer, 0, "aa");
   }
   fs::rename(folder_ / "trials/0000.jsonl", folder_ / "trials/00000.jsonl");
@@ -192,7 +193,7 @@ TEST_F(ResultsFolderTest, RefusesAnotherNameOfTheSameNumber) {
 
 TEST_F(ResultsFolderTest, DropsTrialsThatCanBeAppendedAgain) {
   ResultsWriter writer(folder_);
-  writer.write_manifest({{"format", 1}});
+  writer.write_manifest({});
   for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
   writer.drop({"aa", "cc"});
   EXPECT_THAT(trials(), ElementsAre("bb"));
@@ -205,7 +206,7 @@ TEST_F(ResultsFolderTest, DropsTrialsThatCanBeAppendedAgain) {
 TEST_F(ResultsFolderTest, ReadsPlannedTrialsInManifestOrder) {
   ResultsWriter writer(folder_);
   for (const char* id : {"aa", "bb", "cc"}) add(writer, 0, id);
-  writer.write_manifest({{"format", 1}, {"order", {"cc", "missing", "aa"}}});
+  writer.write_manifest(made_manifest({{"order", {"cc", "missing", "aa"}}}));
   std::vector<std::string> ids;
   for (const TrialRecord& record : read_planned_trials(folder_)) ids.push_back(record.trial);
   EXPECT_THAT(ids, ElementsAre("cc", "aa"));
@@ -214,7 +215,7 @@ TEST_F(ResultsFolderTest, ReadsPlannedTrialsInManifestOrder) {
 TEST_F(ResultsFolderTest, RejectsSecondWriter) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
     EXPECT_THAT(error_text(ErrorKind::io, [&] { ResultsWriter second(folder_); }), HasSubstr("another run is writing"));
     add(writer, 0, "aa");
   }
@@ -256,7 +257,7 @@ TEST_F(ResultsFolderTest, NamesFoldersThatCannotBeWritten) {
 // A limit on file size acts like a full disk: the write stops in the middle of a block.
 TEST_F(ResultsFolderTest, FullDiskLeavesNoHalfTrial) {
   ResultsWriter writer(folder_);
-  writer.write_manifest({{"format", 1}});
+  writer.write_manifest({});
   add(writer, 0, "aa");
   const std::string before = bytes("trials/0000.jsonl");
   const std::string times_before = bytes("times/0000.jsonl");
@@ -290,7 +291,7 @@ TEST_F(ResultsFolderTest, ReportsFullDevice) {
 TEST_F(ResultsFolderTest, RejectsStudiesPublishedWithoutTrials) {
   {
     ResultsWriter writer(folder_);
-    writer.write_manifest({{"format", 1}});
+    writer.write_manifest({});
   }
   EXPECT_THAT(read_trials(folder_), IsEmpty());
   fs::remove_all(folder_ / "trials");

@@ -1,0 +1,106 @@
+#include "records/manifest.h"
+
+#include <algorithm>
+
+#include "base/error.h"
+#include "base/files.h"
+#include "base/json_members.h"
+#include "records/record.h"
+
+namespace relign::records {
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* kFile = "manifest.json";
+
+}  // namespace
+
+bool is_suite(const Json& suite) {
+  return !list_of(suite, "scenes").empty() && !list_of(suite, "noise_levels").empty() &&
+         !list_of(suite, "algorithms").empty();
+}
+
+bool Machine::same_processor(const Machine& other) const {
+  return instruction_sets.empty() || other.instruction_sets.empty() ? cpu == other.cpu
+                                                                    : instruction_sets == other.instruction_sets;
+}
+
+const ManifestScene* Manifest::scene(const std::string& name) const {
+  const auto found = std::find_if(scenes.begin(), scenes.end(), [&](const auto& one) { return one.name == name; });
+  return found == scenes.end() ? nullptr : &*found;
+}
+
+const ManifestMethod* Manifest::method(const std::string& name, const std::string& protocol) const {
+  const auto found = std::find_if(algorithms.begin(), algorithms.end(),
+                                  [&](const ManifestMethod& one) { return one.has_name(name, protocol); });
+  return found == algorithms.end() ? nullptr : &*found;
+}
+
+std::vector<StoredSuite> Manifest::stored_suites() const {
+  return suites.empty() ? std::vector<StoredSuite>{{suite_name, suite_file, suite}} : suites;
+}
+
+bool Manifest::has_suites() const {
+  const std::vector<StoredSuite> stored = stored_suites();
+  return std::all_of(stored.begin(), stored.end(),
+                     [](const StoredSuite& one) { return is_suite(parsed_json(one.text)); });
+}
+
+std::vector<const Machine*> Manifest::machines() const {
+  if (sources.empty()) return {&machine};
+  std::vector<const Machine*> all;
+  for (const MergeSource& source : sources) all.push_back(&source.machine);
+  return all;
+}
+
+std::vector<Program> Manifest::builds() const {
+  std::vector<Program> all;
+  std::set<std::string> hashes;
+  const auto add = [&](const Program& one, const std::vector<Program>& earlier) {
+    if (hashes.insert(one.hash).second) all.push_back(one);
+    for (const Program& other : earlier)
+      if (hashes.insert(other.hash).second) all.push_back(other);
+  };
+  if (sources.empty()) add(program, earlier_programs);
+  for (const MergeSource& source : sources) add(source.program, source.earlier_programs);
+  return all;
+}
+
+std::string Manifest::builds_note() const {
+  const std::size_t count = builds().size();
+  return count > 1 ? "results from " + std::to_string(count) + " builds of relign-bench" : "";
+}
+
+bool Manifest::ran_in_sandbox() const {
+  return sandbox || std::any_of(sources.begin(), sources.end(), [](const MergeSource& one) { return one.sandbox; });
+}
+
+Json read_manifest_json(const fs::path& folder) {
+  const fs::path file = folder / kFile;
+  std::error_code code;
+  if (!fs::exists(file, code)) return nullptr;
+  Json json;
+  try {
+    json = valid_json(read_file(file));
+  } catch (const Error& error) {
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
+  }
+  check_format(json, file.string());
+  return json;
+}
+
+std::optional<Manifest> read_manifest(const fs::path& folder) {
+  const Json json = read_manifest_json(folder);
+  if (json.is_null()) return std::nullopt;
+  return read_described<Manifest>(json, (folder / kFile).string());
+}
+
+Manifest manifest_of(const fs::path& folder) {
+  std::optional<Manifest> manifest = read_manifest(folder);
+  if (!manifest)
+    throw Error(ErrorKind::bad_input, folder.string() + " is not a results folder: it has no manifest.json");
+  return std::move(*manifest);
+}
+
+}  // namespace relign::records
