@@ -14,7 +14,7 @@ namespace relign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// The name of a struct among the "definitions"; "" for one that stands where it is used. Specialised by tests.
+// The name of a struct among the "definitions"; "" for one that appears where it is used. Specialised by tests.
 template <class T>
 inline constexpr std::string_view kDefinition = "";
 
@@ -70,6 +70,7 @@ class DescribedSchema {
   OrderedJson of(const Member& member, const SceneScore&) { return of(member, StatedScore()); }
   template <class T>
   OrderedJson of(const Member& member, const std::optional<T>&) {
+    if (member.is(kMayBeNull)) return {{"oneOf", OrderedJson::array({of(member, T()), {{"type", "null"}}})}};
     return of(member, T());
   }
   template <class T>

@@ -56,7 +56,7 @@ void film_strip(HtmlWriter& html, const Gallery& gallery, const Film& film, cons
                     {"style", "width: min(100%, " + std::to_string(film.tile * film.frames.size()) + "px)"}});
   picture_figure(html, *film.picture, whole(gallery.pictures[*film.picture]), what);
   html.open("div", {{"class", "film-steps"}, {"aria-hidden", "true"}});
-  for (const FilmFrame& frame : film.frames) html.element("span", std::to_string(frame.step));
+  for (const records::FilmFrame& frame : film.frames) html.element("span", std::to_string(frame.step));
   html.close().close();
 }
 

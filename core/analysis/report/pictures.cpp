@@ -5,9 +5,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/inside.h"
-#include "base/json_members.h"
 #include "markup/escape.h"
-#include "records/record.h"
 #include "report/page_numbers.h"
 
 namespace relign::report {
@@ -103,57 +101,40 @@ class Loader {
   std::map<std::string, std::size_t> by_content_;
 };
 
-Frame frame_of(const Json& entry) {
+Frame frame_of(unsigned step, const std::string& file) {
   Frame frame;
-  frame.step = count_of(entry, "step");
-  const std::string file = text_of(entry, "file");
+  frame.step = step;
   if (!file.empty()) frame.file = "pictures/" + file;
   return frame;
 }
 
-double number_or_missing(const Json& value) { return value.is_number() ? value.get<double>() : kMissing; }
-
-std::vector<double> pose_of(const Json& object, const char* key) {
-  std::vector<double> pose;
-  for (const Json& value : list_of(object, key)) pose.push_back(number_or_missing(value));
-  return pose;
-}
-
-Film film_of(const Json& entry) {
+Film film_of(const std::optional<records::FilmEntry>& entry) {
   Film film;
-  const Json& frames = list_of(entry, "frames");
-  const std::string file = text_of(entry, "file");
-  const std::uint64_t tile = count_of(entry, "tile");
-  if (file.empty() || tile == 0 || tile > kMaxTilePixels || frames.size() > kMaxFilmFrames) return film;
-  film.file = "pictures/" + file;
-  film.tile = static_cast<unsigned>(tile);
-  for (const Json& frame : frames) {
-    if (!frame.is_object()) continue;
-    const auto number = [&frame](const char* key) { return number_or_missing(member(frame, key)); };
-    film.frames.push_back({count_of(frame, "step"), pose_of(frame, "commanded_pose"), pose_of(frame, "true_pose"),
-                           number("measured"), number("commanded"), number("recommended"), number("machine_seconds")});
-  }
+  if (!entry || entry->file.empty() || entry->tile > kMaxTilePixels || entry->frames.size() > kMaxFilmFrames)
+    return film;
+  film.file = "pictures/" + entry->file;
+  film.tile = entry->tile;
+  film.frames = entry->frames;
   return film;
 }
 
-void read_index(const Json& index, Gallery& gallery) {
-  for (const Json& entry : list_of(index, "references")) gallery.references[text_of(entry, "scene")] = frame_of(entry);
-  for (const Json& entry : list_of(index, "trials")) {
-    const Json& frames = list_of(entry, "frames");
-    if (frames.empty()) continue;
-    TrialPictures trial;
-    trial.trial = text_of(entry, "trial");
-    trial.scene = text_of(entry, "scene");
-    trial.noise_level = text_of(entry, "noise_level");
-    trial.protocol = text_of(entry, "protocol");
-    trial.algorithm = text_of(entry, "algorithm");
-    trial.why = text_of(entry, "why");
-    trial.instance = count_of(entry, "instance");
-    trial.last_capture = text_of(entry, "shows") == "last_capture";
-    trial.start = frame_of(frames.front());
-    trial.end = frame_of(frames.back());
-    trial.film = film_of(object_of(entry, "film"));
-    gallery.trials.push_back(std::move(trial));
+void take_index(const records::PictureIndex& index, Gallery& gallery) {
+  for (const records::ReferencePicture& entry : index.references)
+    gallery.references[entry.scene] = frame_of(0, entry.file);
+  for (const records::PicturedTrial& entry : index.trials) {
+    if (entry.frames.empty()) continue;
+    TrialPictures& trial = gallery.trials.emplace_back();
+    trial.trial = entry.trial;
+    trial.scene = entry.scene;
+    trial.noise_level = entry.noise_level;
+    trial.protocol = entry.protocol;
+    trial.algorithm = entry.algorithm;
+    trial.why = entry.why;
+    trial.instance = entry.instance;
+    trial.last_capture = entry.shows == "last_capture";
+    trial.start = frame_of(entry.frames.front().step, entry.frames.front().file);
+    trial.end = frame_of(entry.frames.back().step, entry.frames.back().file);
+    trial.film = film_of(entry.film);
   }
 }
 
@@ -162,13 +143,8 @@ void read_index(const Json& index, Gallery& gallery) {
 Gallery load_gallery(const fs::path& results, std::size_t most_bytes, const std::vector<ShownFirst>& first) {
   Gallery gallery;
   Loader loader(results, most_bytes, gallery);
-  const fs::path index_path = results / "pictures" / "index.json";
-  std::error_code ignored;
-  if (!fs::exists(index_path, ignored)) return gallery;
   try {
-    const Json index = JsonSource::from_file(index_path).root();
-    records::check_format(index, "pictures/index.json");
-    read_index(index, gallery);
+    take_index(records::read_picture_index(results), gallery);
   } catch (const Error& error) {
     loader.add_problem(error.what());
     return gallery;

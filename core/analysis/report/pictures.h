@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "records/picture_index.h"
 #include "report/scene_axes.h"
 
 namespace relign::report {
@@ -32,20 +33,12 @@ struct Frame {
   std::optional<std::size_t> picture;  // index into Gallery::pictures; nullopt if not embedded
 };
 
-// One capture of a film with its numbers; NaN or empty if unknown.
-struct FilmFrame {
-  std::uint64_t step = 0;
-  std::vector<double> commanded_pose, true_pose;        // shares of the travel
-  double measured = 0, commanded = 0, recommended = 0;  // RMSE
-  double machine_seconds = 0;
-};
-
 // Captures of a trial side by side in one picture, each a square of `tile` pixels.
 struct Film {
   std::string file;
   unsigned tile = 0;
-  std::vector<FilmFrame> frames;       // empty: no film
-  std::optional<std::size_t> picture;  // index into Gallery::pictures
+  std::vector<records::FilmFrame> frames;  // empty: no film
+  std::optional<std::size_t> picture;      // index into Gallery::pictures
 };
 
 struct TrialPictures {

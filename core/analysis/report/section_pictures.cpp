@@ -153,7 +153,7 @@ Json replay_data(const PageModel& page, const Gallery& gallery) {
   each_film(page, gallery, [&](std::size_t group, const TrialPictures& trial) {
     if (!trial.film.picture) return;
     Json frames = Json::array();
-    for (const FilmFrame& frame : trial.film.frames)
+    for (const records::FilmFrame& frame : trial.film.frames)
       frames.push_back(
           Json::array({frame.step, pose_json(frame.commanded_pose), pose_json(frame.true_pose),
                        rounded(frame.measured, kReplayDigits), rounded(frame.commanded, kReplayDigits),

@@ -27,9 +27,8 @@ bool read_whole(const Member& member, const Json& json, std::uint64_t most, std:
   if (std::isfinite(member.most)) most = static_cast<std::uint64_t>(member.most);
   if (json.is_number_unsigned() || (json.is_number_integer() && json.get<std::int64_t>() >= 0))
     if (value = json.get<std::uint64_t>(); value >= least && value <= most) return true;
-  flaws.expected(std::isfinite(member.most)
-                     ? "a whole number from " + std::to_string(least) + " to " + std::to_string(most)
-                     : "a whole number of at least " + std::to_string(least),
+  flaws.expected(std::isfinite(member.most) ? "an integer from " + std::to_string(least) + " to " + std::to_string(most)
+                                            : "an integer of at least " + std::to_string(least),
                  json);
   return false;
 }

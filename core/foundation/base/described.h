@@ -44,12 +44,12 @@ struct Member {
 enum MemberFlag : unsigned {
   kLeftOut = 1,     // not written where empty, NaN or null
   kMayLack = 2,     // always written, but read without it
-  kMayBeNull = 4,   // a number or Json: null if NaN, or in fact null
+  kMayBeNull = 4,   // a number, an optional or Json: null if NaN or absent
   kAboveLeast = 8,  // more than `least`
   kAnyObject = 16,  // Json: an object
 };
 
-// What is wrong with a document, by place: "/algorithms/0/steps is \"x\"; expected a whole number".
+// What is wrong with a document, by place: "/algorithms/0/steps is \"x\"; expected an integer".
 class JsonFlaws {
  public:
   static constexpr std::size_t kMost = 20;
@@ -83,7 +83,7 @@ concept Described = requires(T& object) {
   T::members([](const Member&, auto&) {}, object);
 };
 
-// Whether `json` is a whole number within the limits of `member` and at most `most`.
+// Whether `json` is an integer within the limits of `member` and at most `most`.
 bool read_whole(const Member& member, const Json& json, std::uint64_t most, std::uint64_t& value, JsonFlaws& flaws);
 
 // write(value), read(member, json, value, flaws), left_out(value).
@@ -140,6 +140,7 @@ template <class T>
 struct JsonForm<std::optional<T>> {
   static Json write(const std::optional<T>& value) { return value ? JsonForm<T>::write(*value) : Json(); }
   static void read(const Member& member, const Json& json, std::optional<T>& value, JsonFlaws& flaws) {
+    if (json.is_null() && member.is(kMayBeNull)) return value.reset();
     JsonForm<T>::read(member, json, value.emplace(), flaws);
   }
   static bool left_out(const std::optional<T>& value) { return !value; }

@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "base/seeds.h"
 #include "images/image_file.h"
+#include "records/picture_index.h"
 #include "records/results_folder.h"
 #include "records/stored_trials.h"
 #include "runner/kept_result.h"
@@ -233,55 +234,43 @@ class Pictures {
   }
 
   // With the data shown beside each frame, so that a page does not need to read the records.
-  static Json film_index(const records::TrialRecord& record, const SceneScore& score) {
-    Json frames = Json::array();
+  static records::FilmEntry film_entry(const records::TrialRecord& record, const SceneScore& score) {
+    records::FilmEntry film{record.trial + "/" + film_name(), kFilmTile, {}};
     for (const std::size_t place : film_frames(record.steps.size())) {
       const records::StepRecord& step = record.steps[place];
-      frames.push_back({{"step", step.step},
-                        {"commanded_pose", step.commanded_pose},
-                        {"true_pose", step.true_pose},
-                        {"measured", step.measured},
-                        {"commanded", score.shown(step.commanded_mse)},
-                        {"recommended", score.shown(step.recommended_mse)},
-                        {"machine_seconds", step.machine_seconds}});
+      film.frames.push_back({step.step, step.commanded_pose, step.true_pose, step.measured,
+                             score.shown(step.commanded_mse), score.shown(step.recommended_mse), step.machine_seconds});
     }
-    return {{"file", record.trial + "/" + film_name()}, {"tile", kFilmTile}, {"frames", std::move(frames)}};
+    return film;
   }
 
   void write_index(const std::vector<Chosen>& chosen) {
-    Json trials = Json::array();
+    records::PictureIndex index;
     for (const Chosen& one : chosen) {
-      const trials::SceneFacts& facts = prepared_.scenes[planned_.at(one.record.trial)->scene];
+      const records::TrialRecord& record = one.record;
+      const trials::SceneFacts& facts = prepared_.scenes[planned_.at(record.trial)->scene];
       if (!facts.has_image()) continue;
-      Json frames = Json::array();
+      records::PicturedTrial& entry = index.trials.emplace_back();
+      entry.trial = record.trial;
+      entry.scene = record.scene;
+      entry.noise_level = record.noise_level;
+      entry.protocol = record.protocol;
+      entry.algorithm = record.algorithm;
+      entry.instance = record.instance;
+      entry.why = one.why;
+      entry.shows = facts.owns_stage ? "last_capture" : "recommended";
       const auto add = [&](unsigned step) {
-        const std::string file = one.record.trial + "/" + frame_name(step);
-        if (fs::exists(results_ / "pictures" / file)) frames.push_back({{"step", step}, {"file", file}});
+        const std::string file = record.trial + "/" + frame_name(step);
+        if (fs::exists(results_ / "pictures" / file)) entry.frames.push_back({step, file});
       };
-      const bool shows_last_capture = facts.owns_stage;
       add(0);
-      if (one.record.steps.back().step > 0) add(one.record.steps.back().step);
-      Json film = nullptr;
-      if (fs::exists(results_ / "pictures" / one.record.trial / film_name()))
-        film = film_index(one.record, facts.score);
-      trials.push_back({{"trial", one.record.trial},
-                        {"scene", one.record.scene},
-                        {"noise_level", one.record.noise_level},
-                        {"protocol", one.record.protocol},
-                        {"algorithm", one.record.algorithm},
-                        {"instance", one.record.instance},
-                        {"why", one.why},
-                        {"shows", shows_last_capture ? "last_capture" : "recommended"},
-                        {"frames", std::move(frames)},
-                        {"film", std::move(film)}});
+      if (record.steps.back().step > 0) add(record.steps.back().step);
+      if (fs::exists(results_ / "pictures" / record.trial / film_name())) entry.film = film_entry(record, facts.score);
     }
-    Json references = Json::array();
     for (const suites::SceneEntry& scene : prepared_.plan.suite.scenes)
       if (fs::exists(results_ / "pictures" / scene.name / "reference.png"))
-        references.push_back({{"scene", scene.name}, {"file", scene.name + "/reference.png"}});
-    const Json index = {
-        {"format", records::kFormat}, {"trials", std::move(trials)}, {"references", std::move(references)}};
-    write_file_atomically(results_ / "pictures" / "index.json", index.dump(1) + "\n");
+        index.references.push_back({scene.name, scene.name + "/reference.png"});
+    records::write_picture_index(results_, index);
   }
 
   const PreparedPlan& prepared_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "base/error.h"
-#include "base/files.h"
 #include "base/json_members.h"
 #include "records/record.h"
 
@@ -76,19 +75,7 @@ bool Manifest::ran_in_sandbox() const {
   return sandbox || std::any_of(sources.begin(), sources.end(), [](const MergeSource& one) { return one.sandbox; });
 }
 
-Json read_manifest_json(const fs::path& folder) {
-  const fs::path file = folder / kFile;
-  std::error_code code;
-  if (!fs::exists(file, code)) return nullptr;
-  Json json;
-  try {
-    json = valid_json(read_file(file));
-  } catch (const Error& error) {
-    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
-  }
-  check_format(json, file.string());
-  return json;
-}
+Json read_manifest_json(const fs::path& folder) { return read_formatted(folder / kFile); }
 
 std::optional<Manifest> read_manifest(const fs::path& folder) {
   const Json json = read_manifest_json(folder);

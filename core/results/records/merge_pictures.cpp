@@ -9,7 +9,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/inside.h"
-#include "base/json_members.h"
+#include "records/picture_index.h"
 #include "records/record.h"
 
 namespace relign::records {
@@ -29,7 +29,7 @@ void copy_once(const fs::path& root, const fs::path& file, const fs::path& to) {
 }
 
 struct Pictured {
-  Json entry;
+  PicturedTrial entry;
   std::uint32_t source = 0;
   double score = 0;
   std::uint64_t instance = 0;
@@ -83,30 +83,23 @@ class PictureJoin {
 
   void read_pictures(std::uint32_t source) {
     const fs::path folder = index_.sources[source] / "pictures";
-    std::error_code code;
-    if (!fs::exists(folder / "index.json", code)) return;
-    const Json pictures = parsed_json(read_file(folder / "index.json"));
-    if (pictures.is_discarded())
-      throw Error(ErrorKind::bad_input, (folder / "index.json").string() + " is damaged: invalid JSON");
-    check_format(pictures, (folder / "index.json").string());
-    for (const Json& reference : list_of(pictures, "references")) {
-      const std::string file = text_of(reference, "file");
-      if (file.empty() || !is_inside(folder / file, folder)) continue;
-      copy_once(folder, file, out_ / "pictures");
-      if (std::find(references_.begin(), references_.end(), reference) == references_.end())
-        references_.push_back(reference);
+    const PictureIndex pictures = read_picture_index(index_.sources[source]);
+    for (const ReferencePicture& reference : pictures.references) {
+      if (reference.file.empty() || !is_inside(folder / reference.file, folder)) continue;
+      copy_once(folder, reference.file, out_ / "pictures");
+      if (std::find(joined_.references.begin(), joined_.references.end(), reference) == joined_.references.end())
+        joined_.references.push_back(reference);
     }
-    for (const Json& entry : list_of(pictures, "trials")) {
-      const FoundTrial* trial = taken(text_of(entry, "trial"), source);
+    for (const PicturedTrial& entry : pictures.trials) {
+      const FoundTrial* trial = taken(entry.trial, source);
       if (!trial) continue;
       const auto group = std::make_tuple(trial->place.scene, trial->place.level, trial->place.algorithm);
-      groups_[group][text_of(entry, "why")].push_back(
+      groups_[group][entry.why].push_back(
           {entry, source, score_of(reader_.record(trial->file, trial->block)), trial->place.instance});
     }
   }
 
   void write() {
-    Json trials = Json::array();
     for (auto& [group, reasons] : groups_)
       for (const char* why : {"best", "median", "worst"}) {
         std::vector<Pictured>& all = reasons[why];
@@ -117,15 +110,11 @@ class PictureJoin {
         const bool best = std::string_view(why) == "best", worst = std::string_view(why) == "worst";
         const Pictured& one = best ? all.front() : worst ? all.back() : all[(all.size() - 1) / 2];
         const fs::path folder = index_.sources[one.source] / "pictures";
-        for (const Json& frame : list_of(one.entry, "frames"))
-          copy_once(folder, text_of(frame, "file"), out_ / "pictures");
-        if (const auto film = one.entry.find("film"); film != one.entry.end())
-          copy_once(folder, text_of(*film, "file"), out_ / "pictures");
-        trials.push_back(one.entry);
+        for (const PictureFrame& frame : one.entry.frames) copy_once(folder, frame.file, out_ / "pictures");
+        if (one.entry.film) copy_once(folder, one.entry.film->file, out_ / "pictures");
+        joined_.trials.push_back(one.entry);
       }
-    if (trials.empty() && references_.empty()) return;
-    const Json pictures = {{"format", kFormat}, {"trials", std::move(trials)}, {"references", references_}};
-    write_file_atomically(out_ / "pictures" / "index.json", pictures.dump(1) + "\n");
+    if (!joined_.trials.empty() || !joined_.references.empty()) write_picture_index(out_, joined_);
   }
 
  private:
@@ -133,7 +122,7 @@ class PictureJoin {
   fs::path out_;
   BlockReader reader_;
   std::vector<std::uint32_t> by_id_;
-  Json references_ = Json::array();
+  PictureIndex joined_;
   std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, std::map<std::string, std::vector<Pictured>>>
       groups_;
 };

@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "base/fault.h"
+#include "base/files.h"
 #include "base/limits.h"
 #include "base/text.h"
 #include "records/trial_ends.h"
@@ -249,6 +250,19 @@ std::string to_line(const TrialTimes& times) {
       .add("harness_seconds", times.harness_seconds)
       .raw("plugins", plugins.close())
       .close();
+}
+
+Json read_formatted(const std::filesystem::path& file) {
+  std::error_code code;
+  if (!std::filesystem::exists(file, code)) return nullptr;
+  Json json;
+  try {
+    json = valid_json(read_file(file));
+  } catch (const Error& error) {
+    throw Error(ErrorKind::bad_input, file.string() + " is damaged: " + error.what());
+  }
+  check_format(json, file.string());
+  return json;
 }
 
 void check_format(const Json& object, const std::string& what) {

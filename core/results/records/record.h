@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -289,6 +290,10 @@ class NewerFormat : public Error {
  public:
   explicit NewerFormat(const std::string& message) : Error(ErrorKind::bad_input, message) {}
 };
+
+// The JSON of a file with a "format"; null if there is no file. Throws Error(bad_input) where it is damaged,
+// NewerFormat.
+Json read_formatted(const std::filesystem::path& file);
 
 // Throws Error(bad_input), for a newer format NewerFormat, unless "format" is one that this version reads. `what` names
 // the file in the message.

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "base/files.h"
+#include "records/picture_index.h"
 #include "report/made_results.h"
 
 namespace relign::report {
@@ -39,8 +40,8 @@ inline std::string made_lossy_film() {
 class MadePictures : public MadeResults {
  protected:
   void write_index(const Json& trials, const Json& references = Json::array()) {
-    write_file_atomically(folder_ / "pictures" / "index.json",
-                          Json{{"format", 1}, {"trials", trials}, {"references", references}}.dump());
+    const Json index = {{"format", 1}, {"trials", trials}, {"references", references}};
+    write_file_atomically(folder_ / "pictures" / "index.json", records::completed<records::PictureIndex>(index).dump());
   }
   static Json entry(const std::string& algorithm, const std::string& why, const std::string& start,
                     const std::string& end) {

@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "base/files.h"
+#include "records/picture_index.h"
 #include "report/made_results.h"
 #include "report/report.h"
 
@@ -94,18 +95,13 @@ TEST_F(Page, EscapesAllText) {
   manifest["algorithms"][0]["observes"] = {kHostile};
   manifest["algorithms"][0]["parameters"] = {{kHostile, kHostile}};
   write_file_atomically(folder_ / "manifest.json", manifest.dump());
-  write_file_atomically(folder_ / "pictures" / "index.json",
-                        Json{{"format", 1},
-                             {"references", {{{"scene", kHostile}, {"file", kHostile}}}},
-                             {"trials",
-                              {{{"trial", kHostile},
-                                {"scene", kHostile},
-                                {"noise_level", kHostile},
-                                {"protocol", kHostile},
-                                {"algorithm", kHostile},
-                                {"why", "median"},
-                                {"frames", {{{"step", 0}, {"file", kHostile}}}}}}}}
-                            .dump());
+  records::PictureIndex index;
+  index.references = {{kHostile, kHostile}};
+  records::PicturedTrial& pictured = index.trials.emplace_back();
+  pictured.trial = pictured.scene = pictured.noise_level = pictured.algorithm = kHostile;
+  pictured.why = "median";
+  pictured.frames = {{0, kHostile}};
+  records::write_picture_index(folder_, index);
 
   const std::string page = Report(folder_).html();
   EXPECT_EQ(count(page, "<script"), count(page, "<script>") + 1) << "the scripts and the data";

@@ -77,7 +77,7 @@ TEST(DescribedStruct, EveryFlawIsNamedWithItsPlace) {
   const Json json = Json::parse(R"({"axes": 7, "speed": "fast", "backlash": [], "list": [{"name": 3, "unit": "m",
     "travel": 0}, 4], "flags": {"soft": 1}, "ends": ["low"], "more": [], "humidity": 1})");
   EXPECT_EQ(error_text(ErrorKind::bad_input, [&] { read_described<Stage>(json, "stage.json"); }),
-            R"(stage.json is damaged: /axes is 7; expected a whole number from 1 to 6
+            R"(stage.json is damaged: /axes is 7; expected an integer from 1 to 6
   /speed is "fast"; expected a number
   /backlash is []; expected a number
   /list/0/name is 3; expected text

@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "described_schema.h"
 #include "records/manifest.h"
+#include "records/picture_index.h"
 #include "records/record.h"
 #include "records/trial_ends.h"
 
@@ -181,6 +182,14 @@ TEST(Documents, TheSchemaOfManifestsHasTheirMembers) {
                     {"description", "manifest.json of a results folder. results/README.md"}};
   schema.update(DescribedSchema().of_document<Manifest>());
   approve(kRoot / "docs/schemas/manifest.schema.json", pretty(schema) + "\n");
+}
+
+TEST(Documents, TheSchemaOfPicturesHasTheirMembers) {
+  Ordered schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
+                    {"title", "relign-bench pictures"},
+                    {"description", "pictures/index.json of a results folder. results/README.md"}};
+  schema.update(DescribedSchema().of_document<PictureIndex>());
+  approve(kRoot / "docs/schemas/pictures.schema.json", pretty(schema) + "\n");
 }
 
 // The Python package reads records without the schemas.

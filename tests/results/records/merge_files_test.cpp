@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "merge_fixture.h"
+#include "records/picture_index.h"
 
 namespace relign::records {
 namespace {
@@ -66,7 +67,7 @@ TEST_F(MergeTest, CopiesLogsScenesAndPictures) {
         {"format", 1},
         {"trials", {pictured(id, "best"), pictured(id, "worst")}},
         {"references", {{{"scene", "toy"}, {"file", "toy/reference.png"}}, {{"scene", "x"}, {"file", "../../x"}}}}};
-    write_file_atomically(made / "pictures/index.json", index.dump());
+    write_file_atomically(made / "pictures/index.json", completed<PictureIndex>(index).dump());
     write_file_atomically(made / "pictures" / id / "step-000.png", "frame of " + id);
     write_file_atomically(made / "pictures" / id / "film.webp", "film of " + id);
     write_file_atomically(made / "pictures/toy/reference.png", "reference");
@@ -104,7 +105,7 @@ TEST_F(MergeTest, DoesNotFollowLinksOutOfTheFolder) {
          {"frames", {{{"step", 0}, {"file", "w0/step-000.png"}}, {{"step", 1}, {"file", "w0/inner.png"}}}},
          {"film", {{"file", "w0/film.webp"}}}}}},
       {"references", {{{"scene", "toy"}, {"file", "toy/key.txt"}}}}};
-  write_file_atomically(made / "pictures/index.json", index.dump());
+  write_file_atomically(made / "pictures/index.json", completed<PictureIndex>(index).dump());
   write_file_atomically(made / "pictures/w0/frame.png", "a frame");
   write_file_atomically(made / "scenes/f00/description.json", "{}");
   fs::create_symlink("frame.png", made / "pictures/w0/inner.png");
