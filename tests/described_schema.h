@@ -7,16 +7,28 @@
 #include <string>
 #include <vector>
 
+#include "approved_document.h"
 #include "base/described.h"
 #include "base/scene_score.h"
+#include "records/manifest.h"
 
 namespace relign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// The name of a struct among the "definitions"; "" for one that appears where it is used. Specialised by tests.
+// The name of a struct among the "definitions"; "" for one that is described where it is used.
 template <class T>
 inline constexpr std::string_view kDefinition = "";
+template <>
+inline constexpr std::string_view kDefinition<MachineTimeKeys> = "machine_time";
+template <>
+inline constexpr std::string_view kDefinition<records::Program> = "program";
+template <>
+inline constexpr std::string_view kDefinition<records::Machine> = "machine";
+template <>
+inline constexpr std::string_view kDefinition<records::Shard> = "shard";
+template <>
+inline constexpr std::string_view kDefinition<records::SandboxLimits> = "sandbox";
 
 class DescribedSchema {
  public:
@@ -119,5 +131,16 @@ class DescribedSchema {
 
   OrderedJson definitions_ = OrderedJson::object();
 };
+
+// The schema in docs/schemas.
+template <Described T>
+void approve_schema(const std::string& name, const std::string& title, const std::string& description) {
+  OrderedJson schema = {
+      {"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}, {"description", description}};
+  schema.update(DescribedSchema().of_document<T>());
+  const std::filesystem::path file =
+      std::filesystem::path(RELIGN_SOURCE_DIR) / "docs/schemas" / (name + ".schema.json");
+  test::approve(file, test::pretty(schema) + "\n");
+}
 
 }  // namespace relign

@@ -42,7 +42,7 @@ ShardJob::ShardJob(const std::string& plan_file, const std::string& shard, bool 
 
 suites::Suite ShardJob::read_suite(plugin_host::Catalog& catalog) const {
   suites::Suite suite =
-      suites::read_suite(JsonSource::from_text(plan_.suite_text, plan_.suite_file), plan_.suite_folder, catalog);
+      suites::read_suite(JsonSource::from_text(plan_.suite, plan_.suite_file), plan_.folder(), catalog);
   suite.name = plan_.name;
   return suite;
 }
@@ -51,8 +51,7 @@ std::unique_ptr<runner::ShardAttempt> ShardJob::begin(const std::filesystem::pat
                                                       runner::PreparedPlan& prepared,
                                                       const std::function<void(const std::string&)>& on_message) const {
   runner::check_unchanged(plan_, prepared);
-  const std::string program = plan_.content["program"].value("hash", std::string());
-  if (!program.empty() && program != runner::this_program().hash)
+  if (const std::string& program = plan_.program.hash; !program.empty() && program != runner::this_program().hash)
     on_message("this build of relign-bench differs from the one that made the plan; use the same build for all shards");
   auto attempt = std::make_unique<runner::ShardAttempt>(results, number_, plan_.hash, on_message);
   std::vector<suites::PlannedTrial> remaining;

@@ -41,14 +41,14 @@ int make_plan(Context& context, const PlanArguments& arguments) {
       std::move(suite), cache_folder(), [](const std::string& note) { print_warning(note); }, &watch_for_stop(),
       context.sandbox());
   const fs::path folder = fs::absolute(arguments.out).parent_path();
-  const Json content = runner::freeze(prepared, arguments.shards, folder, context.sandboxed);
-  write_file_atomically(arguments.out, content.dump(1) + "\n");
+  const runner::FrozenPlan plan = runner::freeze(prepared, arguments.shards, folder, context.sandboxed);
+  write_file_atomically(arguments.out, json_of(plan).dump(1) + "\n");
 
   const std::string last = std::to_string(arguments.shards - 1) + "/" + std::to_string(arguments.shards);
   const std::string name = prepared.plan.suite.name;
   if (context.json) {
     const Json result = {{"plan", arguments.out},
-                         {"hash", content["plan"]},
+                         {"hash", plan.hash},
                          {"trials", prepared.plan.trials.size()},
                          {"shards", arguments.shards}};
     print_result(result.dump(2) + "\n");

@@ -159,7 +159,7 @@ struct ManifestMethod : PluginEntry {
   static void members(Visit&& visit, S&... s) {
     PluginEntry::members(visit, s...);
     visit(Member{"observes"}, s.observes...);
-    visit(Member{"oracle"}, s.oracle...);
+    visit(Member{"oracle", "has information that its protocol does not grant"}, s.oracle...);
     visit(Member{.key = "protocol", .one_of = "paper blind"}, s.protocol...);
     visit(Member{"merit"}, s.merit...);
     visit(Member{"steps"}, s.steps...);
@@ -369,13 +369,13 @@ struct Manifest {
   static void members(Visit&& visit, S&... s) {
     visit(Member{.key = "format", .meaning = "of the file; readers refuse newer ones", .least = 1, .most = 1},
           s.format...);
-    visit(Member{"program"}, s.program...);
+    visit(Member{"program", "the relign-bench that wrote this"}, s.program...);
     visit(Member{"earlier_programs", "other builds that recorded trials of the folder", kLeftOut},
           s.earlier_programs...);
-    visit(Member{"suite", "verbatim"}, s.suite...);
-    visit(Member{"suite_file"}, s.suite_file...);
-    visit(Member{"suite_name"}, s.suite_name...);
-    visit(Member{"seed"}, s.seed...);
+    visit(Member{"suite", "its text, verbatim"}, s.suite...);
+    visit(Member{"suite_file", "its path"}, s.suite_file...);
+    visit(Member{"suite_name", "its name"}, s.suite_name...);
+    visit(Member{"seed", "of the suite"}, s.seed...);
     visit(
         Member{
             .key = "commitment", .meaning = "of a sealed suite", .flags = kLeftOut, .pattern = "^sha256:[0-9a-f]{64}$"},
@@ -385,14 +385,14 @@ struct Manifest {
                  .flags = kLeftOut,
                  .pattern = kSha256},
           s.secret...);
-    visit(Member{"first_instance"}, s.first_instance...);
-    visit(Member{"instances"}, s.instances...);
-    visit(Member{.key = "limits", .one_of = "soft hard"}, s.limits...);
+    visit(Member{"first_instance", "its number"}, s.first_instance...);
+    visit(Member{"instances", "of each scene and noise level"}, s.instances...);
+    visit(Member{.key = "limits", .meaning = "of the stage, by the suite", .one_of = "soft hard"}, s.limits...);
     visit(Member{.key = "instance_set", .meaning = "hash of all instances", .pattern = kShortHash}, s.instance_set...);
-    visit(Member{"machine"}, s.machine...);
-    visit(Member{"scenes"}, s.scenes...);
-    visit(Member{"noise_levels"}, s.noise_levels...);
-    visit(Member{"algorithms"}, s.algorithms...);
+    visit(Member{"machine", "where it ran"}, s.machine...);
+    visit(Member{"scenes", "of the suite"}, s.scenes...);
+    visit(Member{"noise_levels", "of the suite"}, s.noise_levels...);
+    visit(Member{"algorithms", "methods of the suite, and those that the program added"}, s.algorithms...);
     visit(Member{"prepared", "pretraining of the algorithms"}, s.prepared...);
     visit(Member{"trials", "planned"}, s.trials...);
     visit(Member{.key = "order", .meaning = "trials in the plan's order", .pattern = kShortHash}, s.order...);
@@ -409,18 +409,22 @@ struct Manifest {
                  .flags = kLeftOut,
                  .pattern = "^(none|[0-9a-f]{64})$"},
           s.analysis_began_with...);
-    visit(Member{"command"}, s.command...);
-    visit(Member{.key = "spec", .flags = kAnyObject | kMayBeNull, .schema = "spec.schema.json"}, s.spec...);
+    visit(Member{"command", "which repeats the run"}, s.command...);
+    visit(Member{.key = "spec",
+                 .meaning = "the suite's specification",
+                 .flags = kAnyObject | kMayBeNull,
+                 .schema = "spec.schema.json"},
+          s.spec...);
     visit(Member{"cost", "the suite's prices; absent without them", kLeftOut}, s.cost...);
     visit(Member{"cycle", "the suite's, of times of a module's cycle besides alignment; absent without one", kLeftOut},
           s.cycle...);
-    visit(Member{"targets"}, s.targets...);
+    visit(Member{"targets", "of the suite"}, s.targets...);
     visit(Member{"machine_time", "what the suite sets over the scenes'"}, s.machine_time...);
-    visit(Member{"shard", "", kLeftOut}, s.shard...);
-    visit(Member{"sandbox", "", kLeftOut}, s.sandbox...);
-    visit(Member{"sources", "of a merged folder", kLeftOut}, s.sources...);
-    visit(Member{"suites", "of a merged folder", kLeftOut}, s.suites...);
-    visit(Member{"merge", "", kLeftOut}, s.merge...);
+    visit(Member{"shard", "of a plan, which the folder is", kLeftOut}, s.shard...);
+    visit(Member{"sandbox", "limits of the algorithms, of a run with --sandbox", kLeftOut}, s.sandbox...);
+    visit(Member{"sources", "folders of which this one was merged", kLeftOut}, s.sources...);
+    visit(Member{"suites", "the different suites of a merged folder", kLeftOut}, s.suites...);
+    visit(Member{"merge", "how folders were joined; numbers of trials", kLeftOut}, s.merge...);
   }
 
   const ManifestScene* scene(const std::string& name) const;  // null: none

@@ -291,7 +291,7 @@ class NewerFormat : public Error {
   explicit NewerFormat(const std::string& message) : Error(ErrorKind::bad_input, message) {}
 };
 
-// The JSON of a file with a "format"; null if there is no file. Throws Error(bad_input) where it is damaged,
+// The JSON of a file with a "format"; null where there is none. Throws Error(bad_input) where it is damaged,
 // NewerFormat.
 Json read_formatted(const std::filesystem::path& file);
 

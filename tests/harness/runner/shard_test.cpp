@@ -13,7 +13,7 @@ using testing::HasSubstr;
 class ShardTest : public ToyTest {
  protected:
   FrozenPlan freeze_as(const std::string& name, const PreparedPlan& plan, unsigned shards) {
-    write_file_atomically(folder_ / name, freeze(plan, shards, folder_).dump(1));
+    write_file_atomically(folder_ / name, json_of(freeze(plan, shards, folder_)).dump(1));
     return read_plan(folder_ / name);
   }
   // Like the verb: runs the remaining trials of the shard.
@@ -24,7 +24,7 @@ class ShardTest : public ToyTest {
     for (const std::size_t place : places_of_shard(plan.plan, shard, frozen.shards))
       if (!attempt.done_elsewhere().count(plan.plan.trials[place].id)) part.push_back(plan.plan.trials[place]);
     plan.plan.trials = part;
-    plan.shard = {{"number", shard}, {"of", frozen.shards}, {"plan", frozen.hash}};
+    plan.shard = records::Shard{shard, frozen.shards, frozen.hash, frozen.trials};
     RunOptions part_options = options(name);
     part_options.results = attempt.folder();
     part_options.stop = stop;
@@ -55,7 +55,7 @@ TEST_F(ShardTest, ShardsPartitionThePlan) {
 
 TEST_F(ShardTest, PlansKeepThatTheyWereMadeInASandbox) {
   const PreparedPlan plan = prepared(suite_text(R"("toy-walker")"));
-  const Json open = freeze(plan, 2, folder_), sandboxed = freeze(plan, 2, folder_, true);
+  const Json open = json_of(freeze(plan, 2, folder_)), sandboxed = json_of(freeze(plan, 2, folder_, true));
   EXPECT_FALSE(open.contains("sandbox")) << "as in earlier plans";
   EXPECT_NE(sandboxed["plan"], open["plan"]) << "removing it is noticed";
   write_file_atomically(folder_ / "plan.json", sandboxed.dump());
@@ -108,19 +108,19 @@ TEST_F(ShardTest, MergedShardsHaveTheBytesOfOneRun) {
 TEST_F(ShardTest, PlanRoundTripsWithItsSuite) {
   const PreparedPlan plan = prepared(suite_text(kWalkers));
   fs::create_directories(folder_ / "sub");
-  write_file_atomically(folder_ / "sub/plan.json", freeze(plan, 4, folder_ / "sub").dump());
+  write_file_atomically(folder_ / "sub/plan.json", json_of(freeze(plan, 4, folder_ / "sub")).dump());
   const FrozenPlan frozen = read_plan(folder_ / "sub/plan.json");
   EXPECT_EQ(frozen.shards, 4U);
   EXPECT_EQ(frozen.trials, 36U);
-  EXPECT_EQ(frozen.suite_text, suite_text(kWalkers));
-  EXPECT_EQ(fs::weakly_canonical(frozen.suite_folder), fs::weakly_canonical(fs::current_path()));
+  EXPECT_EQ(frozen.suite, suite_text(kWalkers));
+  EXPECT_EQ(fs::weakly_canonical(frozen.folder()), fs::weakly_canonical(fs::current_path()));
   std::string ids;
   for (const suites::PlannedTrial& trial : plan.plan.trials) ids += trial.id;
   std::string frozen_ids;
-  for (const Json& block : frozen.content["blocks"]) frozen_ids += block["ids"].get<std::string>();
+  for (const PlanBlock& block : frozen.blocks) frozen_ids += block.ids;
   EXPECT_EQ(frozen_ids, ids);
   check_unchanged(frozen, plan);
-  EXPECT_NE(freeze(plan, 5, folder_)["plan"], frozen.hash);
+  EXPECT_NE(freeze(plan, 5, folder_).hash, frozen.hash);
   EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { freeze(plan, 13, folder_); }), HasSubstr("1 to 12 shards"));
 }
 
@@ -135,7 +135,7 @@ TEST_F(ShardTest, RejectsChangedPluginOrSuiteAndNamesTheChange) {
 }
 
 TEST_F(ShardTest, RejectsDamagedAndNewerPlans) {
-  Json content = freeze(prepared(suite_text(R"("toy-walker")")), 2, folder_);
+  Json content = json_of(freeze(prepared(suite_text(R"("toy-walker")")), 2, folder_));
   const auto refused = [&](const Json& text) {
     write_file_atomically(folder_ / "plan.json", text.is_string() ? text.get<std::string>() : text.dump());
     return error_text(ErrorKind::bad_input, [&] { read_plan(folder_ / "plan.json"); });

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "approved_document.h"
 #include "base/criteria.h"
 #include "base/files.h"
 #include "described_schema.h"
@@ -16,77 +17,20 @@
 #include "records/record.h"
 #include "records/trial_ends.h"
 
-namespace relign {
-
-template <>
-inline constexpr std::string_view kDefinition<MachineTimeKeys> = "machine_time";
-template <>
-inline constexpr std::string_view kDefinition<records::Program> = "program";
-template <>
-inline constexpr std::string_view kDefinition<records::Machine> = "machine";
-template <>
-inline constexpr std::string_view kDefinition<records::Shard> = "shard";
-template <>
-inline constexpr std::string_view kDefinition<records::SandboxLimits> = "sandbox";
-
-}  // namespace relign
-
 namespace relign::records {
 namespace {
 
 namespace fs = std::filesystem;
+using test::approve;
+using test::differing_lines;
+using test::pretty;
 using Ordered = nlohmann::ordered_json;
 
 const fs::path kRoot = RELIGN_SOURCE_DIR;
 
-std::vector<std::string> split_lines(const std::string& text) {
-  std::istringstream stream(text);
-  std::vector<std::string> lines;
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-// The lines from the first difference to the last one.
-std::string differing_lines(const std::string& was, const std::string& is) {
-  std::vector<std::string> old = split_lines(was), now = split_lines(is);
-  while (!old.empty() && !now.empty() && old.back() == now.back()) old.pop_back(), now.pop_back();
-  const auto [from, to] = std::mismatch(old.begin(), old.end(), now.begin(), now.end());
-  std::string text;
-  std::for_each(from, old.end(), [&text](const std::string& line) { text += "\n- " + line; });
-  std::for_each(to, now.end(), [&text](const std::string& line) { text += "\n+ " + line; });
-  return text;
-}
-
-// Compares a file of the tree with what it should be, or writes it.
-void approve(const fs::path& file, const std::string& expected) {
-  if (std::getenv("RELIGN_UPDATE_GOLDEN")) write_file_atomically(file, expected);
-  if (const std::string found = read_file(file); found != expected)
-    ADD_FAILURE() << file << " is stale; update it as this test says at its top" << differing_lines(found, expected);
-}
-
 TEST(Documents, AFailureShowsTheDifferingLines) {
   EXPECT_EQ(differing_lines("a\nb\nc\n", "a\nB\nB\nc\n"), "\n- b\n+ B\n+ B");
   EXPECT_EQ(differing_lines("a\nc\n", "a\nb\nc\n"), "\n+ b");
-}
-
-// With a space per level; what fits into a line is in one.
-std::string pretty(const Ordered& value, std::size_t indent = 0) {
-  constexpr std::size_t kLongest = 130;
-  std::string line = value.dump(-1, ' ', false);
-  std::string spaced;
-  bool text = false;
-  for (std::size_t i = 0; i < line.size(); ++i) {
-    if (line[i] == '"' && (i == 0 || line[i - 1] != '\\')) text = !text;
-    spaced += line[i];
-    if (!text && (line[i] == ',' || line[i] == ':')) spaced += ' ';
-  }
-  if (indent > 0 && spaced.size() + indent <= kLongest) return spaced;
-  if (!value.is_structured() || value.empty()) return spaced;
-  std::string lines;
-  for (const auto& [key, member] : value.items())
-    lines += (lines.empty() ? "\n" : ",\n") + std::string(indent + 1, ' ') +
-             (value.is_object() ? "\"" + key + "\": " : "") + pretty(member, indent + 1);
-  return (value.is_object() ? "{" : "[") + lines + "\n" + std::string(indent, ' ') + (value.is_object() ? "}" : "]");
 }
 
 Ordered number_type(const Column& column) {
@@ -177,19 +121,13 @@ TEST(Documents, TheSchemaOfTheTrialThatTryPrintsHasTheColumns) {
 }
 
 TEST(Documents, TheSchemaOfManifestsHasTheirMembers) {
-  Ordered schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
-                    {"title", "relign-bench results manifest"},
-                    {"description", "manifest.json of a results folder. results/README.md"}};
-  schema.update(DescribedSchema().of_document<Manifest>());
-  approve(kRoot / "docs/schemas/manifest.schema.json", pretty(schema) + "\n");
+  approve_schema<Manifest>("manifest", "relign-bench results manifest",
+                           "manifest.json of a results folder. results/README.md");
 }
 
 TEST(Documents, TheSchemaOfPicturesHasTheirMembers) {
-  Ordered schema = {{"$schema", "http://json-schema.org/draft-07/schema#"},
-                    {"title", "relign-bench pictures"},
-                    {"description", "pictures/index.json of a results folder. results/README.md"}};
-  schema.update(DescribedSchema().of_document<PictureIndex>());
-  approve(kRoot / "docs/schemas/pictures.schema.json", pretty(schema) + "\n");
+  approve_schema<PictureIndex>("pictures", "relign-bench pictures",
+                               "pictures/index.json of a results folder. results/README.md");
 }
 
 // The Python package reads records without the schemas.
@@ -254,6 +192,49 @@ TEST(Documents, TablesOfTheFormatHaveTheColumns) {
   trial_columns(TableWriter{closing}, trial);
   approve_table(kRoot / "results/README.md", "columns of a step", steps);
   approve_table(kRoot / "results/README.md", "columns of a closing line", closing);
+}
+
+// What a member has: "[{name, id}]" for a list of structs, "{cpu, cores}" for one, "" for anything else.
+struct Shape {
+  template <class Value>
+  static std::string of(const Value&) {
+    if constexpr (!Described<Value>) {
+      return "";
+    } else {
+      std::string keys;
+      const Value usual{};
+      Value::members(
+          [&keys](const Member& member, const auto& value) {
+            const std::string inner = of(value);
+            keys += (keys.empty() ? "" : ", ") + std::string(member.key) + (inner.empty() ? "" : " " + inner);
+          },
+          usual);
+      return "{" + keys + "}";
+    }
+  }
+  static std::string of(const SceneScore&) { return of(StatedScore()); }
+  template <class Value>
+  static std::string of(const std::optional<Value>&) {
+    return of(Value());
+  }
+  template <class Value>
+  static std::string of(const std::vector<Value>&) {
+    const std::string inner = of(Value());
+    return inner.empty() ? "" : "[" + inner + "]";
+  }
+};
+
+TEST(Documents, TheTableOfTheManifestHasItsMembers) {
+  std::string table = "| member | content |\n|---|---|\n";
+  const Manifest usual;
+  Manifest::members(
+      [&table](const Member& member, const auto& value) {
+        const std::string shape = Shape::of(value), meaning(member.meaning);
+        table += "| `" + std::string(member.key) + "` | " + meaning + (meaning.empty() || shape.empty() ? "" : ": ") +
+                 shape + (member.is(kLeftOut) ? " (optional)" : "") + " |\n";
+      },
+      usual);
+  approve_table(kRoot / "results/README.md", "members of the manifest", table);
 }
 
 TEST(Documents, TheTableAndTheSchemaOfTrialsHaveTheEnds) {
