@@ -131,8 +131,8 @@ std::map<std::string, std::string> training_tags(const Json& manifest) {
     const std::string name = text_of(entry, "name"), method = text_of(list, "method");
     const std::size_t count = list.empty() ? 0 : trainings[method].size();
     if (count > 1) {
-      tags[name] = "1 of " + std::to_string(count) + " trainings";
-      tags[method] = std::to_string(count) + " trainings";
+      tags[name] = "1 of " + std::to_string(count) + " training runs";
+      tags[method] = std::to_string(count) + " training runs";
     } else if (count == 1 || !object_of(entry, "training").empty()) {
       tags[name] = kOneTraining;
       if (count == 1) tags[method] = kOneTraining;
