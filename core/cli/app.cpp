@@ -178,9 +178,9 @@ std::shared_ptr<const plugin_host::Sandbox> Context::sandbox(unsigned memory_mb)
 
 void add_sandbox_options(CLI::App& verb, Context& context) {
   verb.add_flag("--sandbox", context.sandboxed,
-                "run every algorithm without network and without a view of other files and processes, with limits");
+                "confine algorithms: no network, no view of other files and processes, limits");
   verb.add_option("--sandbox-show", context.sandbox_shown,
-                  "with --sandbox: a file or folder that algorithms may read besides their own; repeatable")
+                  "with --sandbox: one more file or folder that algorithms may read; repeatable")
       ->type_name("PATH")
       ->allow_extra_args(false);
 }

@@ -63,7 +63,7 @@ std::vector<double> chosen_pose(const std::string& text, const std::string& opti
     const auto found = trials::own_optimum(assembly, facts, kOptimumSeed);
     if (!found)
       throw Error(ErrorKind::bad_input,
-                  option + " optimum: the scene '" + facts.name + "' neither knows nor searches for own optima");
+                  option + " optimum: the scene '" + facts.name + "' neither has nor searches for optima");
     return found->true_pose;
   }
   const std::vector<double> pose = parse_numbers(text, option);

@@ -46,7 +46,7 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
       const auto found = trials::own_optimum(lens, loaded.facts, seed);
       if (!found)
         throw Error(ErrorKind::bad_input, "--noise-level: scene '" + scene +
-                                              "' does not know the own optimum of an instance; its description may ask "
+                                              "' does not have the optimum of an instance; its description may ask "
                                               "for a search, \"own_optimum\": \"searched\"");
       shifts.push_back(distance(loaded.facts, found->true_pose, "mm"));
       tilts.push_back(distance(loaded.facts, found->true_pose, "deg"));
@@ -61,7 +61,7 @@ std::vector<LevelOptima> level_optima(Context& context, const std::string& scene
 
 std::string optima_text(const std::vector<LevelOptima>& levels) {
   const std::string score = levels.empty() ? SceneScore().name : levels.front().score;
-  TextTable table({"level", "instances", "own optimum from nominal: mm", "largest", "deg", "largest", score + " there",
+  TextTable table({"level", "instances", "optimum from nominal: mm", "largest", "deg", "largest", score + " there",
                    "largest", score + " at nominal"});
   for (const LevelOptima& level : levels)
     table.add({level.level, std::to_string(level.instances), fixed(level.shift_mm.median, 4),

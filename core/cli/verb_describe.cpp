@@ -239,8 +239,7 @@ void add_describe(CLI::App& app, Context& context) {
   DescribeArguments& given = add_action(verb, context, describe);
   verb.add_option("ID", given.id, "id of a plugin or preset, or path of a plugin")->required();
   verb.add_option("--noise-level", given.levels,
-                  "for a scene: also print how far the own optima of this level's instances are from the nominal pose; "
-                  "repeatable")
+                  "for a scene: also print the distance of this level's optima from the nominal pose; repeatable")
       ->type_name("LEVEL")
       ->allow_extra_args(false);
   verb.add_option("--instances", given.instances, "number of instances per level, from instance 0 of suite seed 1")

@@ -98,9 +98,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
 
 void add_merge(CLI::App& app, Context& context) {
   CLI::App& verb =
-      add_verb(app, {"merge",
-                     "Merge results folders with the same instances: shards of a plan, or a study and results of a new "
-                     "method.",
+      add_verb(app, {"merge", "Merge results on the same instances: shards of a plan, or a study and a new method.",
                      "relign-bench merge results/study results/ours -o results/both\n"
                      "relign-bench merge results/quick -o results/quick-all   # all shards in results/quick",
                      "plan, run, report, verify"});

@@ -86,7 +86,7 @@ void add_plan(CLI::App& app, Context& context) {
       ->type_name("FILE")
       ->capture_default_str();
   verb.add_option("--shards", arguments.shards,
-                  "number of shards, of about equal work; five to ten minutes each is a good size")
+                  "number of shards of about equal work; aim for five to ten minutes each")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U))
       ->capture_default_str();

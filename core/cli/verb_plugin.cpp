@@ -103,14 +103,11 @@ int new_plugin(Context& context, const NewPluginArguments& arguments) {
 
 void add_new(CLI::App& plugin, Context& context) {
   CLI::App& verb = add_verb(
-      plugin,
-      {"new",
-       "Create a small, complete plugin project: source, README, test and, for C++, manifest and CMakeLists.txt. With "
-       "--onnx, an agent that follows your network, without source.",
-       "relign-bench plugin new --kind optimizer my_search\n"
-       "relign-bench plugin new --kind scene --lang python --observes readings my_coupler\n"
-       "relign-bench plugin new --kind agent --onnx my_net.onnx my_net",
-       "plugin check, try, describe"});
+      plugin, {"new", "Create a small, complete plugin project, or with --onnx an agent that follows your network.",
+               "relign-bench plugin new --kind optimizer my_search\n"
+               "relign-bench plugin new --kind scene --lang python --observes readings my_coupler\n"
+               "relign-bench plugin new --kind agent --onnx my_net.onnx my_net",
+               "plugin check, try, describe"});
   NewPluginArguments& arguments = add_action(verb, context, new_plugin);
   verb.add_option("NAME", arguments.name, "id of the plugin: letters, digits, '-', '_' or '.'")->required();
   verb.add_option("--kind", arguments.kind, "kind of plugin: optimizer, agent, scene or noise-level; required")
@@ -120,8 +117,7 @@ void add_new(CLI::App& plugin, Context& context) {
       ->type_name("LANGUAGE")
       ->check(CLI::IsMember({"cpp", "python"}))
       ->capture_default_str();
-  verb.add_option("--observes", arguments.observes,
-                  "of a scene: images, or readings of instruments, such as the power behind a fibre, or both (Python)")
+  verb.add_option("--observes", arguments.observes, "of a scene: images, readings of instruments, or both (Python)")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"images", "readings", "both"}))
       ->capture_default_str();

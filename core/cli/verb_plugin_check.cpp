@@ -93,19 +93,17 @@ int check_one(Context& context, const CheckArguments& arguments) {
 }  // namespace
 
 void add_plugin_check(CLI::App& plugin, Context& context) {
-  CLI::App& verb = add_verb(
-      plugin,
-      {"check",
-       "Run the conformance checks on plugins, each in a separate process, so that a crash or an endless loop is a "
-       "failed check. Exit code 0 if all pass, 5 if a plugin is rejected or a check fails.",
-       "relign-bench plugin check ./my_plugin", "list, describe, try"});
+  CLI::App& verb = add_verb(plugin, {"check",
+                                     "Run the conformance checks on plugins, each in its own process. Exit code 5 if a "
+                                     "plugin is rejected or a check fails.",
+                                     "relign-bench plugin check ./my_plugin", "list, describe, try"});
   auto arguments = std::make_shared<CheckArguments>();
   verb.add_option("PATH", arguments->plugins,
                   "plugin: folder, library, script or manifest, or the id of an installed plugin")
       ->required();
-  verb.add_option("--scene", arguments->scene,
-                  "check methods on this scene: id, preset, path, or an object as in a suite; with the noise level "
-                  "'declared' if it has uncertain quantities, in place of synthetic merits and images for 1 to 10 axes")
+  verb.add_option(
+          "--scene", arguments->scene,
+          "check methods on this scene instead of synthetic trials: id, preset, path, or an object as in a suite")
       ->type_name("SCENE")
       ->check([](const std::string& scene) {
         return std::string(scene.empty() ? "is empty; expected an id, a preset or a path" : "");

@@ -69,12 +69,11 @@ int prepare_plugin(Context& context, const PrepareArguments& arguments) {
 }  // namespace
 
 void add_plugin_prepare(CLI::App& plugin, Context& context) {
-  CLI::App& verb = add_verb(
-      plugin,
-      {"prepare",
-       "Pretrain an algorithm on source instances of a scene and noise level, which are never benchmark instances. The "
-       "result is kept in the user's cache. run and try pretrain automatically where it is missing.",
-       "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
+  CLI::App& verb =
+      add_verb(plugin, {"prepare",
+                        "Pretrain an algorithm on source instances, which are never benchmark instances, and keep the "
+                        "result in the user's cache. run and try do so automatically.",
+                        "relign-bench plugin prepare transfer-gp --noise-level rho0.5", "run, try, describe"});
   PrepareArguments& arguments =
       add_action(verb, context, prepare_plugin, "Stopped; nothing was kept. To start again, run the same command:");
   verb.add_option("ALGORITHM", arguments.algorithm, "algorithm: id, preset or path")->required();

@@ -302,8 +302,7 @@ void add_render(CLI::App& app, Context& context) {
   verb.add_option("--transport", given.transport, "light transport: refract, fresnel or ghost [default: the scene's]")
       ->type_name("NAME:{refract,fresnel,ghost}");
   verb.add_option("--samples", given.samples,
-                  "rays per pixel; with --noise-free the error that they reach is printed [default: the scene's; with "
-                  "--noise-free, as many as --error requires]")
+                  "rays per pixel [default: the scene's; with --noise-free, as many as --error requires]")
       ->type_name("COUNT")
       ->check(whole_number());
   verb.add_option("--seed", given.seed, "seed of the image's noise; with --noise-free, of the residual noise")
@@ -311,21 +310,18 @@ void add_render(CLI::App& app, Context& context) {
       ->check(whole_number())
       ->capture_default_str();
   verb.add_flag("--noise-free", given.noise_free,
-                "render the expected image: average until --error is reached, and print the error that was reached");
+                "render the expected image: average until --error is reached, and print the error");
   verb.add_option("--error", given.error,
                   "with --noise-free: standard error per pixel to reach (root mean square over the image, in the unit "
-                  "of RMSE); "
-                  "warns if the scene's limit of rays is reached first [default: 0.0003]")
+                  "of RMSE) [default: 0.0003]")
       ->type_name("NUMBER")
       ->check(CLI::Range(1e-9, 1e9));
-  verb.add_flag(
-      "--derivatives", given.derivatives,
-      "render the expected image from --samples rays per pixel [default: 1024], and beside it its derivative by "
-      "each axis, per whole travel: start.png, start-x.png, ...; in a .png grey is 0, and white the largest");
-  verb.add_option(
-          "--animate", given.path,
-          "render an animation along a path of true poses, interpolated linearly: poses as for --pose separated by "
-          "'->', or a file {\"poses\": [[...], \"nominal\", ...]}")
+  verb.add_flag("--derivatives", given.derivatives,
+                "render the expected image from --samples rays per pixel [default: 1024] and its derivative by each "
+                "axis, per whole travel: start.png, start-x.png, ...; in a .png grey is 0");
+  verb.add_option("--animate", given.path,
+                  "render an animation along a path of true poses: as for --pose, separated by '->', or a file "
+                  "{\"poses\": [[...], \"nominal\", ...]}")
       ->type_name("PATH");
   verb.add_option("--frames", given.frames, "number of frames of the animation; frame k uses seed + k")
       ->type_name("COUNT")
@@ -335,13 +331,11 @@ void add_render(CLI::App& app, Context& context) {
       ->type_name("NUMBER")
       ->check(CLI::Range(0.1, 120.0))
       ->capture_default_str();
-  CLI::Option* randomise =
-      verb.add_option("--randomise", given.errors,
-                      "render a contact sheet of twenty captures with these imaging errors, as relign-train imitate "
-                      "--randomise trains on, in place of the scene's own errors: ten instances of rho0.5, or of "
-                      "--noise-level from --instance on, near the optimum and at the start; grey is the square root of "
-                      "the value")
-          ->type_name("FILE");
+  CLI::Option* randomise = verb.add_option("--randomise", given.errors,
+                                           "render a contact sheet of twenty captures with these imaging errors, as "
+                                           "relign-train imitate --randomise trains on: ten instances of rho0.5, or of "
+                                           "--noise-level from --instance on, near the optimum and at the start")
+                               ->type_name("FILE");
   verb.add_option("--beside", given.beside,
                   "with --randomise: add ten captures of this scene for comparison, of the same instances")
       ->type_name("SCENE")

@@ -160,32 +160,27 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 }  // namespace
 
 void add_report(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(
-      app,
-      {"report", "Write the HTML page and the tables of results folders. Exit code 4 if a check of the records failed.",
-       "relign-bench report results/quick --open\n"
-       "relign-bench report results/quick --figures paper\n"
-       "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
-       "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
-       "relign-bench report results/mine results/published -o both.html",
-       "run, merge, compare"});
+  CLI::App& verb =
+      add_verb(app, {"report", "Write the report of results folders. Exit code 4 if a check of the records failed.",
+                     "relign-bench report results/quick --open\n"
+                     "relign-bench report results/quick --figures paper\n"
+                     "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
+                     "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
+                     "relign-bench report results/mine results/published -o both.html",
+                     "run, merge, compare"});
   ReportArguments& arguments = add_action(verb, context, write_reports);
   verb.add_option("DIR", arguments.folders, "one or more results folders")->required()->type_name("DIR");
-  verb.add_option(
-          "-o,--out", arguments.out,
-          "write only this file (- for standard output); several folders make one page, which compares those with the "
-          "same instance set and shows the others separately [default: html: DIR/report.html, with tables beside it; "
-          "md, csv, json: standard output]")
+  verb.add_option("-o,--out", arguments.out,
+                  "write only this file (- for standard output); several folders make one page [default: html: "
+                  "DIR/report.html, with tables beside it; md, csv, json: standard output]")
       ->type_name("FILE");
-  verb.add_option(
-          "--format", arguments.format,
-          "html, md (Markdown tables for a README), csv (one row per method, scene, noise level and protocol) or json "
-          "(all numbers of the page) [default: html]")
+  verb.add_option("--format", arguments.format,
+                  "html, md (tables for a README), csv (the ranking) or json "
+                  "(all numbers of the page) [default: html]")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"html", "md", "csv", "json"}));
   add_rule_option(verb, arguments.rule);
-  verb.add_flag("--open", arguments.open,
-                "open the page in a browser: BROWSER, or the desktop's; without a display, print how to copy the page");
+  verb.add_flag("--open", arguments.open, "open the page in a browser; without a display, print how to copy it");
   verb.add_option("--figures", arguments.figures,
                   "also write every figure as SVG, and its numbers as CSV, to this folder, for a paper [default: none]")
       ->type_name("FOLDER");

@@ -283,10 +283,9 @@ void add_run(CLI::App& app, Context& context) {
                   "run only these trials: scene=, noise_level=, algorithm=, protocol= or instance=; repeatable")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  verb.add_option(
-          "--isolation", arguments.isolation,
-          "process: each worker is a separate process, and a plugin that crashes or hangs fails only its trial; "
-          "none: workers are threads of this process, for debugging")
+  verb.add_option("--isolation", arguments.isolation,
+                  "process: a plugin that crashes or hangs fails only its trial; none: workers are threads of this "
+                  "process, for debugging")
       ->type_name("MODE")
       ->check(CLI::IsMember({"process", "none"}))
       ->capture_default_str();

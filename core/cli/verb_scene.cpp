@@ -89,7 +89,7 @@ std::string landscape_subtitle(const LandscapeArguments& arguments) {
   if (!arguments.lens.assembly.empty()) lens = "lens of " + fs::path(arguments.lens.assembly).filename().string();
   const bool named = std::isalpha(static_cast<unsigned char>(arguments.pose.front())) != 0;
   return lens + "; noise-free error in planes through " +
-         (arguments.pose == "optimum" ? "its own optimum"
+         (arguments.pose == "optimum" ? "its optimum"
           : named                     ? "the " + arguments.pose + " pose"
                                       : "the pose " + arguments.pose);
 }
@@ -176,12 +176,12 @@ void add_tolerances(CLI::App& scene, Context& context) {
             return usable ? std::string() : "expected an RMSE above 0, found '" + text + "'";
           },
           ""));
-  verb.add_option("--draws", given.draws, "lenses to draw, 20 to 1,000,000; none of them is an instance of a benchmark")
+  verb.add_option("--draws", given.draws, "lenses to draw, 20 to 1,000,000, none of them a benchmark instance")
       ->type_name("COUNT")
       ->check(CLI::Range(20U, 1'000'000U))
       ->capture_default_str();
   verb.add_option("--check", given.check,
-                  "search the best poses of so many of them, at most 1,000, to compare with the prediction")
+                  "search for the best poses of this many of them, at most 1,000, to compare with the prediction")
       ->type_name("COUNT")
       ->check(CLI::Range(0U, 1000U))
       ->capture_default_str();
@@ -198,11 +198,10 @@ void add_scene(CLI::App& app, Context& context) {
       add_verb(app, {"scene", "Create a scene from a lens file, or map its error over poses and tolerances.",
                      "relign-bench scene landscape --scene relign_od -o landscape", "lens, render"});
   scene.require_subcommand(1);
-  CLI::App& verb = add_verb(
-      scene, {"landscape", "Map the noise-free error over every pair of axes, as a picture, a page and a table.",
-              "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
-              "relign-bench scene landscape --scene gaussian_spot -o spot.html",
-              "lens draw, render, describe"});
+  CLI::App& verb = add_verb(scene, {"landscape", "Map the noise-free error over every pair of axes.",
+                                    "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
+                                    "relign-bench scene landscape --scene gaussian_spot -o spot.html",
+                                    "lens draw, render, describe"});
   add_tolerances(scene, context);
   LandscapeArguments& given = add_action(verb, context, landscape);
   verb.add_option("-o,--out", given.out,
@@ -219,8 +218,7 @@ void add_scene(CLI::App& app, Context& context) {
       ->type_name("POSE:{nominal,start,optimum}")
       ->capture_default_str();
   add_lens_options(verb, given.lens);
-  verb.add_option("--points", given.points,
-                  "poses per axis; ten planes of 21 x 21 poses at 5 ms each take 22 s, of 41 x 41 four times as long")
+  verb.add_option("--points", given.points, "poses per axis; ten planes of 21 x 21 poses at 5 ms each take 22 s")
       ->type_name("COUNT")
       ->check(CLI::Range(3, 501))
       ->capture_default_str();

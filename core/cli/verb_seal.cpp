@@ -78,21 +78,17 @@ int publish_secret(const Context& context, const fs::path& results, const std::s
 }  // namespace
 
 void add_seal(CLI::App& app, Context& context) {
-  CLI::App& verb =
-      add_verb(app, {"seal",
-                     "Make the secret of a sealed suite, from which its instances are drawn, and print the "
-                     "commitment that the suite states.",
-                     "relign-bench seal -o secret.txt", "unseal, run, verify"});
+  CLI::App& verb = add_verb(app, {"seal", "Make the secret of a sealed suite, and print the commitment for the suite.",
+                                  "relign-bench seal -o secret.txt", "unseal, run, verify"});
   auto out = std::make_shared<std::string>();
   verb.add_option("-o,--out", *out, "new file for the secret")->required()->type_name("FILE");
   verb.callback([&context, out] { context.action = [&context, out] { return make_secret(context, *out); }; });
 }
 
 void add_unseal(CLI::App& app, Context& context) {
-  CLI::App& verb = add_verb(app, {"unseal",
-                                  "Write the secret of a sealed suite into its results, so that anybody can verify "
-                                  "them. The secret is public from then on.",
-                                  "relign-bench unseal results/sealed --secret secret.txt", "seal, verify"});
+  CLI::App& verb =
+      add_verb(app, {"unseal", "Publish the secret of a sealed suite in its results, so that anyone can verify them.",
+                     "relign-bench unseal results/sealed --secret secret.txt", "seal, verify"});
   auto results = std::make_shared<std::string>(), secret = std::make_shared<std::string>();
   verb.add_option("DIR", *results, "results folder of a sealed suite")->required()->type_name("DIR");
   add_secret_option(verb, *secret);

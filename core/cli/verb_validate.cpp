@@ -125,7 +125,7 @@ int checked(Context& context, const std::string& file) {
   print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
                "\nframes         " + std::to_string(frames) + "\nexpected time  about " + duration_text(seconds) +
                " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-               " (captures, ground truth and own optima, timed now with all cores busy; without the algorithms' own "
+               " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' own "
                "time, pretraining, pictures and the report)\n" +
                memory + design_mtf);
   return kDone;
@@ -145,7 +145,7 @@ int validate(Context& context, const std::string& file) {
 
 void add_validate(CLI::App& app, Context& context) {
   CLI::App& verb =
-      add_verb(app, {"validate", "Check a suite; print all its mistakes, or its trials, frames and expected run time.",
+      add_verb(app, {"validate", "Check a suite: print all its mistakes, or its trials, frames and expected run time.",
                      "relign-bench validate suites/quick.json", "run, list, describe"});
   auto file = std::make_shared<std::string>();
   verb.add_option("SUITE", *file, kSuiteHelp)->required()->type_name("FILE");

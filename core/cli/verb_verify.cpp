@@ -224,12 +224,10 @@ void add_verify(CLI::App& app, Context& context) {
           "--suite-folder", arguments.suite_folder,
           "base folder of the suite's relative paths [default: the suite file's folder, as recorded in the manifest]")
       ->type_name("DIR");
-  verb.add_option("--by", arguments.by,
-                  "who replays: a leaderboard shows it beside the number of replayed trials [default: not stated]")
-      ->type_name("NAME");
+  verb.add_option("--by", arguments.by, "who replays, for the leaderboard [default: not stated]")->type_name("NAME");
   add_sandbox_options(verb, context);
   verb.add_flag("--no-sandbox", arguments.no_sandbox,
-                "replay results of a sandbox without one: their algorithms can read and change your files")
+                "replay results of a sandbox without one: algorithms can then read and change your files")
       ->excludes("--sandbox");
   add_secret_option(verb, arguments.secret);
   verb.add_option("--workers", arguments.workers, "number of trials to run in parallel [default: all cores]")

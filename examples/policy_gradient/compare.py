@@ -1,7 +1,7 @@
 """Trains what README.md compares, each within the same processor time, and prints the tables of the results.
 
-    python3 compare.py train     # into training/ of this folder; writes processor.csv and curves/; skips complete trainings
-    python3 compare.py suite     # prints suite.json with the trainings that exist
+    python3 compare.py train     # into training/ of this folder; writes processor.csv and curves/; skips complete runs
+    python3 compare.py suite     # prints suite.json with the networks that exist
     python3 compare.py tables    # from processor.csv and instances.csv
 """
 
@@ -31,7 +31,7 @@ RULES = {"current": "recommended_current", "own": "recommended"}  # with the col
 
 
 def command(method: str, seed: int, folder: pathlib.Path) -> list[str]:
-    """The command of a training."""
+    """The command of a training run."""
     if method == "policy-gradient":
         return [sys.executable, str(HERE / "train.py"), "--minutes", str(MINUTES), "--seed", str(seed), "-o", str(folder)]
     verb, settings = ("imitate", IMITATION) if method == "imitation" else ("ppo", PPO)
@@ -57,12 +57,12 @@ def timed(words: list[str], minutes: float) -> tuple[float, bool]:
 
 
 def train(method: str, seed: int) -> None:
-    """One training, its networks NAME-SEED.onnx, and its line of processor.csv."""
+    """One training run, its networks NAME-SEED.onnx, and its line of processor.csv."""
     networks, folder = HERE / "training" / method, HERE / "training" / "folders" / f"{method}-{seed}"
     last, best = networks / f"last-{seed}", networks / f"best-{seed}"
     if last.with_suffix(".onnx").is_file():
         return
-    shutil.rmtree(folder, ignore_errors=True)  # an interrupted training starts again, so that its time is counted in full
+    shutil.rmtree(folder, ignore_errors=True)  # an interrupted run starts again, so that its time is counted in full
     networks.mkdir(parents=True, exist_ok=True)
     # train.py ends by its own clock, and relign-train imitate by its number of images; both may use a little more than planned.
     minutes, ended = timed(command(method, seed, folder), MINUTES if method == "ppo-linear" else 1.5 * MINUTES)
@@ -82,7 +82,7 @@ def train(method: str, seed: int) -> None:
 
 
 def suite_so_far() -> None:
-    """Prints suite.json without the trainings that are not there yet."""
+    """Prints suite.json without the networks that do not exist yet."""
     suite = json.loads((HERE / "suite.json").read_text())
     for entry in suite["algorithms"]:
         if "trainings" in entry:
@@ -109,7 +109,7 @@ def tables() -> None:
             for rule, column in RULES.items():
                 found[rule].append(float(row[column]))
     head = " | ".join(f"RMSE, `{rule}`" for rule in RULES)
-    print(f"| method | training | processor minutes | {head} |\n|---|---|---|---|---|")
+    print(f"| method | network | processor minutes | {head} |\n|---|---|---|---|---|")
     medians: dict[str, dict[str, list[float]]] = {}
     for algorithm, by_rule in errors.items():
         method, _, training = algorithm.rstrip(")").partition(" (")

@@ -217,7 +217,7 @@ class Batch:
         return np.array(mse), np.array(error)
 
     def optima(self, slots: Slots) -> list[tuple[Float64Array, float] | None]:
-        """Each instance's own optimum: (true pose, noise-free MSE), or None where the scene does not search for it."""
+        """Each instance's optimum: (true pose, noise-free MSE), or None where the scene does not search for it."""
         return [None if found is None else (np.array(found[0]), found[1]) for found in self._core.optima(list(slots))]
 
     def limits(self, slots: Slots) -> BoolArray:

@@ -234,7 +234,7 @@ class Instance:
         return float(score_of(self._batch.description).shown(self.noise_free_mse()[0]))
 
     def own_optimum(self) -> tuple[Float64Array, float] | None:
-        """The instance's own optimum: (true pose, noise-free score).
+        """The instance's optimum: (true pose, noise-free score).
 
         Returns:
             None where the scene does not search for it.

@@ -64,7 +64,7 @@ def table():
         for method in dict.fromkeys(row["algorithm"] for row in here):
             text += line(level, method, [row for row in here if row["algorithm"] == method])
         own = [row for row in here if row["algorithm"] == here[0]["algorithm"]]
-        text += f"| {level} | *own optimum* | {share(own, lambda row: value(row, 'criterion_optimum_deficit') <= 0)} | | | | | | |\n"
+        text += f"| {level} | *optimum* | {share(own, lambda row: value(row, 'criterion_optimum_deficit') <= 0)} | | | | | | |\n"
     return text
 
 

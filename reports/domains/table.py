@@ -51,7 +51,7 @@ def trial_row(problem, score, limit, closing, steps):
 
 
 def outside(closing, steps):
-    """Whether the instance's own optimum lies outside the box around the start."""
+    """Whether the instance's optimum is outside the box around the start."""
     pose = closing.get("own_optimum_pose")
     return pose is not None and any(abs(best - start) > BOX for best, start in zip(pose, steps[0]["true_pose"]))
 
@@ -97,7 +97,7 @@ def read_trials_csv():
 
 
 def possible(methods):
-    """Instances whose own optimum is in specification, or that any method brought there: the search for optima is local."""
+    """Instances whose optimum is in specification, or that any method brought there: the search for optima is local."""
     rows = [row for of_method in methods.values() for row in of_method.values()]
     return sorted({int(row["instance"]) for row in rows if row["possible"] == "1" or solved(row)})
 
@@ -163,7 +163,7 @@ def median_cell(methods, method, column, digits):
 
 
 def boxes(found):
-    """Of all instances, those whose own optimum lies outside the box, and solved instances inside and outside."""
+    """Of all instances, those whose optimum is outside the box, and solved instances inside and outside."""
     rows = []
     for problem, methods in found.items():
         instances = possible(methods)

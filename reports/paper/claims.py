@@ -2,7 +2,7 @@
 
 A claim "A ends ahead of B" is "same" at a noise level if A's error is lower by the rules `own` and `best`, "different" if it
 is higher by both, "no difference found" if both are practically equal by either rule, else "not shown". A claim about a recipe
-also needs trainings (docs/reproduction.md, "How verdicts are reached"). Standard library only.
+also needs several training runs (docs/reproduction.md, "How verdicts are reached"). Standard library only.
 """
 
 import re
@@ -81,15 +81,15 @@ def instances(rows):
 
 
 def claims():
-    """The five claims: verdict, numbers with intervals, instances, trainings.
+    """The five claims: verdict, numbers with intervals, instances, training runs.
 
     Raises:
-        ValueError: There are enough trainings for a verdict on the recipe, and no rule yet that combines them.
+        ValueError: There are enough training runs for a verdict on the recipe, and no rule yet that combines them.
     """
     found = Evidence()
     per_level = len(found.networks) / len(LEVELS)
     if per_level >= TRAININGS:
-        raise ValueError(f"{per_level:g} trainings of PPO-200 per level: claims 2 and 3 need a verdict over trainings")
+        raise ValueError(f"{per_level:g} training runs of PPO-200 per level: claims 2 and 3 need a verdict over runs")
 
     def ahead(claim, first, second, trainings):
         rows = [found.contrasts[first, second, "own", level] for level in LEVELS]
@@ -103,7 +103,7 @@ def claims():
     authors = [[found.authors[name, "bo-gp", level] for name in found.networks] for level in LEVELS]
     ten = [found.curves[name, level][MOVES] for name in found.networks for level in LEVELS]
     after = f"PPO-200, median error after {captures(MOVES)} captures"
-    return table(("claim of the paper", "verdict", "measured", *LEVELS, "instances per level", "trainings"), [
+    return table(("claim of the paper", "verdict", "measured", *LEVELS, "instances per level", "training runs"), [
         *ahead("1. A policy that observes images ends ahead of BO-GP", "imitation-ppo", "bo-gp", "1"),
         recipe(("2. PPO by the paper's recipe does so", f"**{NOT_SHOWN}**"), "PPO-200 : `bo-gp`, own", map(spread, same_rule),
                sum(same_rule, [])),
@@ -130,5 +130,5 @@ def methods(study):
         return (*classes, page, row["what"], row["tuning"], row["trainings"],
                 *found.medians(list(dict.fromkeys(names)), "recommended", -1)[1:2])
 
-    return table(("observes", "method", "what", "tuned or chosen on", "trainings", "error at rho0.25, own"),
+    return table(("observes", "method", "what", "tuned or chosen on", "training runs", "error at rho0.25, own"),
                  map(cells, read("methods.csv")))

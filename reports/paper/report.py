@@ -68,7 +68,7 @@ def domains(table):
 
 def tables(made):
     found = {name: grid(made[name]) for name in TABLES}
-    found["claims"]["head"][-2:] = ["n", "trainings"]
+    found["claims"]["head"][-2:] = ["n", "runs"]
     found["methods"] = by_class(found["methods"])
     found["final"], found["domains"] = final(grid(made["final paper"])), domains(grid(made["domains"]))
     return {name: {"head": [markup(cell) for cell in table["head"]],

@@ -34,7 +34,7 @@ QUOTED = {
     "recipe.rate": ("docs/training.md", r"\| (\S+) at all levels;"),
     "recipe.entropy": ("docs/training.md", r"\| entropy weight \|[^|]*\|[^|]*\| (\S+);"),
     "recipe.steps": ("docs/training.md", r"\| steps \|[^|]*\|[^|]*\| (2 million) \|"),
-    "target.fine": ("docs/reproduction.md", r"are within ([\d.]+) of the own optimum after four and\s+five captures"),
+    "target.fine": ("docs/reproduction.md", r"are within ([\d.]+) of the optimum after\s+four and\s+five captures"),
     "limits.instances": ("docs/training.md", r"fifty moves twice on (\d+) tuning instances"),
     "limits.moves": ("docs/training.md", r"move k scaled by (\d) / k"),
     "package.level": ("docs/reproduction.md", r"after 11 captures at N = ([\d.]+) with the package's offsets"),

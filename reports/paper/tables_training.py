@@ -1,4 +1,4 @@
-"""Tables of docs/training.md and docs/appendix_training.md, for tables.py: trainings from scratch.
+"""Tables of docs/training.md and docs/appendix_training.md, for tables.py: networks trained from scratch.
 
 Standard library only.
 """
@@ -22,24 +22,24 @@ from cells import (
 )
 from specification import LIMITS
 
-TRAINED = (200_000, 400_000, 600_000, 1_000_000, 1_400_000, 2_000_000)  # steps of trainings
+TRAINED = (200_000, 400_000, 600_000, 1_000_000, 1_400_000, 2_000_000)  # steps of training runs
 
 
 def evaluations():
-    """Median noise-free RMSE of trainings of the recipe after 5, 11 and 51 captures, at two recommended poses."""
+    """Median noise-free RMSE of networks of the recipe after 5, 11 and 51 captures, at two recommended poses."""
     cells = {}
     for row in read("trainings/curves.csv"):
         for rule, column in (("own", "recommended_median"), ("current", "recommended_current_median")):
             if "shrinking" not in row["algorithm"] and row["step"] in ("4", "10", "50"):
                 cells.setdefault((row["algorithm"], rule), {}).setdefault(row["noise_level"], []).append(
                     rounded(number(row[column])))
-    return table(("training", "rule") + LEVELS,
+    return table(("network", "rule") + LEVELS,
                  [(named(name) if rule == "own" else "", rule, *(", ".join(found[level]) for level in LEVELS))
                   for (name, rule), found in cells.items()])
 
 
 def specification():
-    """Instances of the study within some limits after the last step, by training, moves and recommended pose."""
+    """Instances of the study within some limits after the last step, by network, moves and recommended pose."""
     cells = {}
     for row in read("trainings/instances.csv"):
         if row["algorithm"].startswith("ppo-exact"):
@@ -51,27 +51,27 @@ def specification():
     def cell(errors):
         return " / ".join(str(sum(error <= limit for error in errors)) for limit in LIMITS)
 
-    return table(("training", "rule", *(f"{level}: {moves}" for level in LEVELS for moves in ("full", "shrinking"))),
+    return table(("network", "rule", *(f"{level}: {moves}" for level in LEVELS for moves in ("full", "shrinking"))),
                  [(named(name) if rule == "own" else "", rule,
                    *(cell(found[level, moves]) for level in LEVELS for moves in ("full", "shrinking")))
                   for (name, rule), found in sorted(cells.items(), key=lambda cell: cell[0][0])])
 
 
 def improvement():
-    """Probability that a training has the lower error, by each rule."""
+    """Probability that a trained network has the lower error, by each rule."""
     cells = {}
     for row in read("trainings/improvement.csv"):
         if row["opponent"] in ("bo-gp", "bo-gp-tuned"):
             cells.setdefault((row["method"], row["trainings"], row["opponent"]), {})[row["rule"]] = (
                 f"{float(row['improvement']):.2f} ({float(row['lo95']):.2f} to {float(row['hi95']):.2f})")
-    return table(("trainings", "opponent", *RULES),
+    return table(("networks", "opponent", *RULES),
                  [(f"{named(method)}: {count}", opponent, *(found[rule] for rule in RULES))
                   for (method, count, opponent), found in cells.items()])
 
 
 def limits():
-    """Trainings of the recipe with moves in full and with shrinking ones."""
-    return table(("training", "moves", "RMSE", "change", "without the common offset",
+    """Networks of the recipe with full and with shrinking moves."""
+    return table(("network", "moves", "RMSE", "change", "without the common offset",
                   "in specification after 11, 21, 51 captures", "meets the goal", "from the nominal pose"),
                  [(network(row["training"]) if row["moves"] == "full" else "", row["moves"], interval(row, "rmse", 4),
                    "" if row["moves"] == "full" else interval(row, "change", 2), rounded(number(row["corrected"])),
@@ -105,12 +105,12 @@ def mean(rows, name, digits=4):
 
 
 def settled(*names):
-    """Rows of limits.py by training and moves."""
+    """Rows of limits.py by network and moves."""
     return {(row["training"], row["moves"]): row for name in names for row in read(f"trainings/{name}.csv")}
 
 
 def ablations():
-    """Trainings that continue one of the recipe with one change: means of their last five evaluations, and limits.py."""
+    """Training runs that continue one of the recipe with one change: means of their last five evaluations, and limits.py."""
     found = settled("ablation_limits")
 
     def end(name, moves):
@@ -118,7 +118,7 @@ def ablations():
         return NO_VALUE if row is None else (
             f"{interval(row, 'rmse', 4)}; {', '.join(percent(row, f'in_spec_{images}') for images in (10, 50))}")
 
-    return table(("training", "steps", "steps an episode", "goal met", "RMSE after 6, 12 moves",
+    return table(("run", "steps", "steps per episode", "goal met", "RMSE after 6, 12 moves",
                   *(f"{moves} moves; in specification after 11, 51 captures" for moves in ("full", "shrinking"))),
                  [(name, f"{int(rows[-1]['steps']):,}", mean(rows, "episode", 1), mean(rows, "success", 2),
                    f"{mean(rows, 'rmse_6')}, {mean(rows, 'rmse_12')}",
@@ -127,7 +127,7 @@ def ablations():
 
 
 def from_scratch():
-    """Trainings from scratch with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
+    """Training runs from scratch with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
     found = settled("shaped_limits", "limits")
     exact = {name.removeprefix("ppo-exact-"): rows for name, rows in by_training("training_exact.csv").items()
              if rows[0]["size"] == "100"}
@@ -147,16 +147,16 @@ def from_scratch():
                 interval(shrinking, "rmse", 4), rounded(number(shrinking["corrected"])),
                 rounded(number(full["distance"]), 2))
 
-    return table(("training", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED), "end",
+    return table(("run", "steps", *(f"{steps / 1e6:.1f} million" for steps in TRAINED), "end",
                   "in specification after 11 captures: full, shrinking moves", "RMSE after fifty full moves",
-                  "after fifty shrinking ones", "the same without the common offset", "from the nominal pose"),
+                  "after fifty shrinking moves", "the same without the common offset", "from the nominal pose"),
                  [(network(name), length(name, rows), *(error_at(rows, steps - CONTINUED.get(name, 0)) for steps in TRAINED),
                    mean(rows, "rmse_12"), *end(name))
                   for name, rows in {**by_training("trainings/shaped.csv"), **exact}.items()])
 
 
 def trainings():
-    """Reward and error at the end of each training, and of the usual recipe after as many steps.
+    """Reward and error at the end of each training run, and of the usual recipe after as many steps.
 
     The reward varies from segment to segment, so it is the mean of the last three.
     """

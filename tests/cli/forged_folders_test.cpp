@@ -114,7 +114,7 @@ TEST_F(ForgedFolders, OptimaDoNotVanishFromARound) {
   for (const auto& [first, second] : {std::pair("lens", "forged"), {"forged", "lens"}}) {
     const Outcome built = call({"leaderboard", "build", first, second, "-o", "site"});
     EXPECT_EQ(built.exit_code, 4);
-    EXPECT_THAT(built.err, HasSubstr("left out: 'forged': its records lack the own optima of the instances"));
+    EXPECT_THAT(built.err, HasSubstr("left out: 'forged': its records lack the optima of the instances"));
     EXPECT_THAT(built.out, HasSubstr("evaluations  1 of 2"));
   }
 }

@@ -262,15 +262,15 @@ TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
   EXPECT_THAT(found({{"random.Random(frame_seed)", "random.Random(1)"}}),
               AllOf(HasSubstr("captures do not depend on the frame seed"), HasSubstr("warning")));
   EXPECT_THAT(found({{"0.5 + 0.5 * place / half", "0.5 - 0.5 * place / half"}}),
-              AllOf(HasSubstr("dB at its own optimum, but"), HasSubstr("failed")));
+              AllOf(HasSubstr("dB at its optimum, but"), HasSubstr("failed")));
   EXPECT_THAT(found({{"return pose, *self.score(pose, seed)", "return pose, 0.3, 0.0"}}),
-              HasSubstr("its own optimum is stated to score 0.300 dB, but scores 0 dB"));
+              HasSubstr("its optimum is stated to score 0.300 dB, but scores 0 dB"));
   EXPECT_THAT(
       found({{"return loss_db(true_pose, self.focus), 0.0", "return 0.1 * loss_db(true_pose, self.focus), 0.0"}}),
       HasSubstr("what measures the score is 10.00 times the score"));
   EXPECT_THAT(found({{"\"x\": 50.0", "\"x\": 10.0"}}), HasSubstr("8 devices is at an end of the travel of 'x'"));
   EXPECT_THAT(found({{"return min(-10", "return 0.7 + min(-10"}}),
-              HasSubstr("none of 8 devices is in specification at its own optimum"));
+              HasSubstr("none of 8 devices is in specification at its optimum"));
   EXPECT_THAT(found({{"\"score\": 0.5", "\"score\": 70.0"}}),
               HasSubstr("the specification of 70.0 dB is already met at the start of 8 of 8 devices"));
   EXPECT_THAT(found({{"RAYLEIGH_MM = 5.0", "RAYLEIGH_MM = 1e9"}}),
@@ -278,11 +278,10 @@ TEST_F(CliScores, MistakesOfDevicesAreFoundByTheChecks) {
                     HasSubstr("depend on the uncertain quantity 'focus_z'"), HasSubstr("warning")));
   const std::pair<std::string, std::string> narrow = {"WAIST_UM = 40.0", "WAIST_UM = 0.05"};
   EXPECT_THAT(found({narrow}), HasSubstr("the score is 60.0 dB at the start of every device"));
-  EXPECT_THAT(
-      found({narrow,
-             {"def own_optimum(", "def known("},
-             {"\"elements\": [],", "\"elements\": [], \"own_optimum\": \"searched\","}}),
-      AnyOf(HasSubstr("two searches for its own optimum end at"), HasSubstr("the score does not depend on 'x'")));
+  EXPECT_THAT(found({narrow,
+                     {"def own_optimum(", "def known("},
+                     {"\"elements\": [],", "\"elements\": [], \"own_optimum\": \"searched\","}}),
+              AnyOf(HasSubstr("two searches for its optimum end at"), HasSubstr("the score does not depend on 'x'")));
 }
 
 TEST_F(CliScores, DevicesAreSeenAtTheirOwnOptimum) {
@@ -299,7 +298,7 @@ TEST_F(CliScores, DevicesAreSeenAtTheirOwnOptimum) {
   EXPECT_GT(posed("nominal"), posed("optimum"));
   scene_with("def own_optimum(", "def known_optimum(");
   EXPECT_THAT(call({"render", "--scene", "./scene.py", "--pose", "optimum"}).err,
-              HasSubstr("neither knows nor searches for own optima"));
+              HasSubstr("neither has nor searches for optima"));
 }
 
 // A trial names the reading and the score, not pixels and a mean squared error of which the scene knows nothing.

@@ -234,7 +234,7 @@ class Running(Files):
         (jobs[0].folder / "curve.csv").write_text("steps\nx\n")
         with mock.patch("relign_bench.training.sweep.Sweep.run", return_value={"x/seed-0": "no GPU here"}):
             message = failure("sweep", self.folder / "study.json", "-o", self.folder / "out")
-        self.assertEqual(message, "error: 1 of 1 trainings failed, first x/seed-0: no GPU here\n")
+        self.assertEqual(message, "error: 1 of 1 runs failed, first x/seed-0: no GPU here\n")
 
 
 class Intervals(unittest.TestCase):
@@ -266,7 +266,7 @@ class Trainings(Files):
         full = subprocess.run(["sh", "-c", 'ulimit -f 64; exec "$@"', "sh", *command], capture_output=True, text=True,
                               check=False)
         self.assertEqual(full.returncode, 2, full.stderr)
-        self.assertRegex(full.stderr, "1 of 1 trainings failed, first x/seed-0: cannot write .*the same command resumes")
+        self.assertRegex(full.stderr, "1 of 1 runs failed, first x/seed-0: cannot write .*the same command resumes")
         self.assertEqual(list((self.folder / "out").rglob("*.half")), [])
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 0, done.stderr)

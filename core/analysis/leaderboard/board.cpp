@@ -121,7 +121,7 @@ std::vector<Candidate> accepted(const BoardOptions& options, std::vector<LeftOut
     std::string reason;
     // Whichever is earlier: without optima no method of the round would be ranked.
     if (!candidate.has_optima && with_optima.count(candidate.entry.evaluation.suite.instance_set))
-      reason = "its records lack the own optima of the instances, which another evaluation of the round has";
+      reason = "its records lack the optima of the instances, which another evaluation of the round has";
     for (const Candidate& earlier : kept)
       if (reason.empty()) reason = conflict(earlier, candidate);
     if (reason.empty())

@@ -201,7 +201,7 @@ std::vector<std::string> reasons_without_ranking(const Round& round) {
   if (reasons.empty())
     reasons.emplace_back(
         "no trial has a normalised error, which needs noise-free errors at the start, at the end and at the instance's "
-        "own optimum");
+        "optimum");
   return reasons;
 }
 

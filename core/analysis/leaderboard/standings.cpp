@@ -88,7 +88,7 @@ report::Table standings_table(const Board& board, const std::string& caption) {
           {{"method", "rank", "By the interquartile mean of the normalised error", "name"},
            {"normalised error", "IQM (95 %)",
             "Interquartile mean over all instances, every scene and noise level with equal weight. 0: the instance's "
-            "own optimum; 1: no better than the start. A failed trial counts as 1",
+            "optimum; 1: no better than the start. A failed trial counts as 1",
             "number"},
            {"", "0 to 1", "The same on a scale from 0 to 1", "range"},
            {"better than " + board.baseline, "of instances (95 %)",
@@ -104,7 +104,7 @@ report::Table standings_table(const Board& board, const std::string& caption) {
             "Trials that 'relign-bench verify' ran again with equal numbers, by whom and with which version, as "
             "verify.json beside these records states",
             "number"},
-           {"training", "hours", "Machine time of the training, once", "number"}}};
+           {"training", "hours", "Machine time of training, once", "number"}}};
 }
 
 void add_standing(report::Table& table, const Board& board, const BoardClass& of_class, const Standing& standing,

@@ -91,9 +91,8 @@ void add_leaderboard(CLI::App& app, Context& context) {
   parent.require_subcommand(1);
   CLI::App& verb =
       add_verb(parent, {"build",
-                        "Write a leaderboard as a static site: a ranking per class, a page per method with its replay "
-                        "and versions, and a JSON feed. Exit code 4 if an evaluation was left out, because its parts "
-                        "contradict each other or a check of its records failed, or if a round has no ranked method.",
+                        "Write a leaderboard as a static site: a ranking per class, a page per method, and a JSON "
+                        "feed. Exit code 4 if an evaluation was left out or a round has no ranked method.",
                         "relign-bench leaderboard build evaluations/* -o site\n"
                         "relign-bench leaderboard build evaluations/* -o site --title \"Lens lab\" --baseline bo-gp",
                         "report, merge, verify"});

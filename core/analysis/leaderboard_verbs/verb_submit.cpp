@@ -74,12 +74,10 @@ int pack(Context& context, const PackArguments& arguments) {
 }
 
 void add_pack(CLI::App& submit, Context& context) {
-  CLI::App& verb = add_verb(
-      submit,
-      {"pack",
-       "Pack a folder with submission.json into one archive, after a self-test: the method aligns a few steps, "
-       "twice, in a sandbox where possible.",
-       "relign-bench submit pack my_submission -o my_search-1.0.tar.zst", "submit evaluate, plugin check, try"});
+  CLI::App& verb =
+      add_verb(submit, {"pack", "Pack a folder with submission.json into an archive, after a short self-test.",
+                        "relign-bench submit pack my_submission -o my_search-1.0.tar.zst",
+                        "submit evaluate, plugin check, try"});
   PackArguments& arguments = add_action(verb, context, pack, "Stopped; nothing was written.");
   verb.add_option("DIR", arguments.folder, "folder with submission.json, the plugin or model, and all of their files")
       ->required()

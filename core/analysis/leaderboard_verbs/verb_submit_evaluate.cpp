@@ -290,8 +290,7 @@ int evaluate(Context& context, const EvaluateArguments& arguments) {
 void add_submit_evaluate(CLI::App& submit, Context& context) {
   CLI::App& verb = add_verb(
       submit,
-      {"evaluate",
-       "Unpack a submission, run it on a suite in a sandbox, and join results of other methods on the same instances.",
+      {"evaluate", "Run a packed method on a suite in a sandbox, and join results of other methods.",
        "relign-bench submit evaluate my_search-1.0.tar.zst --suite leaderboard.json -o evaluations/my_search-1.0 "
        "--baselines results/leaderboard",
        "submit pack, merge, verify, seal"});
@@ -302,14 +301,12 @@ void add_submit_evaluate(CLI::App& submit, Context& context) {
   verb.add_option("--suite", arguments.suite, "suite file (JSON), to which the submission is added")
       ->required()
       ->type_name("FILE");
-  verb.add_option("-o,--out", arguments.out,
-                  "folder to create for evaluation.json, submission.json and results; an interrupted evaluation in it "
-                  "is resumed")
+  verb.add_option("-o,--out", arguments.out, "folder to create; an interrupted evaluation in it is resumed")
       ->required()
       ->type_name("DIR");
-  verb.add_option("--baselines", arguments.baselines,
-                  "results folder of the suite's own methods, which then do not run again; repeatable [default: run "
-                  "them, too]")
+  verb.add_option(
+          "--baselines", arguments.baselines,
+          "results folder of the suite's own methods, which then do not run; repeatable [default: run them, too]")
       ->type_name("DIR")
       ->allow_extra_args(false);
   verb.add_option("--jobs,--workers", arguments.workers, "number of trials to run in parallel [default: all cores]")

@@ -146,13 +146,12 @@ std::string aggregate_markdown(const PageModel& page) {
   const SceneWords words = common_words(page);
   std::string out;
   for (const Aggregate& entry : page.aggregates) {
-    out +=
-        "**All scenes and noise levels, protocol " + markdown_text(entry.protocol) +
-        "**: normalised error after the last step (0: the instance's own optimum, 1: no better than the start), with "
-        "95 % intervals, over " +
-        std::to_string(entry.strata.size()) + (entry.strata.size() == 1 ? " stratum" : " strata of equal weight") +
-        ".\n\n| method | observes | IQM | median | optimality gap | area under the error curve | failed |\n"
-        "|---|---|---|---|---|---|---:|\n";
+    out += "**All scenes and noise levels, protocol " + markdown_text(entry.protocol) +
+           "**: normalised error after the last step (0: the instance's optimum, 1: no better than the start), with "
+           "95 % intervals, over " +
+           std::to_string(entry.strata.size()) + (entry.strata.size() == 1 ? " stratum" : " strata of equal weight") +
+           ".\n\n| method | observes | IQM | median | optimality gap | area under the error curve | failed |\n"
+           "|---|---|---|---|---|---|---:|\n";
     for (const AggregateMethod& method : entry.methods) {
       std::string name = markdown_text(method.method);
       if (method.oracle()) name += " (oracle)";
@@ -167,8 +166,9 @@ std::string aggregate_markdown(const PageModel& page) {
     for (const AggregateMethod& method : entry.methods)
       if (method.spread)
         out += "\n" + markdown_text(method.method) + ": IQM of " + std::to_string(method.trainings.size()) +
-               " trainings " + significant(method.spread->lowest, 3) + " to " + significant(method.spread->highest, 3) +
-               ", standard deviation " + significant(method.spread->sd, 2) + ".\n";
+               " training runs " + significant(method.spread->lowest, 3) + " to " +
+               significant(method.spread->highest, 3) + ", standard deviation " + significant(method.spread->sd, 2) +
+               ".\n";
     out += "\n";
   }
   return out;

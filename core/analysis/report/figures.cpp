@@ -114,7 +114,7 @@ std::vector<Figure> curve_figures(const PageModel& page, std::size_t index) {
              {}};
   chart.height = height_for(chart.series.size());
   if (!group.measured_only)
-    chart.levels = {{"own optimum", group.own_optimum, false},
+    chart.levels = {{"optimum", group.own_optimum, false},
                     {"bound of one more image", group.next_image, true},
                     {"spec", group.spec.score, false}};
   return {{"curves-" + group_file(group, index),
@@ -165,11 +165,10 @@ std::vector<Figure> residual_figures(const PageModel& page, std::size_t index, s
         chart.title = group.label;
         chart.x.title = "axis";
         chart.y = {"residual misalignment" + (axis.unit.empty() ? "" : ", " + axis.unit), true, false, {}};
-        figures.push_back(
-            {"misalignment-" + figure_file_name(axis.unit) + "-" + group_file(group, index),
-             "Absolute distance of the recommended pose from the instance's own optimum: median (dot) and "
-             "upper quartile (end of the line).",
-             chart});
+        figures.push_back({"misalignment-" + figure_file_name(axis.unit) + "-" + group_file(group, index),
+                           "Absolute distance of the recommended pose from the instance's optimum: median (dot) and "
+                           "upper quartile (end of the line).",
+                           chart});
       }
       Chart& chart = figures[found->second].chart;
       std::vector<std::string>& axes = chart.x.categories;

@@ -148,7 +148,7 @@ std::string matrix_markdown(const PageModel& page) {
   for (const MatrixPart& part : matrix.parts) {
     out += (out.empty() ? "" : "\n") + std::string("**Excess error by scene and noise level, protocol ") +
            markdown_text(part.protocol) + "**: " + common_score(page).label() +
-           " above the instance's own optimum, noise-free, by the rule " + statistics::rule_name(page.rule) +
+           " above the instance's optimum, noise-free, by the rule " + statistics::rule_name(page.rule) +
            ", median after " + counts + " " + common_words(page).counts() +
            (common_words(page).counted == "move" ? "" : " (the capture at the start does not count)") +
            ".\n\n| method |";

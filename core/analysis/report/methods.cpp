@@ -116,8 +116,8 @@ std::map<std::string, std::string> training_tags(const records::Manifest& manife
   for (const records::ManifestMethod& entry : manifest.algorithms) {
     const std::size_t count = entry.of_list ? trainings[entry.of_list->method].size() : 0;
     if (count > 1) {
-      tags[entry.name] = "1 of " + std::to_string(count) + " trainings";
-      tags[entry.of_list->method] = std::to_string(count) + " trainings";
+      tags[entry.name] = "1 of " + std::to_string(count) + " training runs";
+      tags[entry.of_list->method] = std::to_string(count) + " training runs";
     } else if (count == 1 || entry.training) {
       tags[entry.name] = kOneTraining;
       if (count == 1) tags[entry.of_list->method] = kOneTraining;

@@ -47,7 +47,7 @@ struct Method {
   std::string id, protocol;
   std::string merit;         // "" if unknown
   std::string key;           // hash of name, id, protocol, merit and parameters
-  std::string training_tag;  // kOneTraining, "1 of 3 trainings"; "" if not trained
+  std::string training_tag;  // kOneTraining, "1 of 3 training runs"; "" if not trained
   bool in_manifest = true;   // which has the next line
   std::string kind, summary, reproducible, plugin_hash;
   std::vector<std::string> observes;
@@ -59,7 +59,7 @@ struct Method {
 // What the method observed in its trials: as in the manifest, but without the start if the protocol withholds it.
 std::vector<std::string> observed_words(const Method& method, bool start_is_observed);
 
-inline constexpr const char* kOneTraining = "one training";
+inline constexpr const char* kOneTraining = "one training run";
 
 // One name may denote several methods: within a suite under different protocols, across folders also with different
 // parameters or merit.

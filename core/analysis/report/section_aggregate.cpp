@@ -79,14 +79,15 @@ void trainings(PageWriter& out, const Aggregate& entry) {
   for (const AggregateMethod& method : entry.methods) {
     if (!method.spread) continue;
     const std::size_t count = method.trainings.size();
-    out.unfold({{method.method, "name"},
-                {": IQM of " + std::to_string(count) + " trainings " + number_text(method.spread->lowest, 3) + " to " +
-                 number_text(method.spread->highest, 3) + ", standard deviation " + number_text(method.spread->sd, 2) +
-                 (count < kFewTrainings ? "; with fewer than 5 trainings the interval is wide" : "")}},
-               "trainings");
+    out.unfold(
+        {{method.method, "name"},
+         {": IQM of " + std::to_string(count) + " training runs " + number_text(method.spread->lowest, 3) + " to " +
+          number_text(method.spread->highest, 3) + ", standard deviation " + number_text(method.spread->sd, 2) +
+          (count < kFewTrainings ? "; with fewer than 5 runs the interval is wide" : "")}},
+        "trainings");
     Table table{"ranking",
                 "",
-                {{"training", "", "", "name"},
+                {{"training run", "", "", "name"},
                  {"IQM (95 % over instances)", "", "", "number"},
                  {"", "", "", "number"},
                  {"optimality gap", "", "", "number"},
@@ -136,11 +137,11 @@ void aggregate_section(PageWriter& out, const PageParts& parts) {
   const PageModel& page = parts.page;
   if (page.aggregates.empty()) return;
   out.heading(2, "Aggregate over all scenes and noise levels")
-      .text("Normalised error: 0 is the instance's own optimum (within " + resolution_text(page) +
+      .text("Normalised error: 0 is the instance's optimum (within " + resolution_text(page) +
                 "), 1 is no better than the start, and the scale between is logarithmic. Lower is better. Each "
                 "stratum, a scene at a noise level, has the same weight; a failed trial counts as 1. Intervals are "
-                "95 % confidence intervals by a stratified bootstrap over instances, and over trainings for methods "
-                "with several.",
+                "95 % confidence intervals by a stratified bootstrap over instances, and over training runs for "
+                "methods with several.",
             "quiet");
   for (std::size_t index = 0; index < page.aggregates.size(); ++index) {
     const Aggregate& entry = page.aggregates[index];

@@ -136,7 +136,7 @@ std::string explanation(const PageModel& page, const Matrix& matrix) {
   const SceneWords words = common_words(page);
   std::string text =
       "Excess error: the noise-free " + common_score(page).label() +
-      " above that of the instance's own optimum, at the pose of the rule (own: "
+      " above that of the instance's optimum, at the pose of the rule (own: "
       "recommended by the method; best: lowest measured error; current), median over the instances. " +
       (words.counted == "move" ? std::string("Move k is step k. ")
                                : "Image k is step k; the capture at the start, step 0, does not count. ");

@@ -114,7 +114,7 @@ void RankingColumns::add_errors() {
       !any_row(page, [](const Row& row) { return !row.residual.empty() && !has_positions_and_tilts(row.residual); });
   add(any_row(page, [](const Row& row) { return !row.residual.empty(); }),
       {{"residual misalignment", tilts ? "position / tilt, worst axis" : "worst axis (of its travel)",
-        std::string("Distance of the recommended pose from the instance's own optimum, on the axis with the largest "
+        std::string("Distance of the recommended pose from the instance's optimum, on the axis with the largest "
                     "median") +
             (tilts ? "" : " as a share of its travel; if all axes are in mm or degrees, the worst position and tilt") +
             ". Tooltips list all axes",
@@ -288,7 +288,7 @@ void further_scores_section(PageWriter& out, const PageParts& parts) {
     for (const Row& row : group.rows)
       if (!row.further.empty()) add(method_cell(row.method, row.oracle(), row.training_tag), row.further);
     if (!group.further_at_optimum.empty())
-      add({"at the own optimum of the " + group.scored_by.name}, group.further_at_optimum);
+      add({"at the optimum of the " + group.scored_by.name}, group.further_at_optimum);
     out.table(table);
   }
 }
@@ -306,7 +306,7 @@ void specification_section(PageWriter& out, const PageParts& parts) {
       .text("Each criterion is judged noise-free after every " + words.capture +
                 ", where the recommended pose leaves the " + words.device + "; 'all' at one " + words.capture + ". " +
                 (any_group(parts.page, of_distance)
-                     ? "Position and tilt are distances from the instance's own optimum over the observable axes. "
+                     ? "Position and tilt are distances from the instance's optimum over the observable axes. "
                      : "") +
                 "In spec: at the end. Each move ends with one " + words.capture + "; the " + words.capture +
                 " at the start does not count. Medians with 95 % intervals; 'not reached': by fewer than half of the "

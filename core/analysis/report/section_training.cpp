@@ -63,7 +63,7 @@ void training_section(PageWriter& out, const PageParts& parts) {
       "Break-even: training time divided by the time that each " + words.device +
           " saves until it is in specification (machine and "
           "compute time, medians), compared with the fastest method without training. The effort of developing the "
-          "training is not included.",
+          "recipe is not included.",
       "quiet");
 }
 

@@ -97,11 +97,11 @@ std::string group_lines(const Group& group, bool show_steps) {
     out += text + "\n";
   }
   if (std::any_of(group.rows.begin(), group.rows.end(), one_training))
-    out += "  * one training: another training of the method may give other results\n";
+    out += "  * one training run: another run may give other results\n";
   if (extra.instances) out += "  medians are over different instances: not a ranking until all methods have the same\n";
   if (std::isfinite(group.own_optimum))
     out += "  best possible: " + excess_text(group.own_optimum, group.scored_by) +
-           ", the median of the instances' own optima\n";
+           ", the median of the instances' optima\n";
   if (const std::string spec = spec_words(group.spec, group.scored_by); extra.yield && !spec.empty())
     out += clipped("  spec: " + terminal_text(spec), kMaxColumns) + "\n";
   return out;

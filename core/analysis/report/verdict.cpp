@@ -56,12 +56,12 @@ struct Subject {
   const Row& best() const { return *ranked.methods.front(); }
 };
 
-// Between what every error is: "median error at the start is 12.5, that of the instances' own optima 0.332".
+// Between what every error is: "median error at the start is 12.5, that of the instances' optima 0.332".
 std::string around_words(const Group& group) {
   const bool start = std::isfinite(group.start), optimum = std::isfinite(group.own_optimum);
   if (!start && !optimum) return "";
   return "median error " + (start ? "at the start is " + number_text(group.start) + (optimum ? ", that " : "") : "") +
-         (optimum ? "of the instances' own optima " + std::string(start ? "" : "is ") +
+         (optimum ? "of the instances' optima " + std::string(start ? "" : "is ") +
                         excess_text(group.own_optimum, group.scored_by)
                   : "");
 }
@@ -357,11 +357,10 @@ Texts infeasible_caveats(const PageModel& page) {
   Texts texts;
   for (const Group& group : page.groups)
     if (group.cannot_meet_spec > 0)
-      texts.push_back(group.label + ": " + counted(group.cannot_meet_spec, "infeasible instance") +
-                      infeasible_names(group) +
-                      (group.spec.limits_mtf()
-                           ? ": neither the own optimum nor the final pose of any method meets the specification."
-                           : ": even the own optimum misses the specification."));
+      texts.push_back(
+          group.label + ": " + counted(group.cannot_meet_spec, "infeasible instance") + infeasible_names(group) +
+          (group.spec.limits_mtf() ? ": neither the optimum nor the final pose of any method meets the specification."
+                                   : ": even the optimum misses the specification."));
   return texts;
 }
 

@@ -80,7 +80,7 @@ const std::vector<Check>& all_checks() {
        check_same_pixels},
       {"truth", "gives an unbiased ground truth with a valid standard error", {"reference"}, scene, check_truth},
       {"optimum",
-       "gives an own optimum that is one, with the error of its ground truth",
+       "gives an optimum that no other pose beats, with the error of its ground truth",
        {"truth"},
        scene,
        check_optimum},

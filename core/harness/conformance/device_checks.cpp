@@ -30,7 +30,7 @@ namespace {
 constexpr std::uint64_t kSuiteSeed = 20250307;
 constexpr std::uint64_t kMostDevices = 8, kFewestDevices = 2;
 constexpr std::chrono::seconds kEnough(20);              // then no further device is drawn
-constexpr double kStrides[] = {-0.1, -0.01, 0.01, 0.1};  // shares of the travel from the own optimum
+constexpr double kStrides[] = {-0.1, -0.01, 0.01, 0.1};  // shares of the travel from the optimum
 constexpr double kEdge = 1e-4;                           // of the travel
 constexpr double kMeasurable = 20;                       // resolutions, from which score and reading are compared
 constexpr double kSameFactor = 2;                        // between them
@@ -40,7 +40,7 @@ struct Device {
   std::string name;  // "device 3"
   trials::Perturbations drawn;
   MountedAssembly assembly;
-  Pose centre;  // its own optimum, or without one the nominal pose
+  Pose centre;  // its optimum, or without one the nominal pose
   double score_there = 0;
 };
 
@@ -77,7 +77,7 @@ class Devices {
   }
   std::string with_unit(double score) const { return significant(score) + facts_.score.suffix(); }
 
-  // Of its own optimum, its score and what is around it.
+  // Of its optimum, its score and what is around it.
   std::string flaw_of(Device& device) {
     const auto optimum = trials::own_optimum(device.assembly, facts_, kSeed);
     if (optimum) device.centre = optimum->true_pose;
@@ -87,7 +87,7 @@ class Devices {
       ++optima_;
       const double error = 6 * std::hypot(there.standard_error, optimum->standard_error) + facts_.score.resolution;
       if (std::fabs(there.mse - optimum->mse) > error)
-        return device.name + ": its own optimum is stated to score " + with_unit(optimum->mse) + ", but scores " +
+        return device.name + ": its optimum is stated to score " + with_unit(optimum->mse) + ", but scores " +
                with_unit(there.mse);
       note_place_of(device);
     }
@@ -123,7 +123,7 @@ class Devices {
         if (std::fabs(here.mse - there.mse) > error) matters_[axis] = true;
         if (is_optimum && here.mse + error < there.mse)
           return device.name + ", drawn from its uncertain quantities, scores " + with_unit(there.mse) +
-                 " at its own optimum, but " + with_unit(here.mse) + " where '" + facts_.axes[axis].name + "' is " +
+                 " at its optimum, but " + with_unit(here.mse) + " where '" + facts_.axes[axis].name + "' is " +
                  significant(pose[axis]) + " instead of " + significant(device.centre[axis]);
         note_reading(device, pose, here.mse);
       }
@@ -159,7 +159,7 @@ class Devices {
     const auto again = trials::own_optimum(device.assembly, facts_, kSeed + 1);
     const double apart = std::fabs(again->mse - found);
     if (apart > 10 * facts_.score.resolution + 0.1 * std::min(again->mse, found))
-      searches_ = device.name + ": two searches for its own optimum end at " + with_unit(found) + " and " +
+      searches_ = device.name + ": two searches for its optimum end at " + with_unit(found) + " and " +
                   with_unit(again->mse) + ", as on a plateau or among many minima; return it from own_optimum";
   }
 
@@ -212,10 +212,10 @@ class Devices {
       if (!doubt.empty()) doubts.push_back(doubt);
     if (!std::isnan(spec_.score) && optima_ > 0 && in_specification_ == 0)
       doubts.push_back("none of " + counted(optima_, "device") +
-                       " is in specification at its own optimum (lowest: " + with_unit(best_) + ")");
+                       " is in specification at its optimum (lowest: " + with_unit(best_) + ")");
     for (const auto& [axis, count] : at_edge_)
       if (count < optima_)
-        doubts.push_back("the own optimum of " + std::to_string(count) + " of " + counted(optima_, "device") +
+        doubts.push_back("the optimum of " + std::to_string(count) + " of " + counted(optima_, "device") +
                          " is at an end of the travel of '" + facts_.axes[axis].name + "' or beyond");
     for (std::size_t axis = 0; axis < facts_.axes.size(); ++axis)
       if (facts_.axes[axis].observable && !matters_[axis])
@@ -232,10 +232,9 @@ class Devices {
     std::vector<std::string> remarks;
     for (const auto& [axis, count] : at_edge_)
       if (count == optima_)
-        remarks.push_back("the own optimum of every device is at an end of the travel of '" + facts_.axes[axis].name +
-                          "'");
+        remarks.push_back("the optimum of every device is at an end of the travel of '" + facts_.axes[axis].name + "'");
     if (optima_ > 0 && outside_ > 0)
-      remarks.push_back("the own optimum of " + std::to_string(outside_) + " of " + counted(optima_, "device") +
+      remarks.push_back("the optimum of " + std::to_string(outside_) + " of " + counted(optima_, "device") +
                         " is outside the box that methods observe under 'blind', half of the travel to each side of "
                         "the start; a level of starts near the nominal pose keeps it inside");
     const double limit = spec_.score;

@@ -90,7 +90,7 @@ void check_criteria(const suites::Suite& suite, const std::string& name, plugin_
       refuse(error.what());
     }
   if (needs(CriterionNeeds::own_optimum) && criteria.field_mtf.empty() && !trials::own_optimum(perfect, facts, 1))
-    refuse(keys_of(CriterionNeeds::own_optimum) + " need its own optimum, which it does not offer");
+    refuse(keys_of(CriterionNeeds::own_optimum) + " need its optimum, which it does not offer");
 }
 
 void check_units(const suites::Suite& suite, const std::vector<trials::SceneFacts>& facts) {

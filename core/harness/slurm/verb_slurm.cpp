@@ -128,10 +128,9 @@ void add_slurm(CLI::App& app, Context& context) {
                   "number of shards to run in parallel [default: as many as Slurm starts]")
       ->type_name("COUNT")
       ->check(CLI::Range(1U, 1000000U));
-  verb.add_option(
-          "--time", arguments.time,
-          "time limit of a shard, HH:MM:SS or D-HH:MM:SS, at least 00:05:00; a shard stops two minutes before it and "
-          "resumes when it is started again")
+  verb.add_option("--time", arguments.time,
+                  "time limit of a shard, HH:MM:SS or D-HH:MM:SS, at least 00:05:00; a shard stops two minutes before "
+                  "it, resumable")
       ->type_name("TIME")
       ->check(time_limit())
       ->capture_default_str();
@@ -142,8 +141,7 @@ void add_slurm(CLI::App& app, Context& context) {
   verb.add_option("--mem", arguments.memory, "memory per shard, such as 4G [default: the cluster's]")
       ->type_name("SIZE")
       ->check(memory_size());
-  verb.add_option("--requeues", arguments.requeues,
-                  "how often a shard that reached its time limit is requeued automatically")
+  verb.add_option("--requeues", arguments.requeues, "automatic requeues of a shard that reached its time limit")
       ->type_name("COUNT")
       ->check(CLI::Range(0U, 1000U))
       ->capture_default_str();

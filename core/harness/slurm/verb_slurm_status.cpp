@@ -111,8 +111,7 @@ void add_slurm_status(CLI::App& slurm, Context& context) {
   CLI::App& verb = add_verb(
       slurm,
       {"status",
-       "Show which shards of a plan are complete and which to resubmit, from the records on disk. Exit code 0 if "
-       "all are complete, otherwise 75.",
+       "Show which shards of a plan are complete and which to resubmit. Exit code 0 if all are complete, else 75.",
        "relign-bench slurm status --plan plan.json\n"
        "sbatch $(relign-bench slurm status --plan plan.json | grep ^--array=) job.sh",
        "slurm script, run, merge"});

@@ -195,14 +195,14 @@ void trial_columns(Visit&& visit, Trial&... t) {
   visit(Column{"protocol", "", "what methods may observe", 0, "paper blind"}, t.protocol...);
   visit(Column{"algorithm", "", "name in the suite"}, t.algorithm...);
   visit(Column{"algorithm_id", "", "plugin or preset"}, t.algorithm_id...);
-  visit(Column{"method", "", "name of the suite's list of trainings; absent elsewhere", kOptional}, t.method...);
-  visit(Column{"training", "", "which of the list's trainings", kOptional}, t.training...);
+  visit(Column{"method", "", "name of the suite's list of trained networks; absent elsewhere", kOptional}, t.method...);
+  visit(Column{"training", "", "which of the list's networks", kOptional}, t.training...);
   visit(Column{"instance", "", "number of the lens"}, t.instance...);
   visit(Column{"instance_seed", "", "64 bits; 0 in a sealed suite", kAsText}, t.instance_seed...);
-  visit(Column{"own_optimum_mse", "MSE", "noise-free, at the lens's own best pose; null where the scene finds none"},
+  visit(Column{"own_optimum_mse", "MSE", "noise-free, at the lens's best pose; null where the scene finds none"},
         t.own_optimum.mse...);
   visit(Column{"own_optimum_pose", "travel", "true pose, for each axis; empty where unknown"}, t.own_optimum.pose...);
-  mtf("own_optimum_mtf_", "at the lens's own best pose", t.own_optimum.mtf...);
+  mtf("own_optimum_mtf_", "at the lens's best pose", t.own_optimum.mtf...);
   visit(Column{"own_optimum_further_scores", "", "there, in the order of the scene", kOptional | kKnown},
         t.own_optimum.further_scores...);
   visit(Column{"uncured_mse", "MSE",

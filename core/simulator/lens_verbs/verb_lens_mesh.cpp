@@ -168,8 +168,7 @@ void add_lens_mesh(CLI::App& lens, Context& context) {
       ->required();
   fit_verb
       .add_option("--scene", fitted.scene,
-                  "scene whose lens file provides for -o what meshes lack: indices, stops, barrel, image plane "
-                  "[default: relign_od]")
+                  "scene whose lens file provides indices, stops, barrel and image plane for -o [default: relign_od]")
       ->type_name("SCENE");
   fit_verb.add_option("-o,--out", fitted.output, "also write the fitted lens to this lens file")->type_name("FILE");
 }

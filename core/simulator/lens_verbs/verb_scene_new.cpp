@@ -224,8 +224,8 @@ void add_scene_new(CLI::App& scene, Context& context) {
                   "siemens_star; with --camera, camera_chart with squares that suit the sensor]")
       ->type_name("TARGET");
   verb.add_flag("--camera", given.camera,
-                "lay out a camera line: a chart of slanted squares, the sensor's electronics, a specification of MTF "
-                "by field, and a suite with field-focus; requires --sensor");
+                "make a camera line: chart, electronics, MTF specification by field, and a suite with field-focus; "
+                "requires --sensor");
   verb.add_option("--distance", given.distance_mm,
                   "distance from first vertex to emitter, mm [default: the file's object distance, else far enough to "
                   "be in focus]")

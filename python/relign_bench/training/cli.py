@@ -39,7 +39,7 @@ EXAMPLES = """examples:
 
 IMITATE = """files in the folder:
   recipe.json                      every setting of the run
-  optima.npy                       own optima of the pool, of a scene with a score of its own
+  optima.npy                       optima of the pool, of a scene with a score of its own
   curve.csv                        loss after every pass over the data
   tensorboard                      TensorBoard log (--log), where tensorboard is installed
   tuning.csv                       error on tuning instances, which training never uses, step by step
@@ -78,8 +78,8 @@ EXPORT = """example:
 """
 
 SWEEP = """files in the folder:
-  NAME/seed-N                      folder of each training, with the files of relign-train ppo and log.txt
-  sweep.csv, sweep.md, sweep.png   curves, table and figure of all trainings, written at the end and when interrupted
+  NAME/seed-N                      folder of each run, with the files of relign-train ppo and log.txt
+  sweep.csv, sweep.md, sweep.png   curves, table and figure of all runs, written at the end and when interrupted
 
 example:
   relign-train sweep python/recipes/paper_study.json --only 'ppo-*' --jobs 15 --device cuda --minutes 9 -o training/study
@@ -143,16 +143,16 @@ def make_parser() -> argparse.ArgumentParser:
     def devices(made: argparse.ArgumentParser) -> None:
         made.add_argument("--device", default="cpu", help="torch device that trains, cpu or cuda [default: %(default)s]")
         made.add_argument("--render", default="cpu", metavar="WHERE",
-                          help="where images are rendered: cpu, on its cores, or cuda, where they stay on the GPU of the "
-                               "learner; they are the same (transport ghost: in distribution) [default: %(default)s]")
+                          help="where images are rendered: cpu or cuda, where they stay on the GPU; they are the same "
+                               "(transport ghost: in distribution) [default: %(default)s]")
 
     imitate = verb("imitate", "Train by imitation learning: regression, then DAgger",
                    "Train a policy by imitation learning: regression on images of misaligned lenses whose optimum is known, "
                    "and on those that the policy visits (DAgger).", IMITATE)
     training(imitate)
     imitate.add_argument("--randomise", metavar="FILE",
-                         help="file of imaging errors that every capture gets, drawn anew (domain randomisation); "
-                              "'default': the package's own")
+                         help="file of imaging errors, drawn for every capture (domain randomisation); 'default': the "
+                              "package's own")
     devices(imitate)
     logs(imitate)
     ppo = verb("ppo", "Train by reinforcement learning: the paper's recipe, or from imitation",
@@ -166,7 +166,7 @@ def make_parser() -> argparse.ArgumentParser:
                           "[default: %(default)s]")
     ppo.add_argument("--warm-start", metavar="DIR",
                      help="folder of the run to start from: of relign-train imitate, required by preset tuned; or of "
-                          "relign-train ppo by one of the other presets, which otherwise start from nothing")
+                          "relign-train ppo by one of the other presets, which otherwise start from scratch")
     ppo.add_argument("--algorithm", default="ppo", choices=("ppo", "a2c", "trpo", "recurrent-ppo"),
                      help="algorithms that the paper compares; the last two need sb3-contrib [default: %(default)s]")
     devices(ppo)
@@ -175,8 +175,8 @@ def make_parser() -> argparse.ArgumentParser:
                      help="begin no training segment that would end later than M minutes from now")
     ppo.add_argument("--until", type=int, metavar="SEGMENTS", help="stop after this many training segments of the run")
     adapt = verb("adapt", "Adapt a policy to a station, from captures at unknown poses",
-                 "Continue the training of a run of relign-train imitate so that it suits the captures of a station. The "
-                 "captures need no poses or other labels, but must be of poses over the whole travel.", ADAPT)
+                 "Continue the training of a run of relign-train imitate with captures of a station, without labels, at poses "
+                 "over the whole travel.", ADAPT)
     adapt.add_argument("folder", metavar="DIR", help="folder of a run of relign-train imitate")
     adapt.add_argument("--images", metavar="FOLDER", required=True,
                        help="captures: .npy (one or a stack, in the scene's units) or grey .png")
@@ -186,19 +186,19 @@ def make_parser() -> argparse.ArgumentParser:
     adapt.add_argument("--threads", type=int, metavar="N", help="threads that render and train [default: all cores]")
     adapt.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
                        help="set a value of the recipe, such as --set steps=800; repeatable; python/README.md lists them")
-    sweep = verb("sweep", "Run many trainings from a file, side by side",
-                 "Run the trainings of a file, recipes times seeds, side by side, and write a table and a figure. Complete "
-                 "trainings are skipped, interrupted ones resume.", SWEEP)
-    sweep.add_argument("file", metavar="FILE", help="trainings as JSON (python/README.md)")
+    sweep = verb("sweep", "Run the training runs of a file, side by side",
+                 "Run the training runs of a file, recipes times seeds, side by side, and write a table and a figure. "
+                 "Complete runs are skipped, interrupted ones resume.", SWEEP)
+    sweep.add_argument("file", metavar="FILE", help="training runs as JSON (python/README.md)")
     sweep.add_argument("-o", "--out", metavar="DIR", required=True, help="folder of the sweep")
-    sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="trainings that run at once [default: %(default)s]")
-    sweep.add_argument("--threads", type=int, metavar="N", help="threads of each training [default: all cores, shared equally]")
+    sweep.add_argument("--jobs", type=int, default=1, metavar="N", help="runs at once [default: %(default)s]")
+    sweep.add_argument("--threads", type=int, metavar="N", help="threads of each run [default: all cores, shared equally]")
     devices(sweep)
     logs(sweep)
-    sweep.add_argument("--only", metavar="PATTERN", help="trainings whose name, such as ppo/seed-0, matches, with * and ?")
+    sweep.add_argument("--only", metavar="PATTERN", help="runs whose name, such as ppo/seed-0, matches, with * and ?")
     sweep.add_argument("--minutes", type=float, metavar="M",
                        help="begin no training segment that would end later than M minutes from now")
-    sweep.add_argument("--report", action="store_true", help="write table and figure of what there is, and train nothing")
+    sweep.add_argument("--report", action="store_true", help="write table and figure of the existing runs, and train nothing")
     export = verb("export", "Write the network of a run as ONNX, with its side file",
                   "Write the network of a run, complete or not, for relign-bench's agents.", EXPORT)
     export.add_argument("folder", metavar="DIR", help="folder of a run")
@@ -375,13 +375,13 @@ def _sweep(given: argparse.Namespace) -> int:
             check_device(given.device, given.render)
             if given.jobs > 1 and given.device != "cpu" and not pathlib.Path(
                     os.environ.get("CUDA_MPS_PIPE_DIRECTORY", "/tmp/nvidia-mps"), "control").exists():
-                log("trainings on one GPU take turns unless NVIDIA's MPS runs (nvidia-cuda-mps-control -d); fifteen then took "
+                log("runs on one GPU take turns unless NVIDIA's MPS runs (nvidia-cuda-mps-control -d); fifteen then took "
                     "five times as long")
             failures = sweep.Sweep(jobs, given.jobs, given.threads, given.device, given.minutes, log,
                                    render=given.render, loggers=given.log).run()
             if failures:
                 name, reason = next(iter(failures.items()))
-                raise ValueError(f"{len(failures)} of {len(jobs)} trainings failed, first {name}: {reason}")
+                raise ValueError(f"{len(failures)} of {len(jobs)} runs failed, first {name}: {reason}")
     except BaseException:
         with contextlib.suppress(ValueError, OSError):  # what hinders the report shall not hide why the sweep ended
             sweep_report.write(jobs, out)

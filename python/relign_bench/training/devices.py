@@ -1,4 +1,4 @@
-"""Where trainings run: the learner's device, the one that renders images, and the machine."""
+"""Where training runs: the learner's device, the one that renders images, and the machine."""
 
 from __future__ import annotations
 

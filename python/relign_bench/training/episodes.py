@@ -1,4 +1,4 @@
-"""Episodes on a fixed pool of instances, whose own optima are kept: data for imitation learning on any scene with a score."""
+"""Episodes on a fixed pool of instances, whose optima are kept: data for imitation learning on any scene with a score."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Pool:
         return np.arange(self.first, self.first + self.count)
 
     def find_optima(self, folder: RunFolder, log: Callable[[str], object]) -> None:
-        """The instances' own optima, from optima.npy of the folder where it has them.
+        """The instances' optima, from optima.npy of the folder where it has them.
 
         Raises:
             ValueError: The scene does not search for optima, or the file is damaged.
@@ -125,12 +125,12 @@ class Pool:
             self.batch.reset(slots, [int(number) for number in numbers], self.family)
             found = [optimum for optimum in self.batch.optima(slots) if optimum is not None]
             if len(found) < len(slots):
-                raise ValueError(f"scene '{self.scene}' does not search for own optima, which training needs as labels")
+                raise ValueError(f"scene '{self.scene}' does not search for optima, which training needs as labels")
             self.optima = np.concatenate([self.optima, [pose for pose, _ in found]])
             content = io.BytesIO()
             np.save(content, self.optima)
             folder.keep("optima.npy", lambda out, content=content: out.write(content.getbuffer()))  # type: ignore[misc]
-            log(f"own optima of {len(self.optima)} of {self.count} instances")
+            log(f"optima of {len(self.optima)} of {self.count} instances")
 
     @property
     def reference(self) -> AnyArray:

@@ -141,7 +141,7 @@ def write(net: nn.Module, path: str | os.PathLike[str], scene: str, size: int, f
             last digits then depend on the processor.
         doubt: How answers are combined, for networks that predict their own errors.
         values: "bytes" or "irradiance".
-        chosen_on: Instances that chose the checkpoint; "none" for the last one of a training.
+        chosen_on: Instances that chose the checkpoint; "none" for the last one of a run.
 
     Returns:
         The two paths.

@@ -1,6 +1,6 @@
 """Imitation learning: regression on simulated misalignments and on the images that the policy itself visits.
 
-Images of many instances at poses everywhere and near the optimum are labelled with the residual to the instance's own optimum,
+Images of many instances at poses everywhere and near the optimum are labelled with the residual to the instance's optimum,
 along the eigenvectors of the image's derivative (directions.py). A strided network without pooling learns them, and how wrong
 it is. From a fraction of the passes on, a part of the images are those that the policy observes while it aligns instances
 (DAgger: Ross, Gordon and Bagnell 2011). Every pass renders images of its own, so that no noise is learnt by heart.
@@ -201,11 +201,11 @@ class Training(PassTraining):
 
     @property
     def optimum(self) -> OptimumModel:
-        """The model of own optima that the labels come from; fitted on first use."""
+        """The model of optima that the labels come from; fitted on first use."""
         if self._optimum is None:
             self._optimum = OptimumModel(self.recipe.scene, self.recipe.size, self.recipe.optimum_samples,
                                          max(self.recipe.levels), self.threads)
-            self.log(f"labels: quadratic fit of {self.recipe.optimum_samples} own optima, residual "
+            self.log(f"labels: quadratic fit of {self.recipe.optimum_samples} optima, residual "
                      f"{self._optimum.residual:.4f} of the travel")
         return self._optimum
 

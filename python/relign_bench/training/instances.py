@@ -1,4 +1,4 @@
-"""Instances to train on, their captures, and their own optima as labels."""
+"""Instances to train on, their captures, and their optima as labels."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class InstanceSet:
         return offsets_of([batch.instance(slot)["elements"] for batch in self.batches for slot in range(self.slots)])
 
     def exact_optima(self) -> tuple[Float64Array, Float64Array]:
-        """The instances' own optima, by the scene's search.
+        """The instances' optima, by the scene's search.
 
         Returns:
             True poses, shape (count, axes), and noise-free MSE there, shape (count,).
@@ -128,7 +128,7 @@ class InstanceSet:
         found = [optimum for batch in self.batches for optimum in batch.optima(every)]
         known = [optimum for optimum in found if optimum is not None]
         if len(known) < len(found):
-            raise ValueError("the scene does not search for own optima, which training needs as labels")
+            raise ValueError("the scene does not search for optima, which training needs as labels")
         return np.array([pose for pose, _ in known]), np.array([mse for _, mse in known])
 
 
@@ -156,7 +156,7 @@ def offsets_of(drawn: list[dict[str, Any]]) -> Float64Array:
 
 
 class OptimumModel:
-    """An instance's own optimum as a polynomial of its element offsets, fitted by least squares.
+    """An instance's optimum as a polynomial of its element offsets, fitted by least squares.
 
     An exact search takes a tenth of a second. All offsets enter linearly; tilts also by their squares and products, which move
     mostly the focus.

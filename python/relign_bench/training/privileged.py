@@ -26,7 +26,7 @@ class PrivilegedEnv(BatchVecEnv):
     """Instances of all levels, in episodes of EPISODE steps.
 
     The actor observes "image", the latest capture, bytes of shape (1, size, size). The critic observes "privileged", shape
-    (2 axes + 2,): the residual to the instance's own optimum along the directions (logarithmic, then linear), the noise level,
+    (2 axes + 2,): the residual to the instance's optimum along the directions (logarithmic, then linear), the noise level,
     and the share of the episode that is over (asymmetric actor-critic: Pinto et al. 2017).
 
     An action, shape (axes,), is the residual to the optimum along the directions, in units of `spread`. The gain schedule of
@@ -41,7 +41,7 @@ class PrivilegedEnv(BatchVecEnv):
         slots: Instances of each level.
         size: Rows and columns of the images.
         directions: The directions.
-        optimum: Model of the instances' own optima.
+        optimum: Model of the instances' optima.
         seed: Decides the instances.
         threads: Threads that render; None uses all cores.
         device: Where images are rendered, as for InstanceSet.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 ALGORITHMS = ("ppo", "a2c", "trpo", "recurrent-ppo")  # those that the paper compares
 INPUTS = ("float32", "uint8")
 SHAPED = "shaped"
-"""Name of the reward of the preset "tuned" (privileged.py), which needs the instances' own optima."""
+"""Name of the reward of the preset "tuned" (privileged.py), which needs the instances' optima."""
 SHAPED_EVEN = "shaped_even"
 """Name of the same reward where no direction counts less than a tenth of that with the strongest effect (shaped.py)."""
 SHAPED_NEAR = "shaped_near"
@@ -137,7 +137,7 @@ def check_recipe(recipe: Recipe) -> None:
 
 
 def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None:
-    """The checkpoint of the initial weights; None for a run that starts from nothing.
+    """The checkpoint of the initial weights; None for a run that starts from scratch.
 
     Args:
         recipe: The recipe.
@@ -159,7 +159,7 @@ def check_warm_start(recipe: Recipe, folder: Path | None) -> pathlib.Path | None
     kept = read_recipe(folder, "imitate" if recipe.preset == "tuned" else "ppo")
     if kept.get("preset") == "tuned":
         raise ValueError(f"--warm-start '{folder}' is of preset tuned, whose network is another one; preset '{recipe.preset}' "
-                         "starts from nothing or from a run of presets paper, package or linear")
+                         "starts from scratch or from a run of presets paper, package or linear")
     for name in ("size",) if recipe.preset == "tuned" else NETWORK:
         there, here = setting_text(kept.get(name)), setting_text(getattr(recipe, name))
         if there != here:

@@ -1,6 +1,6 @@
 """Imitation learning for any scene with a score: the policy remembers poses and readings, and sees its latest images.
 
-A network learns the displacement to an instance's own optimum from what a trajectory has shown so far. Trajectories are random
+A network learns the displacement to an instance's optimum from what a trajectory has shown so far. Trajectories are random
 searches around the optimum and, from the first pass on, what the policy itself does from starts and other poses (DAgger: Ross,
 Gordon and Bagnell 2011). Instances are a fixed pool of the family "training", because their optima can take seconds each.
 """
@@ -137,7 +137,7 @@ class Training(PassTraining):
         """Trains to the end; returns the network.
 
         Raises:
-            ValueError: Another process trains in the folder, or the scene does not search for own optima.
+            ValueError: Another process trains in the folder, or the scene does not search for optima.
         """
         optimizer = torch.optim.Adam(self.net.parameters(), lr=self.recipe.rate)
         done = self.load(optimizer)

@@ -1,7 +1,7 @@
 """Reinforcement learning for any scene whose score a reading measures: preset "any" of relign-train ppo.
 
 The policy observes what that of remember.py observes, and its reward is the decrease of log(1 + measured score / resolution),
-so that training needs no own optima. A run consists of training segments; each starts with fresh instances, seeded by the
+so that training needs no optima. A run consists of training segments; each starts with fresh instances, seeded by the
 segment's number, and ends with an evaluation on tuning instances and a checkpoint.
 """
 

@@ -1,7 +1,7 @@
-"""The reward of the preset "tuned" for policies that are trained from nothing, and others that lead along weak directions, too.
+"""The reward of the preset "tuned" for policies that are trained from scratch, and others that lead along weak directions, too.
 
 Along some directions of pose space the image hardly changes: in `relign_od` a shift together with the tilt that undoes it.
-Policies that started from nothing moved along them to the end of the travel (docs/appendix_training.md). "shaped_even" counts
+Policies that started from scratch moved along them to the end of the travel (docs/appendix_training.md). "shaped_even" counts
 these directions more; "shaped_near" subtracts the distance to the nominal pose, as the reward "paper" does. In a logarithm
 exploration changes the reward by about 0.25 from step to step, however small the error is, which hides the distance. So
 "shaped_paper" adds a tenth of it to the reward "paper", and "shaped_linear" is "paper" with the excess RMSE in place of the
@@ -39,7 +39,7 @@ class ShapedEnv(StableBaselinesEnv):
         count: Number of environments.
         named: The reward's name, one of SHAPED_REWARDS.
         directions: The image's directions.
-        optimum: Model of the instances' own optima.
+        optimum: Model of the instances' optima.
         **arguments: Of AlignmentVectorEnv.
     """
 

@@ -1,4 +1,4 @@
-"""Many trainings from one file: side by side, resumable, with a table and a figure at the end (sweep_report.py)."""
+"""Many training runs from one file: side by side, resumable, with a table and a figure at the end (sweep_report.py)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ KEYS = ("$schema", "scene", "trainings")
 TRAINING_KEYS = ("name", "figure", "preset", "algorithm", "warm_start", "settings", "vary", "seeds")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._=-]*")
 PROGRAM = (sys.executable, "-m", "relign_bench.training")
-KEPT_LINES = 20  # of a training's output, in which the reason of a failure is searched
+KEPT_LINES = 20  # of a run's output, in which the reason of a failure is searched
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Job:
     """One training of a sweep.
 
     Attributes:
-        group: Name of the recipe; trainings of a group differ in their seeds only.
+        group: Name of the recipe; runs of a group differ in their seeds only.
         figure: Name of the row of the figure.
         recipe: The recipe.
         folder: Folder of the run.
@@ -79,14 +79,14 @@ class Job:
 
 
 def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[Job]:
-    """The trainings of a file (docs/schemas/sweep.schema.json), a list of them or an object with `trainings`.
+    """The training runs of a file (docs/schemas/sweep.schema.json), a list of them or an object with `trainings`.
 
     Args:
         path: The file.
         out: Folder of the sweep.
 
     Raises:
-        ValueError: The file is not valid, or the folder of a training has a run with another recipe.
+        ValueError: The file is not valid, or the folder of a run has another recipe.
     """
     path = pathlib.Path(path)
     try:
@@ -108,7 +108,7 @@ def read_sweep(path: str | os.PathLike[str], out: str | os.PathLike[str]) -> lis
     names = [job.name for job in jobs]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"{path}: '{name}' is there twice; give each training a name of its own")
+            raise ValueError(f"{path}: '{name}' is there twice; give each entry its own name")
     for job in jobs:
         with _at(f"{path}: {job.name}"):
             grows = ("total",) if job.recipe.rate == job.recipe.last_rate else ()
@@ -187,10 +187,10 @@ def _jobs_of(training: Any, scene: str, folder: pathlib.Path, out: pathlib.Path)
 
 
 class Sweep:
-    """Runs trainings, each in a process of its own.
+    """Executes training runs, each in its own process.
 
     Args:
-        jobs: The trainings.
+        jobs: The runs.
         side_by_side: How many run at once.
         threads: Threads of each; None: the cores, shared equally.
         device: Torch device.
@@ -198,7 +198,7 @@ class Sweep:
         log: Gets the lines of progress.
         program: relign-train.
         render: Where images are rendered.
-        loggers: Names of the logs of each training (logs.NEEDS); None: relign-train's own choice.
+        loggers: Names of the logs of each run (logs.NEEDS); None: relign-train's own choice.
 
     Raises:
         ImportError: The package of a log is not installed.
@@ -225,7 +225,7 @@ class Sweep:
 
         Raises:
             ValueError: The folder of initial weights does not suit.
-            KeyboardInterrupt: The process was interrupted or told to end; the trainings have been ended before.
+            KeyboardInterrupt: The process was interrupted or told to end; the runs have been ended before.
         """
         missing = [job for job in self._jobs if not job.complete()]
         for job in self._jobs:
@@ -233,7 +233,7 @@ class Sweep:
                 check_warm_start(job.recipe, job.warm_start)
         before = signal.signal(signal.SIGTERM, _interrupt) if threading.current_thread() is threading.main_thread() else None
         if len(missing) < len(self._jobs):
-            self._log(f"{len(self._jobs) - len(missing)} of {len(self._jobs)} trainings are complete already")
+            self._log(f"{len(self._jobs) - len(missing)} of {len(self._jobs)} runs are complete already")
         with ThreadPoolExecutor(self._side_by_side) as pool:
             try:
                 reasons = list(pool.map(self._train, missing))

@@ -1,4 +1,4 @@
-"""Table and figure of a sweep, from the curves of its trainings, complete or not."""
+"""Table and figure of a sweep, from the curves of its runs, complete or not."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ HEADINGS = ("training", "seeds", "steps", "hours", "reward a step", "success", "
 
 
 class Curves:
-    """The curves of one recipe's trainings, cut to the steps that all of them have.
+    """The curves of one recipe's runs, cut to the steps that all of them have.
 
     Attributes:
-        count: Number of trainings with a curve.
+        count: Number of runs with a curve.
         steps: Steps of each training segment, shape (segments,).
-        values: By column of curve.csv: shape (trainings, segments).
-        errors: By number of moves, "6" or "12": noise-free RMSE, shape (trainings, segments, instances).
+        values: By column of curve.csv: shape (runs, segments).
+        errors: By number of moves, "6" or "12": noise-free RMSE, shape (runs, segments, instances).
     """
 
     def __init__(self, jobs: Sequence[Job]) -> None:
@@ -63,24 +63,24 @@ def _errors(job: Job, after: str, length: int) -> list[list[str]]:
 
 
 def over_trainings(values: Float64Array, seed: int = 0) -> tuple[float, float]:
-    """95 % interval of the mean over trainings, from values of shape (trainings,), by the bootstrap."""
+    """95 % interval of the mean over runs, from values of shape (runs,), by the bootstrap."""
     draws = np.random.default_rng(seed).integers(len(values), size=(DRAWS, len(values)))
     low, high = np.quantile(values[draws].mean(axis=1), [0.025, 0.975])
     return float(low), float(high)
 
 
 def two_level(errors: Float64Array, seed: int = 0) -> tuple[float, float]:
-    """95 % interval of the mean over trainings of the median over instances: both are drawn anew (docs/statistics.md).
+    """95 % interval of the mean over runs of the median over instances: both are drawn anew (docs/statistics.md).
 
     Args:
-        errors: Shape (trainings, instances); all trainings are evaluated on the same instances.
+        errors: Shape (runs, instances); all runs are evaluated on the same instances.
         seed: Of the bootstrap.
     """
     random = np.random.default_rng(seed)
-    trainings, instances = errors.shape
+    runs, instances = errors.shape
     drawn = []
     for _ in range(DRAWS):
-        seeds, numbers = random.integers(trainings, size=trainings), random.integers(instances, size=instances)
+        seeds, numbers = random.integers(runs, size=runs), random.integers(instances, size=instances)
         drawn.append(np.median(errors[np.ix_(seeds, numbers)], axis=1))
     low, high = np.quantile(np.mean(drawn, axis=1), [0.025, 0.975])
     return float(low), float(high)
@@ -108,7 +108,7 @@ def write(jobs: Sequence[Job], out: pathlib.Path) -> list[pathlib.Path]:
     lines = ["| " + " | ".join(HEADINGS) + " |", "|---" * len(HEADINGS) + "|"]
     lines += ["| " + " | ".join(_summary(group, groups[group], found)) + " |" for group, found in curves.items()]
     lines += ["", f"Means of the last {LAST_ROWS} training segments that all seeds have. In brackets, from {FEWEST_SEEDS} "
-                  "seeds up, 95 % intervals over trainings; of errors, over trainings and tuning instances."]
+                  "seeds up, 95 % intervals over runs; of errors, over runs and tuning instances."]
     begun = [group for group, members in groups.items() if members[0].warm_start]
     if begun:
         lines += ["", f"Steps and hours of {', '.join(begun)} do not include those of the runs that they started from."]

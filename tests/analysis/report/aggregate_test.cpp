@@ -70,8 +70,8 @@ TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
   EXPECT_LT(verdict, aggregate);
   EXPECT_LT(aggregate, ranking);
   const std::string section = written(aggregate_section, data());
-  for (const char* words : {"2 strata", "4 instances each", "2 trainings", "one training", "optimality gap",
-                            "IQM of 2 trainings 0 to 0.667", " better)", "Probability of improvement"})
+  for (const char* words : {"2 strata", "4 instances each", "2 training runs", "one training run", "optimality gap",
+                            "IQM of 2 training runs 0 to 0.667", " better)", "Probability of improvement"})
     EXPECT_THAT(section, HasSubstr(words)) << words;
   EXPECT_LT(section.find("search"), section.find("lone"));
 }
@@ -79,24 +79,24 @@ TEST_F(AggregateReport, PrecedesTheRankingWithEachMethodOnce) {
 TEST_F(AggregateReport, MarksTrainedMethodsInAllTables) {
   write_study();
   const Report report(folder_);
-  EXPECT_EQ(training_tag(report.model().methods, "lone"), "one training");
-  EXPECT_EQ(training_tag(report.model().methods, "net (two)"), "1 of 2 trainings");
+  EXPECT_EQ(training_tag(report.model().methods, "lone"), "one training run");
+  EXPECT_EQ(training_tag(report.model().methods, "net (two)"), "1 of 2 training runs");
   EXPECT_EQ(training_tag(report.model().methods, "search"), "");
   EXPECT_THAT(report.ranking_table(), HasSubstr("lone *"));
   EXPECT_THAT(report.ranking_table(), Not(HasSubstr("search *")));
-  EXPECT_THAT(report.ranking_table(), HasSubstr("* one training"));
-  EXPECT_THAT(report.markdown(), HasSubstr("| lone (one training) |"));
+  EXPECT_THAT(report.ranking_table(), HasSubstr("* one training run"));
+  EXPECT_THAT(report.markdown(), HasSubstr("| lone (one training run) |"));
   for (const auto section : {ranking_section, matrix_section, pairs_section, training_section, methods_section})
-    EXPECT_THAT(written(section, report.model()), HasSubstr("one training"));
+    EXPECT_THAT(written(section, report.model()), HasSubstr("one training run"));
 }
 
 TEST_F(AggregateReport, MarkdownMatchesCsv) {
   write_study();
   const PageModel all = data();
   const std::string markdown = aggregate_markdown(all), csv = aggregate_csv(all);
-  EXPECT_THAT(markdown, HasSubstr("| net (2 trainings) | images | 0.333"));
-  EXPECT_THAT(markdown, HasSubstr("net: IQM of 2 trainings 0 to 0.667, standard deviation 0.47."));
-  EXPECT_THAT(markdown, HasSubstr("| lone (one training) | images | 1.00 (1.00 - 1.00) |"));
+  EXPECT_THAT(markdown, HasSubstr("| net (2 training runs) | images | 0.333"));
+  EXPECT_THAT(markdown, HasSubstr("net: IQM of 2 training runs 0 to 0.667, standard deviation 0.47."));
+  EXPECT_THAT(markdown, HasSubstr("| lone (one training run) | images | 1.00 (1.00 - 1.00) |"));
   EXPECT_THAT(
       csv, StartsWith("protocol,algorithm,training,class,oracle,trainings,trained,strata,n,failed,steps,iqm,iqm_lo95"));
   EXPECT_THAT(csv, HasSubstr("\npaper,net,,images,false,2,true,2,16,0,1,"));

@@ -329,16 +329,16 @@ class RecomputeTrainings(unittest.TestCase):
         self.assertEqual(methods["net"]["n"], 3 * methods["nlopt-sbplx"]["n"])
         self.assertGreater(methods["net"]["failed"], 0)
         self.assertGreater(methods["net"]["spread"]["sd"], 0)
-        self.assertEqual(methods["net"]["training_tag"], "3 trainings")
-        self.assertEqual(methods["lone"]["training_tag"], "one training")
+        self.assertEqual(methods["net"]["training_tag"], "3 training runs")
+        self.assertEqual(methods["lone"]["training_tag"], "one training run")
         self.assertNotIn("training_tag", methods["nlopt-sbplx"])
         page = (self.folder / "report.html").read_text()
-        self.assertIn("IQM of 3 trainings", page)
-        self.assertIn("one training", page)
+        self.assertIn("IQM of 3 training runs", page)
+        self.assertIn("one training run", page)
         records = recompute.read(self.folder)[1]
         self.assertEqual(set(records[records.method == "net"].training), {"one", "two", "three"})
         for table in ("md", "csv"):
-            self.assertIn("one training", program.call("report", self.folder, "--format", table))
+            self.assertIn("one training run", program.call("report", self.folder, "--format", table))
 
 
 if __name__ == "__main__":

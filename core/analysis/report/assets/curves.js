@@ -12,7 +12,7 @@ const relignCurves = (() => {
     ['commanded', 'error at the commanded pose'],
     ['best', 'lowest measured error so far'],  // ranks stations: their first track
     ['measured', 'measured error (with noise)'],
-    ['excess', 'error in excess of the own optimum'],
+    ['excess', 'excess error, above the optimum'],
     ['recommended_best', 'error at the pose with the lowest measured error'],
     ['recommended_current', 'error at the current pose'],
   ];
@@ -65,7 +65,7 @@ const relignCurves = (() => {
     series.sort((a, b) => a.y[a.y.length - 1] - b.y[b.y.length - 1]);  // labels: best first
     const floor = group.floor || {};
     const levels = !NOISE_FREE.includes(view.track) ? []
-      : [['specification', group.spec, false], ['own optimum', floor.own_optimum, false], ['bound of one more image', floor.next_image, true]]
+      : [['specification', group.spec, false], ['optimum', floor.own_optimum, false], ['bound of one more image', floor.next_image, true]]
         .filter(([, y]) => known(y) && (!view.log || y > 0)).map(([label, y, dotted]) => ({label, y, dotted}));
     return {title: group.label, height, series: series.slice(0, most), levels, y: {title: group.score ? axis + ', ' + group.score : axis, log: view.log},
             x: {title: view.clock === 'step' ? counted(group) + 's' : CLOCKS.find(([id]) => id === view.clock)[1], log: view.logx, whole: view.clock === 'step'}};
