@@ -8,9 +8,9 @@
 #include "base/json_source.h"
 #include "base/text.h"
 #include "cli/chosen_lens.h"
-#include "cli/film.h"
 #include "cli/interrupt.h"
 #include "drawing/gif.h"
+#include "drawing/video.h"
 
 namespace relign::cli {
 namespace {
@@ -104,7 +104,7 @@ void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& f
              ProgressMode mode) {
   const bool video = plan.out.extension() == ".mp4";
   const int width = static_cast<int>(facts.image_width), height = static_cast<int>(facts.picture_height());
-  if (video) require_ffmpeg();
+  if (video) drawing::require_ffmpeg("--out");
   drawing::GreyGif gif(width, height, plan.frames_per_second);
   std::string raw;  // for .mp4: all frames, concatenated
   const std::atomic<bool>& stop = watch_for_stop();
@@ -131,7 +131,7 @@ void animate(plugin_host::MountedAssembly& assembly, const trials::SceneFacts& f
   printer.update(progress);
   printer.finish();
   if (video)
-    write_video(plan.out, raw, width, height, plan.frames_per_second);
+    drawing::write_video(plan.out, raw, width, height, plan.frames_per_second);
   else
     write_file_atomically(plan.out, gif.take());
 }

@@ -4,7 +4,6 @@
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/progress.h"
-#include "cli/run_cost.h"
 #include "cli/shared_files.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
@@ -14,6 +13,7 @@
 #include "runner/spec_check.h"
 #include "runner/stations.h"
 #include "suites/suite.h"
+#include "trials/run_cost.h"
 
 namespace relign::cli {
 namespace {
@@ -88,9 +88,10 @@ int checked(Context& context, const std::string& file) {
     const trials::Criteria criteria =
         trials::criteria_of(records::specification_of(suite.spec, facts[i].spec, facts[i].score), facts[i]);
     // Does not move hardware.
-    const RunCost cost = owns_stage ? RunCost{}
-                                    : measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice, criteria,
-                                                       quiet_services(context), core_count());
+    const trials::RunCost cost = owns_stage
+                                     ? trials::RunCost{}
+                                     : trials::measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice,
+                                                                criteria, quiet_services(context), core_count());
     if (!suite.algorithms.empty()) seconds += static_cast<double>(instances_per_algorithm) * cost.instance;
     for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
       if (!runner::can_run_on(algorithm, facts[i])) continue;
@@ -116,18 +117,15 @@ int checked(Context& context, const std::string& file) {
     print_result(result.dump(2) + "\n");
     return kDone;
   }
-  if (station) {
-    print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
-                 "\nframes         " + std::to_string(frames) +
-                 "\nexpected time  unknown: set by the hardware station (one trial at a time)\n");
-    return kDone;
-  }
-  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
-               "\nframes         " + std::to_string(frames) + "\nexpected time  about " + duration_text(seconds) +
-               " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-               " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' own "
-               "time, pretraining, pictures and the report)\n" +
-               memory + design_mtf);
+  print_result(
+      "suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
+      std::to_string(frames) + "\nexpected time  " +
+      (station
+           ? "unknown: set by the hardware station (one trial at a time)\n"
+           : "about " + duration_text(seconds) + " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
+                 " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' "
+                 "own time, pretraining, pictures and the report)\n" +
+                 memory + design_mtf));
   return kDone;
 }
 

@@ -71,8 +71,7 @@ class Arrivals {
            const records::Specification& spec)
       : table_(table),
         targets_(options.targets.empty() ? default_targets(series.score.resolution) : options.targets),
-        rule_(options.rule),
-        cycle_(options.cycle),
+        options_(options),
         spec_(spec),
         reached_by_(series.largest_budget + std::size_t{1}, 0) {}
 
@@ -81,7 +80,7 @@ class Arrivals {
     for (const Rule rule : kRules) {
       const std::vector<double> scores =
           track_values(trial.steps, trial.row.own_optimum_mse, track_of(rule), trial.series.score);
-      if (rule == rule_)
+      if (rule == options_.rule)
         for (const TargetTime& time : times_to_targets(scores, targets_, censored_at))
           if (time.reached) ++reached_by_[std::min(static_cast<std::size_t>(time.steps), reached_by_.size() - 1)];
       if (std::isnan(spec_.score) || spec_.limits_criteria()) continue;
@@ -91,17 +90,17 @@ class Arrivals {
       steps_[rule].push_back(time);
       // In seconds, trials that do not reach the specification are censored at infinity: budgets are in steps, and
       // censoring an early end at its time would drop it from those at risk, as if giving up were success.
-      if (rule != rule_) continue;
+      if (rule != options_.rule) continue;
       constexpr double kNever = std::numeric_limits<double>::infinity();
       const double seconds = time.reached ? seconds_at(trial.steps[static_cast<std::size_t>(time.steps)]) : kNever;
       seconds_.push_back({seconds, time.reached});
-      if (std::isnan(cycle_.seconds)) continue;
+      if (std::isnan(options_.cycle.seconds)) continue;
       // Unknown computing time leaves the cycle unknown: it does not count as none.
-      const double cycle = cycle_seconds(cycle_, seconds, time.steps, trial.row.algorithm_ms_per_step);
+      const double cycle = cycle_seconds(options_.cycle, seconds, time.steps, trial.row.algorithm_ms_per_step);
       cycle_known_ = cycle_known_ && !std::isnan(cycle);
       cycles_.push_back({time.reached ? cycle : kNever, time.reached});
     }
-    if (rule_ != Rule::own) return;  // records have the true pose of the own recommendation only
+    if (options_.rule != Rule::own) return;  // records have the true pose of the own recommendation only
     const std::vector<double>& best = trial.stored.own_optimum_pose();
     const std::vector<double>& ended = trial.steps.back().recommended_true_pose;
     if (best.empty() || best.size() != ended.size()) return;
@@ -117,9 +116,9 @@ class Arrivals {
       const double pairs = static_cast<double>(trials * targets_.size());
       study.targets_reached.push_back(pairs > 0 ? static_cast<double>(so_far) / pairs : kMissing);
     }
-    study.expected_to_spec = expected_steps(steps_[rule_]);
+    study.expected_to_spec = expected_steps(steps_[options_.rule]);
     for (const Rule rule : kRules) study.rules[rule].steps_to_spec = median_steps(kaplan_meier(steps_[rule]));
-    study.steps_to_spec = study.rules[rule_].steps_to_spec;
+    study.steps_to_spec = study.rules[options_.rule].steps_to_spec;
     study.seconds_to_spec = median_steps(kaplan_meier(seconds_));
     if (!cycles_.empty() && cycle_known_) study.cycle_to_spec = median_steps(kaplan_meier(cycles_));
     for (std::vector<double>& axis : residual_) study.residual.push_back(quantiles(std::move(axis)));
@@ -128,14 +127,14 @@ class Arrivals {
  private:
   // The move to the recommended pose is recorded for the own rule only.
   double seconds_at(const records::StepNumbers& step) const {
-    return rule_ != Rule::own || std::isnan(step.recommended_seconds) ? step.machine_seconds : step.recommended_seconds;
+    return options_.rule != Rule::own || std::isnan(step.recommended_seconds) ? step.machine_seconds
+                                                                              : step.recommended_seconds;
   }
 
   const TrialTable& table_;
   std::vector<double> targets_;
-  Rule rule_;
-  Cycle cycle_;
-  records::Specification spec_;
+  const StudyOptions& options_;
+  const records::Specification& spec_;
   std::vector<std::size_t> reached_by_;  // pairs reached at exactly this step
   ByRule<std::vector<TargetTime>> steps_;
   std::vector<TargetTime> seconds_, cycles_;
@@ -143,176 +142,176 @@ class Arrivals {
   std::vector<std::vector<double>> residual_;
 };
 
-void add_bands(Curve& curve, const TrialTable& table, const Series& series, const TrackColumns& columns,
-               const Piece& piece, const Draws& draws, std::optional<Track> alone) {
-  std::vector<std::vector<double>> values;
-  std::vector<Interval*> places;
-  for (const unsigned step : band_steps(series.largest_budget)) {
-    if (step < piece.steps.first || step > piece.steps.last) continue;
-    for (const Track track : piece.tracks) {
-      if (track == Track::machine_seconds || (alone && track != *alone)) continue;
-      values.push_back(draws.by_instance(table, series, columns.at(track, step)));
-      places.push_back(&curve.points[step].bands[static_cast<std::size_t>(track)]);
+// Computes what is known of one series.
+class SeriesStudier {
+ public:
+  const TrialTable& table;
+  const Series& series;
+  const Draws& draws;
+  const StudyOptions& options;
+  const records::Specification& spec;
+
+  SeriesStudy run(SeriesErrors& errors, CostColumns& costs) const {
+    SeriesStudy study;
+    study.curve = {
+        series.scene, series.noise_level, series.protocol, series.algorithm, series.trials.size(), series.failed, {}};
+    if (series.trials.empty()) {
+      if (!spec.limits_anything()) return study;
+      study.yield = success_rate(0, series.failed);
+      for (const Rule rule : kRules) study.rules[rule].yield = study.yield;
+      return study;
     }
-  }
-  const std::vector<Band> found = bands(draws.resampling, values, OrderStatistic::median());
-  for (std::size_t i = 0; i < found.size(); ++i) *places[i] = found[i].interval;
-}
-
-// `alone`: the only rule with intervals.
-void add_excess(SeriesStudy& study, const TrialTable& table, const Series& series, const ExcessColumns& columns,
-                const Draws& draws, std::optional<Rule> alone) {
-  if (!columns.any()) return;
-  std::vector<std::vector<double>> values;
-  for (std::size_t place = 0; place < columns.images().size(); ++place) {
-    ExcessAfter& after = study.excess.emplace_back();
-    after.images = columns.images()[place];
-    for (const Rule rule : kRules) {
-      after.rules[rule].values = quantiles(columns.at(place, rule));
-      if (draws.wanted && (!alone || rule == *alone))
-        values.push_back(draws.by_instance(table, series, columns.at(place, rule)));
-    }
-  }
-  const std::vector<Band> found = bands(draws.resampling, values, OrderStatistic::median());
-  auto band = found.begin();
-  if (band == found.end()) return;
-  for (ExcessAfter& after : study.excess)
-    for (const Rule rule : kRules)
-      if (!alone || rule == *alone) after.rules[rule].interval = (band++)->interval;
-}
-
-void add_further_scores(SeriesStudy& study, const TrialTable& table, const Series& series, const Draws& draws) {
-  std::vector<std::vector<double>> columns;
-  for (std::size_t i = 0; i < series.score.further.size(); ++i) {
-    std::vector<double> values;
-    for (const std::uint32_t trial : series.trials)
-      values.push_back(table.criteria_of(table.rows[trial]).last[further_score(i)]);
-    columns.push_back(draws.by_instance(table, series, values));
-  }
-  if (!columns.empty()) study.further = bands(draws.resampling, columns, OrderStatistic::median());
-}
-
-// Instances in specification at the last recommendation by the rule, after curing.
-void count_yield(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
-                 RuleScore& score) {
-  for (const std::uint32_t trial : series.trials) {
-    const TrialRow& row = table.rows[trial];
-    score.in_spec += table.meets(row, spec, rule) ? 1 : 0;
-  }
-  score.yield = success_rate(score.in_spec, series.trials.size() + series.failed);
-}
-
-// The same before curing.
-void count_uncured(const TrialTable& table, const Series& series, const records::Specification& spec, Rule rule,
-                   SeriesStudy& study) {
-  std::size_t known = 0;
-  for (const std::uint32_t trial : series.trials) {
-    const TrialRow& row = table.rows[trial];
-    const records::MtfRecord& mtf = table.mtf_of(row).by[rule][Curing::before];
-    if (std::isnan(row.uncured[rule])) continue;
-    ++known;
-    study.in_spec_uncured += spec.met_by(row.uncured[rule], mtf.centre, mtf.corner) ? 1 : 0;
-  }
-  if (known > 0) study.yield_uncured = success_rate(study.in_spec_uncured, known + series.failed);
-}
-
-SeriesStudy study_series(const TrialTable& table, const Series& series, const Draws& draws, const StudyOptions& options,
-                         const records::Specification& spec, SeriesErrors& errors, CostColumns& costs) {
-  SeriesStudy study;
-  Curve& curve = study.curve;
-  curve.scene = series.scene;
-  curve.noise_level = series.noise_level;
-  curve.protocol = series.protocol;
-  curve.algorithm = series.algorithm;
-  curve.trials = series.trials.size();
-  curve.failed = series.failed;
-  if (series.trials.empty()) {
-    if (!spec.limits_anything()) return study;
-    study.yield = success_rate(0, series.failed);
-    for (const Rule rule : kRules) study.rules[rule].yield = study.yield;
+    read_steps(study, errors, costs);
+    for (const Rule rule : kRules) count_yield(study, rule);
+    study.in_spec = study.rules[options.rule].in_spec;
+    study.yield = study.rules[options.rule].yield;
+    if (draws.wanted) add_medians(study);
     return study;
   }
-  curve.points.resize(series.largest_budget + std::size_t{1});
-  for (std::size_t step = 0; step < curve.points.size(); ++step) curve.points[step].step = static_cast<unsigned>(step);
 
-  Arrivals arrivals(table, series, options, spec);
-  SpecArrivals spec_arrivals(table, series, spec, options.cycle);
-  ExcessColumns excess(series);
-  bool first = true;
-  for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
-    TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
-    for_each_trial(table, series, [&](const ReadTrial& trial) {
-      columns.add(trial);
-      if (!first) return;
-      arrivals.add(trial);
-      if (options.rule == Rule::own) {
-        spec_arrivals.add(trial);
-        if (spec.limits_anything()) costs.add(trial, met_by_step(table, spec, trial));
-      }
-      excess.add(trial);
-      errors.add(trial);
-    });
-    first = false;
+ private:
+  bool has_bands(Track track) const {
+    return draws.wanted && track != Track::machine_seconds &&
+           (table.rows.size() <= kManyTrials || track == track_of(options.rule));
+  }
+
+  template <class Value>
+  std::vector<double> of_trials(const Value& value) const {
+    std::vector<double> values;
+    for (const std::uint32_t trial : series.trials) values.push_back(value(table.rows[trial]));
+    return values;
+  }
+
+  std::vector<double> by_instance(const std::vector<double>& values) const {
+    return draws.by_instance(table, series, values);
+  }
+  std::vector<Band> medians(const std::vector<std::vector<double>>& columns) const {
+    return bands(draws.resampling, columns, OrderStatistic::median());
+  }
+
+  // Of all columns at once, so that draws that are not stored are made once.
+  void put_intervals(const std::vector<std::vector<double>>& columns, const std::vector<Interval*>& places) const {
+    const std::vector<Band> found = medians(columns);
+    for (std::size_t i = 0; i < found.size(); ++i) *places[i] = found[i].interval;
+  }
+
+  void read_steps(SeriesStudy& study, SeriesErrors& errors, CostColumns& costs) const {
+    std::vector<CurvePoint>& points = study.curve.points;
+    points.resize(series.largest_budget + std::size_t{1});
+    for (std::size_t step = 0; step < points.size(); ++step) points[step].step = static_cast<unsigned>(step);
+    Arrivals arrivals(table, series, options, spec);
+    SpecArrivals spec_arrivals(table, series, spec, options.cycle);
+    ExcessColumns excess(series);
+    bool first = true;
+    for (const Piece& piece : pieces(series.trials.size(), series.largest_budget, options.most_bytes)) {
+      TrackColumns columns(series.trials.size(), piece.tracks, piece.steps);
+      for_each_trial(table, series, [&](const ReadTrial& trial) {
+        columns.add(trial);
+        if (!first) return;
+        arrivals.add(trial);
+        if (options.rule == Rule::own) {
+          spec_arrivals.add(trial);
+          if (spec.limits_anything()) costs.add(trial, met_by_step(table, spec, trial));
+        }
+        excess.add(trial);
+        errors.add(trial);
+      });
+      first = false;
+      fill(points, piece, columns);
+    }
+    if (!std::isnan(options.cycle.seconds)) {
+      const double computing =
+          quantiles(of_trials([](const TrialRow& row) { return row.algorithm_ms_per_step; })).median;
+      for (CurvePoint& point : points)
+        point.cycle_seconds = cycle_seconds(options.cycle, point.machine_seconds, point.step, computing);
+    }
+    arrivals.finish(series.trials.size(), study);
+    spec_arrivals.finish(study);
+    if (excess.any()) add_excess(study, excess);
+  }
+
+  void fill(std::vector<CurvePoint>& points, const Piece& piece, const TrackColumns& columns) const {
+    const std::vector<unsigned> with_bands = band_steps(series.largest_budget);
+    std::vector<std::vector<double>> values;
+    std::vector<Interval*> places;
     for (unsigned step = piece.steps.first; step <= piece.steps.last; ++step)
       for (const Track track : piece.tracks) {
-        const Quantiles values = quantiles(columns.at(track, step));
+        const std::vector<double> column = columns.at(track, step);
+        const auto place = static_cast<std::size_t>(track);
         if (track == Track::machine_seconds)
-          curve.points[step].machine_seconds = values.median;
+          points[step].machine_seconds = quantiles(column).median;
         else
-          curve.points[step].tracks[static_cast<std::size_t>(track)] = values;
+          points[step].tracks[place] = quantiles(column);
+        if (!has_bands(track) || !std::binary_search(with_bands.begin(), with_bands.end(), step)) continue;
+        values.push_back(by_instance(column));
+        places.push_back(&points[step].bands[place]);
       }
-    if (draws.wanted)
-      add_bands(curve, table, series, columns, piece, draws,
-                table.rows.size() > kManyTrials ? std::optional(track_of(options.rule)) : std::nullopt);
+    put_intervals(values, places);
   }
-  if (!std::isnan(options.cycle.seconds)) {
-    std::vector<double> ms_per_step;
-    for (const std::uint32_t trial : series.trials) ms_per_step.push_back(table.rows[trial].algorithm_ms_per_step);
-    const double computing = quantiles(std::move(ms_per_step)).median;
-    for (CurvePoint& point : curve.points)
-      point.cycle_seconds = cycle_seconds(options.cycle, point.machine_seconds, point.step, computing);
-  }
-  arrivals.finish(series.trials.size(), study);
-  spec_arrivals.finish(study);
-  add_excess(study, table, series, excess, draws,
-             table.rows.size() > kManyTrials ? std::optional(options.rule) : std::nullopt);
 
-  std::vector<std::vector<double>> columns;  // one per rule, then the commanded pose
-  for (const Rule rule : kRules) {
-    RuleScore& score = study.rules[rule];
-    const std::vector<double> scores = last_values(table, series, track_of(rule));
-    const bool has_ground_truth =
-        std::any_of(scores.begin(), scores.end(), [](double one) { return !std::isnan(one); });
-    std::vector<double> centre, corner;
-    for (const std::uint32_t trial : series.trials) {
-      centre.push_back(table.mtf_of(table.rows[trial]).by[rule][Curing::after].centre);
-      corner.push_back(table.mtf_of(table.rows[trial]).by[rule][Curing::after].corner);
+  void add_excess(SeriesStudy& study, const ExcessColumns& columns) const {
+    study.excess.resize(columns.images().size());
+    std::vector<std::vector<double>> values;
+    std::vector<Interval*> places;
+    for (std::size_t place = 0; place < study.excess.size(); ++place) {
+      study.excess[place].images = columns.images()[place];
+      for (const Rule rule : kRules) {
+        ExcessScore& score = study.excess[place].rules[rule];
+        score.values = quantiles(columns.at(place, rule));
+        if (!has_bands(track_of(rule))) continue;
+        values.push_back(by_instance(columns.at(place, rule)));
+        places.push_back(&score.interval);
+      }
     }
-    const Quantiles mtf_centre = quantiles(centre), mtf_corner = quantiles(corner);
-    const bool has_mtf = !spec.limits_mtf() || mtf_centre.n > 0;
-    const bool by_own_rule = rule == Rule::own || !spec.limits_criteria();
-    const bool has_yield = spec.limits_anything() && has_ground_truth && has_mtf && by_own_rule;
-    if (has_yield) count_yield(table, series, spec, rule, score);
-    columns.push_back(draws.by_instance(table, series, scores));
-    if (rule != options.rule) continue;
-    study.mtf_centre = mtf_centre;
-    study.mtf_corner = mtf_corner;
-    study.in_spec = score.in_spec;
-    study.yield = score.yield;
-    if (has_yield && !spec.limits_criteria()) count_uncured(table, series, spec, rule, study);
+    put_intervals(values, places);
   }
-  if (!draws.wanted) return study;
-  add_further_scores(study, table, series, draws);
-  columns.push_back(draws.by_instance(table, series, last_values(table, series, Track::commanded)));
-  const std::vector<Band> medians = bands(draws.resampling, columns, OrderStatistic::median());
-  for (const Rule rule : kRules) study.rules[rule].median = medians[static_cast<std::size_t>(rule)];
-  study.recommended_median = study.rules[options.rule].median;
-  study.commanded_median = medians.back();
-  for (std::size_t k = 0; k < kFinalStatistics.size(); ++k)
-    study.finals[k] =
-        bands(draws.resampling, {columns[static_cast<std::size_t>(options.rule)]}, kFinalStatistics[k].of()).front();
-  return study;
-}
+
+  // Instances in specification at the last recommendation by the rule, after curing, and by the options' before it.
+  void count_yield(SeriesStudy& study, Rule rule) const {
+    const auto mtf = [&](double records::MtfRecord::*field) {
+      return quantiles(
+          of_trials([&](const TrialRow& row) { return table.mtf_of(row).by[rule][Curing::after].*field; }));
+    };
+    const Quantiles centre = mtf(&records::MtfRecord::centre);
+    if (rule == options.rule) {
+      study.mtf_centre = centre;
+      study.mtf_corner = mtf(&records::MtfRecord::corner);
+    }
+    const bool has_ground_truth = quantiles(last_values(table, series, track_of(rule))).n > 0;
+    const bool has_mtf = !spec.limits_mtf() || centre.n > 0;
+    const bool by_own_rule = rule == Rule::own || !spec.limits_criteria();
+    if (!spec.limits_anything() || !has_ground_truth || !has_mtf || !by_own_rule) return;
+    RuleScore& score = study.rules[rule];
+    std::size_t known = 0;
+    for (const std::uint32_t trial : series.trials) {
+      const TrialRow& row = table.rows[trial];
+      score.in_spec += table.meets(row, spec, rule) ? 1 : 0;
+      if (rule != options.rule || spec.limits_criteria() || std::isnan(row.uncured[rule])) continue;
+      const records::MtfRecord& uncured = table.mtf_of(row).by[rule][Curing::before];
+      ++known;
+      study.in_spec_uncured += spec.met_by(row.uncured[rule], uncured.centre, uncured.corner) ? 1 : 0;
+    }
+    score.yield = success_rate(score.in_spec, series.trials.size() + series.failed);
+    if (known > 0) study.yield_uncured = success_rate(study.in_spec_uncured, known + series.failed);
+  }
+
+  void add_medians(SeriesStudy& study) const {
+    std::vector<std::vector<double>> columns;
+    for (std::size_t i = 0; i < series.score.further.size(); ++i)
+      columns.push_back(
+          by_instance(of_trials([&](const TrialRow& row) { return table.criteria_of(row).last[further_score(i)]; })));
+    study.further = medians(columns);
+    const auto last = [&](Track track) { return by_instance(last_values(table, series, track)); };
+    columns = {last(Track::commanded)};
+    for (const Rule rule : kRules) columns.push_back(last(track_of(rule)));
+    const std::vector<Band> found = medians(columns);
+    study.commanded_median = found.front();
+    for (const Rule rule : kRules) study.rules[rule].median = found[1 + static_cast<std::size_t>(rule)];
+    study.recommended_median = study.rules[options.rule].median;
+    for (std::size_t k = 0; k < kFinalStatistics.size(); ++k)
+      study.finals[k] = bands(draws.resampling, {last(track_of(options.rule))}, kFinalStatistics[k].of()).front();
+  }
+};
 
 // Score at the last recommendation, one per instance; values below the resolution are raised to it.
 std::vector<double> score_column(const TrialTable& table, const Series& series, const Draws& draws, Rule rule) {
@@ -388,15 +387,13 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
   std::vector<PairStudy> pairs;
   if (ranked.size() < 2) return pairs;
   std::stable_sort(ranked.begin(), ranked.end(), [&](std::size_t a, std::size_t b) { return medians[a] < medians[b]; });
-  std::vector<std::vector<double>> of_all;
+  std::vector<std::vector<double>> of_all;  // in the order of ranked
   for (const std::size_t series : ranked) of_all.push_back(columns[series]);
   if (rule == options.rule) group.friedman = friedman(of_all);
   PairedOptions paired;
   paired.smallest_relevant = std::log(options.smallest_relevant_ratio);
   const std::size_t firsts = ranked.size() <= kMaxComparedMethods ? ranked.size() : 1;
-  std::vector<Passes> passes(table.series.size());
-  std::vector<Passes> of_ranked = passes_of(table, ranked, group.spec, rule);
-  for (std::size_t i = 0; i < ranked.size(); ++i) passes[ranked[i]] = std::move(of_ranked[i]);
+  const std::vector<Passes> passes = passes_of(table, ranked, group.spec, rule);
   std::set<std::string> classes_before = {""};
   for (std::size_t first = 0; first < ranked.size(); ++first) {
     const std::string own_class = class_of(table, ranked[first], options);
@@ -408,8 +405,8 @@ std::vector<PairStudy> compare_methods(const TrialTable& table, const Draws& dra
       pair.planned = is_planned(table, pair.first, pair.second, options);
       const bool in_class = leads_its_class && class_of(table, pair.second, options) == own_class;
       if (first >= firsts && !pair.planned && !in_class) continue;
-      pair.yields = compare_passes(passes[pair.first], passes[pair.second]);
-      pair.comparison = compare_paired(columns[pair.first], columns[pair.second], draws.resampling, paired);
+      pair.yields = compare_passes(passes[first], passes[second]);
+      pair.comparison = compare_paired(of_all[first], of_all[second], draws.resampling, paired);
       if (pair.comparison.difference.n < kMinCompared) pair.comparison.verdict = Verdict::undecided;
       pairs.push_back(std::move(pair));
     }
@@ -469,8 +466,8 @@ Study make_study(const TrialTable& table, StudyOptions options) {
     std::vector<CostColumns> costs(group.series.size(), CostColumns(draws.instances, options.prices, options.cycle));
     parallel.for_each(static_cast<int>(group.series.size()), [&](int place, unsigned) {
       const std::size_t series = group.series[static_cast<std::size_t>(place)];
-      study.series[series] = study_series(table, table.series[series], draws, options, group.spec, errors[series],
-                                          costs[static_cast<std::size_t>(place)]);
+      study.series[series] = SeriesStudier{table, table.series[series], draws, options, group.spec}.run(
+          errors[series], costs[static_cast<std::size_t>(place)]);
     });
     if (options.prices.stated()) add_costs(table, group, options, costs, study.series);
     if (!draws.wanted) continue;

@@ -1,12 +1,15 @@
-#include "cli/film.h"
+#include "drawing/video.h"
 
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
+#include <sstream>
 #include <vector>
 
 #include "base/error.h"
@@ -15,7 +18,7 @@
 
 extern char** environ;
 
-namespace relign::cli {
+namespace relign::drawing {
 namespace {
 
 namespace fs = std::filesystem;
@@ -42,11 +45,12 @@ int run_program(const std::vector<std::string>& command, const fs::path& log) {
 
 }  // namespace
 
-void require_ffmpeg() {
+void require_ffmpeg(const std::string& option) {
   if (!program_on_path("ffmpeg").empty()) return;
   throw Error(ErrorKind::bad_input,
-              "--out: .mp4 requires ffmpeg, which is not on PATH; install it (Debian and Ubuntu: package ffmpeg) or "
-              "choose .gif");
+              option +
+                  ": .mp4 requires ffmpeg, which is not on PATH; install it (Debian and Ubuntu: package ffmpeg) or "
+                  "choose .gif");
 }
 
 void write_video(const fs::path& out, const std::string& grey, int width, int height, double frames_per_second) {
@@ -56,33 +60,15 @@ void write_video(const fs::path& out, const std::string& grey, int width, int he
   const fs::path frames = beside(".grey"), video = beside(".mp4"), log = beside(".log");
   write_file_atomically(frames, grey);
   // Players need even sides and yuv420p; -crf 14 preserves the noise of the captures.
-  const int status = run_program({"ffmpeg",
-                                  "-nostdin",
-                                  "-y",
-                                  "-loglevel",
-                                  "error",
-                                  "-f",
-                                  "rawvideo",
-                                  "-pixel_format",
-                                  "gray",
-                                  "-video_size",
-                                  std::to_string(width) + "x" + std::to_string(height),
-                                  "-framerate",
-                                  shortest(frames_per_second),
-                                  "-i",
-                                  frames.string(),
-                                  "-vf",
-                                  "pad=ceil(iw/2)*2:ceil(ih/2)*2",
-                                  "-c:v",
-                                  "libx264",
-                                  "-crf",
-                                  "14",
-                                  "-pix_fmt",
-                                  "yuv420p",
-                                  "-movflags",
-                                  "+faststart",
-                                  video.string()},
-                                 log);
+  std::istringstream options("ffmpeg -nostdin -y -loglevel error -f rawvideo -pixel_format gray -video_size " +
+                             std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
+                             shortest(frames_per_second) +
+                             " -i FRAMES -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -c:v libx264 -crf 14 -pix_fmt yuv420p "
+                             "-movflags +faststart");
+  std::vector<std::string> command{std::istream_iterator<std::string>(options), {}};
+  *std::find(command.begin(), command.end(), "FRAMES") = frames.string();
+  command.push_back(video.string());
+  const int status = run_program(command, log);
   std::error_code failed;
   const std::string output = fs::exists(log, failed) ? read_file(log) : "";
   if (status == 0) fs::rename(video, out, failed);
@@ -94,4 +80,4 @@ void write_video(const fs::path& out, const std::string& grey, int width, int he
                                    (output.empty() ? "" : ": " + output));
 }
 
-}  // namespace relign::cli
+}  // namespace relign::drawing

@@ -6,7 +6,7 @@
 #include "trials/judge.h"
 #include "trials/scene_facts.h"
 
-namespace relign::cli {
+namespace relign::trials {
 
 // Seconds of one worker.
 struct RunCost {
@@ -18,7 +18,7 @@ struct RunCost {
 
 // Times an instance of `level` on every worker, at the nominal pose and at its start, and returns the means. For scenes
 // with a simulated stage. `services` are for one thread. Throws Error.
-RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Choice& level,
-                         const trials::Criteria& criteria, const plugin_host::HostServices& services, unsigned workers);
+RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Choice& level, const Criteria& criteria,
+                         const plugin_host::HostServices& services, unsigned workers);
 
-}  // namespace relign::cli
+}  // namespace relign::trials

@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <string>
 
-namespace relign::cli {
+namespace relign::drawing {
 
-// Throws Error(bad_input) with installation advice if ffmpeg is not on PATH.
-void require_ffmpeg();
+// Throws Error(bad_input) with installation advice if ffmpeg, which `option` requires, is not on PATH.
+void require_ffmpeg(const std::string& option);
 
 // `grey`: concatenated frames of width x height bytes. Throws Error(io) with ffmpeg's output if it fails.
 void write_video(const std::filesystem::path& out, const std::string& grey, int width, int height,
                  double frames_per_second);
 
-}  // namespace relign::cli
+}  // namespace relign::drawing

@@ -1,4 +1,4 @@
-#include "cli/run_cost.h"
+#include "trials/run_cost.h"
 
 #include <algorithm>
 #include <barrier>
@@ -12,7 +12,7 @@
 #include "trials/instance.h"
 #include "trials/own_optimum.h"
 
-namespace relign::cli {
+namespace relign::trials {
 namespace {
 
 constexpr double kNearby = 1e-3;  // shares of the travel
@@ -36,8 +36,8 @@ double least_seconds_of(std::vector<double> pose, const Body& body) {
   return least;
 }
 
-RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, const trials::Instance& instance,
-                const trials::Criteria& criteria) {
+RunCost measure(plugin_host::Scene& scene, const SceneFacts& facts, const Instance& instance,
+                const Criteria& criteria) {
   RunCost cost;
   std::vector<float> pixels(std::size_t{facts.image_width} * facts.image_height);
   const std::vector<double>& nominal = facts.nominal_pose;
@@ -47,10 +47,10 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
   plugin_host::MountedAssembly lens = scene.mount(instance.perturbations.elements_json);
   std::vector<double> optimum = nominal;
   if (facts.truth)
-    if (const auto own = trials::own_optimum(lens, facts, instance.seed)) optimum = own->true_pose;
-  const trials::FieldValues design = criteria.needs(CriterionNeeds::fields)
-                                         ? trials::measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
-                                         : trials::FieldValues();
+    if (const auto own = own_optimum(lens, facts, instance.seed)) optimum = own->true_pose;
+  const FieldValues design = criteria.needs(CriterionNeeds::fields)
+                                 ? measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
+                                 : FieldValues();
   cost.instance = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::vector<double>* const poses[] = {&optimum, &instance.perturbations.start};
   for (const std::vector<double>* pose : poses) {
@@ -62,20 +62,19 @@ RunCost measure(plugin_host::Scene& scene, const trials::SceneFacts& facts, cons
     if (facts.truth) cost.noise_free += least_seconds_of(*pose, score) / std::size(poses);
   }
   if (criteria.any()) {
-    trials::Judge judge(lens, facts, criteria, design, 1);
+    Judge judge(lens, facts, criteria, design, 1);
     for (const std::vector<double>* pose : poses)
       cost.judging += seconds_of([&] { judge.at(*pose, optimum); }) / std::size(poses);
     // The search itself takes minutes with diffraction.
-    if (!criteria.field_mtf.empty()) cost.instance += trials::Judge::kTypicalMeasurements * cost.judging;
+    if (!criteria.field_mtf.empty()) cost.instance += Judge::kTypicalMeasurements * cost.judging;
   }
   return cost;
 }
 
 }  // namespace
 
-RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Choice& level,
-                         const trials::Criteria& criteria, const plugin_host::HostServices& services,
-                         unsigned workers) {
+RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Choice& level, const Criteria& criteria,
+                         const plugin_host::HostServices& services, unsigned workers) {
   constexpr unsigned kMostWorkers = 16;  // more would take memory and say no more
   workers = std::clamp(workers, 1U, kMostWorkers);
   std::vector<RunCost> costs(workers);
@@ -85,9 +84,9 @@ RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Ch
     bool waited = false;
     try {
       plugin_host::Scene own(scene, services);
-      const trials::SceneFacts facts = trials::read_scene_facts(own.describe(), scene.id);
+      const SceneFacts facts = read_scene_facts(own.describe(), scene.id);
       plugin_host::NoiseLevel noise(level, services);
-      const trials::Instance instance = trials::draw_instance(noise, facts, 1, SeedDomain::benchmark, worker);
+      const Instance instance = draw_instance(noise, facts, 1, SeedDomain::benchmark, worker);
       waited = true;
       ready.arrive_and_wait();
       costs[worker] = measure(own, facts, instance, criteria);
@@ -103,12 +102,10 @@ RunCost measure_run_cost(const plugin_host::Choice& scene, const plugin_host::Ch
   RunCost mean;
   for (unsigned worker = 0; worker < workers; ++worker) {
     if (failures[worker]) std::rethrow_exception(failures[worker]);
-    mean.capture += costs[worker].capture / workers;
-    mean.noise_free += costs[worker].noise_free / workers;
-    mean.instance += costs[worker].instance / workers;
-    mean.judging += costs[worker].judging / workers;
+    for (double RunCost::*part : {&RunCost::capture, &RunCost::noise_free, &RunCost::instance, &RunCost::judging})
+      mean.*part += costs[worker].*part / workers;
   }
   return mean;
 }
 
-}  // namespace relign::cli
+}  // namespace relign::trials
