@@ -26,11 +26,6 @@ CompleteLens complete(const std::string& zmx) {
 std::string refusal(const std::string& zmx) {
   return error_text(ErrorKind::bad_input, [&] { complete(zmx); });
 }
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
 
 TEST(Completion, MatchesEveryPrintedDigitOfThePapersLens) {
   LensDesign design = golden_design("relign_od.lis");

@@ -1,6 +1,8 @@
 // The lens files of tests/golden/lenses, and short ones made of lines.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <string>
 
 #include "base/files.h"
@@ -14,6 +16,12 @@ inline std::string golden_bytes(const std::string& name) {
 }
 
 inline LensDesign golden_design(const std::string& name) { return read_design(golden_bytes(name), name); }
+
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
 
 // A biconvex lens of radius 50 with the stop behind it; `extra` goes into surface 1, `system` before the surfaces.
 inline std::string small_zmx(const std::string& extra = "", const std::string& system = "") {

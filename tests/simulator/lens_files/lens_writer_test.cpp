@@ -26,12 +26,6 @@ OrderedJson lens_of(const std::string& zmx, const GlassSources& sources = {}) {
 std::string refusal(const std::string& zmx) {
   return error_text(ErrorKind::bad_input, [&] { lens_of(zmx); });
 }
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
 TEST(LensWriter, GroupsSurfacesIntoElements) {
   LensDesign design = golden_design("cooke_triplet_utf16.zmx");
   const OrderedJson lens = lens_json(draft_lens(design, cooke_glasses(), "cooke", 0), design);

@@ -84,18 +84,15 @@ TEST(SceneLayout, TolerancesGrowWithTheLens) {
   EXPECT_EQ(first_element(small_zmx())["tilt_arcmin"], OrderedJson({12, 12}));
   // A tenth of it, and between.
   const auto scaled = [&](const std::string& factor) {
-    std::string text = small_zmx();
-    text.replace(text.find("UNIT MM"), 7, "UNIT " + factor);
+    std::string text = replaced(small_zmx(), "UNIT MM", "UNIT " + factor);
     return first_element(text);
   };
   EXPECT_EQ(scaled("METER")["shift_um"], OrderedJson({100, 100, 100}));
   const Made paper = made("relign_od.lis", choices_of());  // 2.9 mm
   EXPECT_EQ(paper.layout.tolerances["elements"]["L1"]["shift_um"], OrderedJson({10, 10, 10}));
   EXPECT_EQ(paper.layout.tolerances["elements"]["L1"]["tilt_arcmin"], OrderedJson({3, 3}));
-  std::string middle = small_zmx();  // half the radii: 25 mm
-  middle.replace(middle.find("CURV 0.02"), 9, "CURV 0.04");
-  middle.replace(middle.find("CURV -0.02"), 10, "CURV -0.04");
-  middle.replace(middle.find("DISZ 4\n"), 7, "DISZ 7\n");
+  std::string middle = replaced(replaced(replaced(small_zmx(), "CURV 0.02", "CURV 0.04"), "CURV -0.02", "CURV -0.04"),
+                                "DISZ 4\n", "DISZ 7\n");  // half the radii: 25 mm
   EXPECT_EQ(first_element(middle)["shift_um"], OrderedJson({50, 50, 50}));
   EXPECT_EQ(first_element(middle)["tilt_arcmin"], OrderedJson({8, 8}));
 }
@@ -122,8 +119,7 @@ bool says(const LensDesign& design, const std::string& text) {
 
 TEST(SceneLayout, RemarksOnImagePlaneFarFromBestFocus) {
   EXPECT_FALSE(says(laid_out(small_zmx()), "the design's image plane"));
-  std::string text = small_zmx();
-  text.replace(text.find("DISZ 47.6"), 9, "DISZ 80");
+  std::string text = replaced(small_zmx(), "DISZ 47.6", "DISZ 80");
   EXPECT_TRUE(says(laid_out(text), "a.zmx: the design's image plane is 81.00 mm behind the last face"));
 }
 
@@ -136,8 +132,7 @@ TEST(SceneLayout, ComparesPrintedValues) {
 }
 
 TEST(SceneLayout, RejectsLensesWithoutImage) {
-  std::string text = small_zmx();
-  text.replace(text.find("CURV 0.02"), 9, "CURV -0.02");
+  std::string text = replaced(small_zmx(), "CURV 0.02", "CURV -0.02");
   text.replace(text.find("CURV -0.02", text.find("SURF 2")), 10, "CURV 0.02");
   LensDesign design = read_zmx(text, "a.zmx");
   const CompleteLens lens = complete_lens(design, draft_lens(design, {}, "a", 0));
@@ -160,8 +155,8 @@ OrderedJson wavelengths_of(const LensDesign& read) {
 
 TEST(SceneLayout, PolychromaticSceneHasWavelengthsAndWeights) {
   // FTYP: four are used. One is switched off by its weight, one stands twice, one has no weight.
-  std::string zmx = small_zmx("", "WAVM 2 0.6562725 0.5\nWAVM 3 0.55 2\nWAVM 4 0.48 0\nWAVM 5 0.4 1\n");
-  zmx.replace(zmx.find("FTYP 0 0 1 1"), 12, "FTYP 0 0 1 4");
+  std::string zmx = replaced(small_zmx("", "WAVM 2 0.6562725 0.5\nWAVM 3 0.55 2\nWAVM 4 0.48 0\nWAVM 5 0.4 1\n"),
+                             "FTYP 0 0 1 1", "FTYP 0 0 1 4");
   EXPECT_EQ(wavelengths_of(read_zmx(zmx, "a.zmx")),
             OrderedJson::parse(R"([{"nm": 550.0, "weight": 3.0}, {"nm": 656.2725, "weight": 0.5}])"));
   EXPECT_EQ(wavelengths_of(read_design(small_seq("", "WL 656.3 550 486.1\nWTW 1 2\nREF 2"), "a.seq")),
@@ -186,12 +181,6 @@ TEST(Readme, HasEveryNumberAndRemark) {
   const std::string text = readme(one.design, one.lens, choices_of(), one.layout);
   EXPECT_THAT(text, HasSubstr("| focal length | 2.89501 mm | first order |"));
   EXPECT_THAT(text, HasSubstr("* relign_od.lis:25: vignetting factors are used only"));
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
 }
 
 double best_focus_of(const std::string& zmx) {

@@ -65,16 +65,14 @@ TEST(SeqReader, ReadsCurvaturesUnitsAndAperture) {
 }
 
 TEST(SeqReader, ReadsCurvaturesWithoutRdm) {
-  std::string text = small_seq();
-  text.replace(text.find("RDM; LEN"), 8, "LEN");
-  text.replace(text.find("S 50 4"), 6, "S 0.02 4");
-  text.replace(text.find("S -50 1"), 7, "S -0.02 1");
+  std::string text =
+      replaced(replaced(replaced(small_seq(), "RDM; LEN", "LEN"), "S 50 4", "S 0.02 4"), "S -50 1", "S -0.02 1");
   const LensDesign lens = read(text);
   EXPECT_EQ(lens.surfaces[1].curvature, 0.02);
   ASSERT_EQ(lens.remarks.size(), 1U);
   EXPECT_EQ(lens.remarks[0].text,
             "assumed: surface values are curvatures, CODE V's default; the file has no RDM before them");
-  text.replace(text.find("S 0.02 4"), 8, "S 50 4");
+  text = replaced(text, "S 0.02 4", "S 50 4");
   EXPECT_THAT(refusal(text), HasSubstr("surface S1: a curvature of 50 is a sphere smaller than the beam"));
 }
 
@@ -113,8 +111,7 @@ TEST(SeqReader, SelectsZoomPosition) {
 }
 
 TEST(SeqReader, ReadsModelGlasses) {
-  std::string text = small_seq();
-  text.replace(text.find("517642"), 6, "1.5168 64.17");
+  std::string text = replaced(small_seq(), "517642", "1.5168 64.17");
   const Surface surface = read(text).surfaces[1];
   EXPECT_EQ(surface.nd, 1.5168);
   EXPECT_EQ(surface.vd, 64.17);
@@ -151,8 +148,7 @@ TEST(SeqReader, RemarksOnUnknownWords) {
 }
 
 TEST(SeqReader, AssumesCodeVsDefaultStop) {
-  std::string text = small_seq();
-  text.replace(text.find(" STO; "), 6, " ");
+  std::string text = replaced(small_seq(), " STO; ", " ");
   const LensDesign lens = read(text);
   EXPECT_TRUE(lens.surfaces[1].stop);
   ASSERT_EQ(lens.remarks.size(), 1U);
@@ -179,8 +175,7 @@ TEST(SeqReader, ReadsQTypeAspheresByName) {
 }
 
 TEST(SeqReader, RemarksOnAssumedUnit) {
-  std::string text = small_seq();
-  text.replace(text.find("DIM M\n"), 6, "");
+  std::string text = replaced(small_seq(), "DIM M\n", "");
   const LensDesign lens = read(text);
   ASSERT_EQ(lens.remarks.size(), 1U);
   EXPECT_EQ(lens.remarks[0].text, "assumed: lengths in mm; the file has no DIM");

@@ -72,8 +72,7 @@ TEST(ZmxReader, ReadsCoordinateBreaks) {
 }
 
 TEST(ZmxReader, UnitsScaleEveryLength) {
-  std::string text = small_zmx("  TYPE EVENASPH\n  PARM 2 1\n");
-  text.replace(text.find("UNIT MM"), 7, "UNIT IN");
+  std::string text = replaced(small_zmx("  TYPE EVENASPH\n  PARM 2 1\n"), "UNIT MM", "UNIT IN");
   const LensDesign lens = read(text);
   EXPECT_DOUBLE_EQ(1 / lens.surfaces[1].curvature, 50 * 25.4);
   EXPECT_DOUBLE_EQ(lens.surfaces[1].thickness_mm, 4 * 25.4);
@@ -143,8 +142,7 @@ TEST(ZmxReader, RemarksOnUnknownWords) {
 }
 
 TEST(ZmxReader, RemarksOnAssumedUnit) {
-  std::string text = small_zmx();
-  text.replace(text.find("UNIT MM\n"), 8, "");
+  std::string text = replaced(small_zmx(), "UNIT MM\n", "");
   const LensDesign lens = read(text);
   ASSERT_EQ(lens.remarks.size(), 1U);
   EXPECT_EQ(lens.remarks[0].text, "assumed: lengths in mm; the file has no UNIT");

@@ -83,13 +83,12 @@ TEST(ZmxShape, ReadsQTypeAspheres) {
 }
 
 TEST(ZmxShape, ScalesTermsWithTheUnit) {
-  std::string text = small_zmx("  TYPE ODDASPHE\n  PARM 3 1\n  PARM 4 1\n");
-  text.replace(text.find("UNIT MM"), 7, "UNIT CM");
+  std::string text = replaced(small_zmx("  TYPE ODDASPHE\n  PARM 3 1\n  PARM 4 1\n"), "UNIT MM", "UNIT CM");
   const Surface scaled = read(text).surfaces[1];
   EXPECT_DOUBLE_EQ(scaled.odd_asphere[0], 1e-2);
   EXPECT_DOUBLE_EQ(scaled.even_asphere[1], 1e-3);
   text = small_zmx("  TYPE QED_TYPE\n  XDAT 2 1\n  XDAT 3 2\n  XDAT 4 0.5\n");
-  text.replace(text.find("UNIT MM"), 7, "UNIT CM");
+  text = replaced(text, "UNIT MM", "UNIT CM");
   EXPECT_DOUBLE_EQ(read(text).surfaces[1].q_bfs->radius_mm, 20);
   EXPECT_DOUBLE_EQ(read(text).surfaces[1].q_bfs->coefficients[0], 5);
 }
