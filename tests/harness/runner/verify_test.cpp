@@ -183,7 +183,7 @@ TEST_F(VerifyTest, SampleCoversAlgorithmsAndDependsOnlyOnItsSeed) {
     options.seed = seed;
     VerifySummary summary;
     std::vector<std::string> ids;
-    const Json manifest = records::read_manifest_json(folder_ / "a");
+    const records::Manifest manifest = records::manifest_of(folder_ / "a");
     records::FolderChecks checks(manifest, folder_ / "a");
     for (const ChosenTrial& trial : choose_trials(options, manifest, summary, checks)) ids.push_back(trial.id);
     return ids;

@@ -203,8 +203,8 @@ TEST_F(SuiteReaderTest, ReadsAnalysisPlanAndReportsItsMistakes) {
   const auto suite_with = [](const std::string& plan) {
     return R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"], "analysis": )" + plan + "}";
   };
-  EXPECT_TRUE(read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"]})").analysis.is_null());
-  EXPECT_EQ(read(suite_with(R"({"rule": "best", "contrasts": [["bo-gp", "random"]]})")).analysis,
+  EXPECT_FALSE(read(R"({"scenes": ["toy"], "noise_levels": ["rho0"], "algorithms": ["bo_gp"]})").analysis);
+  EXPECT_EQ(json_of(read(suite_with(R"({"rule": "best", "contrasts": [["bo-gp", "random"]]})")).analysis),
             Json({{"primary", "rmse"},
                   {"rule", "best"},
                   {"contrasts", Json::array({Json::array({"bo-gp", "random"})})},
