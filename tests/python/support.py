@@ -1,9 +1,13 @@
 """Shared by the tests of the package. By hand: PYTHONPATH=BUILD/python python3 -m unittest discover tests/python"""
 
 import contextlib
+import importlib
 import io
 import os
+import pathlib
+import tempfile
 import unittest
+import warnings
 from unittest import mock
 
 try:
@@ -45,6 +49,25 @@ def failure(*arguments):
     if status != 2:
         raise AssertionError(f"status {status} of {arguments}: {errors.getvalue()}")
     return errors.getvalue()
+
+
+def package(name, pins="requirements-others.txt pins"):
+    """A package that only some tests need; skips them where it is missing."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # without a network, cocopp's import warns
+            return importlib.import_module(name)
+    except ImportError as problem:
+        raise unittest.SkipTest(f"{problem}: tests/python/{pins} it") from None
+
+
+class Folder(unittest.TestCase):
+    """Tests with an empty folder each."""
+
+    def setUp(self):
+        kept = tempfile.TemporaryDirectory()
+        self.addCleanup(kept.cleanup)
+        self.folder = pathlib.Path(kept.name)
 
 
 REAL_GPU = os.environ.get("RELIGN_TEST_GPU") == "1"

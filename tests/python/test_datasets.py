@@ -1,7 +1,6 @@
 """relign-export --minari: datasets read by minari and mlcroissant, and made again from their recipes."""
 
 import contextlib
-import importlib
 import io
 import json
 import os
@@ -14,7 +13,7 @@ import unittest
 import warnings
 from unittest import mock
 
-from support import np
+from support import np, package
 
 from relign_bench.export import cli, dataset
 from relign_bench.results import read_trials
@@ -24,15 +23,6 @@ SUITE = {"name": "spots", "scenes": [{"use": "gaussian_spot", "name": "dim.spot"
          "protocols": ["paper", "blind"], "first_instance": 3, "instances": 2, "steps": 4}
 RANDOM = "relign-bench/dim_spot-rho0/r_ndom_1-paper-v0"
 HOME = "relign-bench/dim_spot-rho0/home-paper-v0"
-
-
-def package(name):
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return importlib.import_module(name)
-    except ImportError as problem:
-        raise unittest.SkipTest(f"{problem}: tests/python/requirements-others.txt pins it") from None
 
 
 def setUpModule():

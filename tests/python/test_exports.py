@@ -1,7 +1,6 @@
 """relign-export: results of a plan in 16 shards, read by other projects' own packages."""
 
 import contextlib
-import importlib
 import io
 import json
 import math
@@ -15,6 +14,8 @@ import tempfile
 import unittest
 import warnings
 from unittest import mock
+
+from support import package
 
 from relign_bench.export import cli
 from relign_bench.export.runs import file_names
@@ -44,15 +45,6 @@ def setUpModule():
     for shard in range(16):
         relign("run", "--plan", "plan.json", "--shard", f"{shard}/16", "-o", "shards", "--workers", "1")
     relign("merge", "shards", "-o", "merged")
-
-
-def package(name):
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # without a network, cocopp's import warns
-            return importlib.import_module(name)
-    except ImportError as problem:
-        raise unittest.SkipTest(f"{problem}: tests/python/requirements-others.txt pins it") from None
 
 
 class Exports(unittest.TestCase):

@@ -1,7 +1,6 @@
 """relign-train --log: learning curves read back by TensorBoard and MLflow, of runs that were killed and resumed."""
 
 import dataclasses
-import importlib
 import json
 import os
 import pathlib
@@ -10,7 +9,7 @@ import tempfile
 import unittest
 from unittest import mock
 
-from support import failure, np
+from support import failure, np, package
 
 try:  # all that training imports: mock.patch.dict would forget it, and onnx cannot be imported twice
     import matplotlib.figure  # noqa: F401
@@ -29,13 +28,7 @@ from relign_bench.training.reinforce import Reinforcement
 PAPER = dataclasses.replace(PRESETS["paper"], size=100, environments=2, steps=10, batch=20, epochs=1, episode=10, total=80,
                             stretch=40)
 IMITATE = ImitateRecipe(size=40, levels=(0.0,), lenses=20, pictures=2, passes=2, moves=3, optimum_samples=32)
-
-
-def package(name):
-    try:
-        return importlib.import_module(name)
-    except ImportError as problem:
-        raise unittest.SkipTest(f"{problem}: tests/python/requirements-training.txt has it") from None
+TRAINING = "requirements-training.txt has"
 
 
 class Killed(Exception):
@@ -73,7 +66,7 @@ class Logs(unittest.TestCase):
         return self.train(loggers)
 
     def test_tensorboard_shows_every_step_once(self):
-        package("tensorboard")
+        package("tensorboard", TRAINING)
         from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
         run = self.killed_and_resumed(["tensorboard"])
@@ -87,7 +80,7 @@ class Logs(unittest.TestCase):
         self.assertEqual(learner[-1], 80)
 
     def test_mlflow_has_one_run_and_every_step_once(self):
-        mlflow = package("mlflow")
+        mlflow = package("mlflow", TRAINING)
         run = self.killed_and_resumed(["mlflow"])
         client = mlflow.MlflowClient()
         (there,) = client.search_runs(["0"])
@@ -102,7 +95,7 @@ class Logs(unittest.TestCase):
             self.train(["mlflow"])
 
     def test_weights_and_biases_continues_its_run_without_a_network(self):
-        wandb = package("wandb")
+        wandb = package("wandb", TRAINING)
         self.addCleanup(wandb.teardown)  # at the end it would refuse unittest's exit status, which is not an int
         self.train(["wandb"], until=1)
         run = self.train(["wandb"])

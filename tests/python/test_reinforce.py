@@ -16,7 +16,7 @@ import unittest
 import weakref
 from unittest import mock
 
-from support import failure, np
+from support import Folder, failure, np
 
 try:
     import stable_baselines3  # noqa: F401
@@ -44,12 +44,7 @@ def quiet(_):
     pass
 
 
-class Folder(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = pathlib.Path(kept.name)
-
+class Runs(Folder):
     def warm_start(self):
         """The folder of an imitation run that has not trained yet."""
         recipe = ImitateRecipe(size=40, levels=(0.0,), optimum_samples=32)
@@ -66,7 +61,7 @@ class Folder(unittest.TestCase):
         self.assertEqual(*rows)
 
 
-class Segments(Folder):
+class Segments(Runs):
     def test_interrupted_paper_recipe_resumes_to_the_same_weights_with_any_number_of_threads(self):
         whole = Reinforcement(PAPER, self.folder / "whole", threads=1, log=quiet)
         whole.run()
@@ -397,7 +392,7 @@ class Commands(unittest.TestCase):
                          "^error: '.*' is the folder of a run of relign-train imitate; expected one of relign-train ppo$")
 
 
-class Export(Folder):
+class Export(Runs):
     def assert_repeats(self, command, recipe):
         """The command of a side file makes the recipe."""
         words = iter(shlex.split(command)[2:])

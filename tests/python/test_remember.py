@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 
-from support import failure, np, relign_bench
+from support import Folder, failure, np, relign_bench
 
 try:
     import torch
@@ -80,12 +80,7 @@ class Probes(unittest.TestCase):
         self.assertLess(np.median(away[:, -1]), np.median(away[:, 0]))
 
 
-class Fibre(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = pathlib.Path(kept.name)
-
+class Fibre(Folder):
     def test_harness_moves_as_the_trained_policy(self):
         run = self.folder / "run"
         subprocess.run(command(run), check=True, capture_output=True)

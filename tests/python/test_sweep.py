@@ -3,16 +3,14 @@
 import dataclasses
 import importlib.util
 import json
-import pathlib
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from unittest import mock
 
-from support import failure, np
+from support import Folder, failure, np
 
 from relign_bench.training import sweep_report
 from relign_bench.training.sweep import Sweep, read_sweep
@@ -43,12 +41,7 @@ while len(lines) < 3:
 TOTAL = {"total": 40, "stretch": 20, "environments": 1, "steps": 20}
 
 
-class Files(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = pathlib.Path(kept.name)
-
+class Files(Folder):
     def read(self, content):
         (self.folder / "study.json").write_text(content if isinstance(content, str) else json.dumps(content))
         return read_sweep(self.folder / "study.json", self.folder / "out")

@@ -11,7 +11,7 @@ import tempfile
 import time
 import unittest
 
-from support import failure, np
+from support import Folder, failure, np
 
 try:
     import torch
@@ -35,12 +35,7 @@ def command(folder, **changes):
     return [sys.executable, "-m", "relign_bench.training", "imitate", "-o", str(folder), "--threads", "1", *settings]
 
 
-class Imitation(unittest.TestCase):
-    def setUp(self):
-        kept = tempfile.TemporaryDirectory()
-        self.addCleanup(kept.cleanup)
-        self.folder = pathlib.Path(kept.name)
-
+class Imitation(Folder):
     def test_killed_run_resumes_to_the_same_curve_and_weights(self):
         subprocess.run(command(self.folder / "whole"), check=True, capture_output=True)
         running = subprocess.Popen(command(self.folder / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

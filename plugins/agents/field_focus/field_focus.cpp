@@ -1,5 +1,6 @@
 // field-focus: centre by the marks, sweep the focus, level the plane of best focus, verify. See README.md.
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <relign/plugin.hpp>
 #include <stdexcept>
 #include <string>
@@ -42,9 +43,9 @@ struct Design {
 };
 
 std::vector<float> pixels_of(const relign::ImageView& image) {
-  std::vector<float> pixels(image.width() * image.height());
+  std::vector<float> pixels;
   for (std::size_t y = 0; y < image.height(); ++y)
-    for (std::size_t x = 0; x < image.width(); ++x) pixels[y * image.width() + x] = image.at(x, y);
+    pixels.insert(pixels.end(), image.row(y), image.row(y) + image.width());
   return pixels;
 }
 
@@ -258,11 +259,11 @@ class FieldFocus final : public relign::Agent {
     const auto edges = edges_of(mark, place, upright, kCentred * place.side_px, static_cast<double>(image.width()),
                                 static_cast<double>(image.height()));
     double sum = 0;
-    for (const field_focus::Region& edge : edges)
-      sum += trial_->measures().measure(
-          "mtf", "{\"cycles_per_pixel\": " + std::to_string(frequency) + ", \"x\": " + std::to_string(edge.x) +
-                     ", \"y\": " + std::to_string(edge.y) + ", \"width\": " + std::to_string(edge.width) +
-                     ", \"height\": " + std::to_string(edge.height) + "}");
+    for (const auto& [x, y, width, height] : edges) {
+      const nlohmann::json where = {
+          {"cycles_per_pixel", frequency}, {"x", x}, {"y", y}, {"width", width}, {"height", height}};
+      sum += trial_->measures().measure("mtf", where.dump());
+    }
     const double half_turn = kPi * frequency;
     return sum / static_cast<double>(edges.size()) * half_turn / std::sin(half_turn);
   }

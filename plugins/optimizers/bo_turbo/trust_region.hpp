@@ -27,11 +27,9 @@ class TrustRegion {
  public:
   explicit TrustRegion(std::size_t axes);
 
-  // Doubles the length after kSuccessTolerance successes in a row, halves it after failure_tolerance() failures in a
-  // row.
+  // Doubles the length after kSuccessTolerance successes in a row, halves it after failure_tolerance_ failures.
   void record(bool success);
   double length() const { return length_; }
-  std::size_t failure_tolerance() const { return failure_tolerance_; }
   bool collapsed() const { return length_ < kLeastLength; }
 
   // Around the centre, each side proportional to the kernel's length scale of its axis, the volume that of a cube of

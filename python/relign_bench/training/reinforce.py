@@ -7,12 +7,13 @@ evaluation on tuning instances and a checkpoint: an interrupted run repeats its 
 from __future__ import annotations
 
 import hashlib
+import importlib
 import io
 import math
 import pathlib
 import time
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -70,6 +71,12 @@ class Reinforcement:
         ValueError: The recipe is not valid, or the folder has a run with another one.
     """
 
+    packaged = True  # the network is the package's, whose training can be recorded as CUDA graphs
+
+    def __new__(cls, recipe: Recipe, *_: Any, **__: Any) -> Reinforcement:
+        """A run of the class for the recipe's preset."""
+        return super().__new__(TunedReinforcement if recipe.preset == "tuned" else cls)
+
     @classmethod
     def open(cls, recipe: Recipe, folder: str | os.PathLike[str], log: Callable[[str], object] = print) -> Reinforcement:
         """Opens a run without its warm start, to export its network."""
@@ -88,7 +95,7 @@ class Reinforcement:
         kept = "" if opened else begun_from(folder)
         checkpoint = None if opened or (kept and warm_start is None) else check_warm_start(recipe, warm_start)
         if checkpoint:
-            initial, begins = _initial(checkpoint, recipe)
+            initial, begins = self._initial(checkpoint)
             if checkpoint.parent.resolve() == pathlib.Path(folder).resolve():
                 raise ValueError(f"--warm-start '{warm_start}' is the folder of the run itself; choose another one")
             if kept and begins != kept:
@@ -103,7 +110,7 @@ class Reinforcement:
         if not opened:
             # Torch's threads wait busily, on cores that could render, and the matrices outside the compiled layers are
             # small. With one, weights do not depend on the number of threads.
-            alone = recipe.preset != "tuned" and recipe.algorithm in ("ppo", "a2c") and torch.device(device).type == "cpu"
+            alone = self.packaged and recipe.algorithm in ("ppo", "a2c") and torch.device(device).type == "cpu"
             torch.set_num_threads(1 if alone else chosen_threads(threads))
         self.done, self.seconds, self.warm_seconds = 0, 0.0, 0.0
         self.drawn, self._next_picture = 0, 0.0
@@ -113,12 +120,9 @@ class Reinforcement:
         self.segments = -(-recipe.total // recipe.stretch)
         self.levels: tuple[float, ...]
         torch.manual_seed(recipe.seed)
-        if recipe.preset == "tuned":
-            self._make_tuned(initial)
-        else:
-            self._make_package()
-            if initial and checkpoint:
-                self._start_from(initial, checkpoint)
+        self._make()
+        if initial and checkpoint:
+            self._start_from(initial, checkpoint)
         self._load()
         if self.done and not opened:
             self.log(f"resuming at step {self.model.num_timesteps}")
@@ -130,7 +134,7 @@ class Reinforcement:
 
     # ---- environment and learner ---------------------------------------------------------------
 
-    def _make_package(self) -> None:
+    def _make(self) -> None:
         from .policies import PackageFeatures, PackagePolicy
         from .stable_baselines import StableBaselinesEnv
 
@@ -158,24 +162,6 @@ class Reinforcement:
                             "log_std_init": recipe.first_log_std,
                             "net_arch": {"pi": list(recipe.heads), "vf": list(recipe.heads)}})
 
-    def _make_tuned(self, initial: dict[str, Any] | None) -> None:
-        from .directions import Directions
-        from .instances import OptimumModel
-        from .policies import PrivilegedCriticPolicy
-        from .privileged import PrivilegedEnv
-
-        recipe = self.recipe
-        self.frames, self.levels = recipe.frames, TUNED_LEVELS
-        directions = Directions(recipe.scene, recipe.size)
-        optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, max(self.levels), self.threads)
-        self.env = PrivilegedEnv(recipe.scene, self.levels, recipe.environments // len(self.levels), recipe.size, directions,
-                                 optimum, recipe.seed, self.threads, self.render)
-        self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
-                                                    "spread": self.env.spread, "log_std_init": recipe.first_log_std})
-        if initial:
-            self.model.policy.net.load_residual(initial["net"])
-            self.warm_seconds = initial.get("seconds", 0.0)
-
     def _make_learner(self, policy: Any, policy_arguments: dict[str, Any]) -> None:
         from .stable_baselines import falling_rate
 
@@ -187,7 +173,7 @@ class Reinforcement:
         if not self.recurrent:
             from .frames import FrameRolloutBuffer, ImageRolloutBuffer
 
-            arguments["rollout_buffer_class"] = ImageRolloutBuffer if recipe.preset == "tuned" else FrameRolloutBuffer
+            arguments["rollout_buffer_class"] = FrameRolloutBuffer if self.packaged else ImageRolloutBuffer
         if recipe.algorithm in ("ppo", "recurrent-ppo"):
             arguments.update(batch_size=recipe.batch, n_epochs=recipe.epochs, clip_range=recipe.clip,
                              ent_coef=recipe.entropy, target_kl=recipe.target_kl or None)
@@ -195,7 +181,7 @@ class Reinforcement:
             arguments.update(ent_coef=recipe.entropy, normalize_advantage=True)  # as the package
         elif recipe.algorithm == "trpo":
             arguments.update(batch_size=recipe.batch)
-        learner = _learner(recipe.algorithm, recorded=recipe.preset != "tuned" and torch.device(self.device).type == "cuda")
+        learner = _learner(recipe.algorithm, recorded=self.packaged and torch.device(self.device).type == "cuda")
         self.model = learner(policy, self.env, **arguments)
 
     def _log_learner(self, log: Callable[[int, dict[str, Any]], None]) -> None:
@@ -225,12 +211,6 @@ class Reinforcement:
         Returns:
             Moves in shares of the travel, shape (n, axes), and the memory.
         """
-        from . import policy
-
-        if self.recipe.preset == "tuned":
-            with torch.no_grad():
-                residuals = self.model.policy.net(torch.as_tensor(frames, device=self.device)).double().cpu().numpy()
-                return policy.moves(residuals, step), None
         if not self.recurrent:  # model.predict would copy the frames to the host
             with torch.no_grad():
                 actions = self.model.policy._predict(torch.as_tensor(frames, device=self.device), deterministic=True)
@@ -276,10 +256,10 @@ class Reinforcement:
             """Collects what is published of episodes that end, without their last observations, which are large."""
 
             def _init_callback(self) -> None:
-                self.ended: list[Episode] = []
+                self.ended: list[tuple[float, int, bool]] = []
 
             def _on_step(self) -> bool:
-                self.ended += [Episode(info["episode"]["r"], info["episode"]["l"], info["is_success"])
+                self.ended += [(info["episode"]["r"], info["episode"]["l"], info["is_success"])
                                for info in self.locals["infos"] if "episode" in info]
                 return True
 
@@ -292,8 +272,7 @@ class Reinforcement:
             if begun + 3600 * (hours[-1] - hours[-2:][0]) > end:
                 self.log(f"stopped at step {self.model.num_timesteps} of {steps}; the same command resumes")
                 return
-            self._seed(self.done)
-            self._freeze_actor(self.done < self.recipe.warm_up)
+            self._begin(self.done)
             episodes = Episodes()
             self.model._last_obs = None  # fresh instances
             self.model.learn(self.recipe.stretch, callback=episodes, reset_num_timesteps=False)
@@ -313,19 +292,10 @@ class Reinforcement:
                      f"tuning RMSE {row['rmse_6']:.4f} after 6 steps, {row['rmse_12']:.4f} after 12; "
                      f"{(self.segments - self.done) * lasted / 60:.0f} min left")
 
-    def _seed(self, segment: int) -> None:
+    def _begin(self, segment: int) -> None:
         from .stable_baselines import seed_segment
 
-        seed = seed_segment(self.recipe, segment)
-        if self.recipe.preset == "tuned":
-            self.env.start_at(segment * 2**20)
-        else:
-            self.env.seed(seed * 1000)
-
-    def _freeze_actor(self, frozen: bool) -> None:
-        if self.recipe.preset == "tuned":
-            for parameter in self.model.policy.actor_parameters():
-                parameter.requires_grad_(not frozen)
+        self.env.seed(seed_segment(self.recipe, segment) * 1000)
 
     def _save(self) -> None:
         self.trained_on = trained_on(self.trained_on, self.threads, self.device, self.render)
@@ -348,6 +318,23 @@ class Reinforcement:
             return
         self.drawn, self._next_picture = self.done, time.monotonic() + SECONDS_BETWEEN_PICTURES
         curves.draw(self.folder, f"{self.recipe.algorithm}, preset {self.recipe.preset}, {self.recipe.scene}", self.rows)
+
+    def _initial(self, checkpoint: pathlib.Path) -> tuple[dict[str, Any], str]:
+        """The state in the checkpoint of a warm start, and its hash.
+
+        Raises:
+            ValueError: It is damaged, not that of such a run, or has a value that is not finite.
+        """
+        with reading(checkpoint):
+            content = checkpoint.read_bytes()
+            # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
+            state = torch.load(io.BytesIO(content), weights_only=True, map_location="cpu")
+            finite = all(bool(torch.isfinite(value).all()) for value in state["policy" if self.packaged else "net"].values())
+        if not finite:
+            raise ValueError(f"--warm-start: '{checkpoint}' has weights that are not finite")
+        if self.packaged and not state.get("optimizer"):
+            raise ValueError(f"--warm-start: '{checkpoint}' has no state of the optimizer; use the checkpoint.pt of a run")
+        return state, "sha256:" + hashlib.sha256(content).hexdigest()
 
     def _start_from(self, state: dict[str, Any], checkpoint: pathlib.Path) -> None:
         source = kept_recipe(Recipe, checkpoint.parent)
@@ -404,6 +391,45 @@ class Reinforcement:
         return self.model.num_timesteps
 
 
+class TunedReinforcement(Reinforcement):
+    """A run of the preset "tuned", which continues imitation learning with a privileged critic."""
+
+    packaged = False
+
+    def _make(self) -> None:
+        from .directions import Directions
+        from .instances import OptimumModel
+        from .policies import PrivilegedCriticPolicy
+        from .privileged import PrivilegedEnv
+
+        recipe = self.recipe
+        self.frames, self.levels = recipe.frames, TUNED_LEVELS
+        directions = Directions(recipe.scene, recipe.size)
+        optimum = OptimumModel(recipe.scene, recipe.size, recipe.optimum_samples, max(self.levels), self.threads)
+        self.env = PrivilegedEnv(recipe.scene, self.levels, recipe.environments // len(self.levels), recipe.size, directions,
+                                 optimum, recipe.seed, self.threads, self.render)
+        self._make_learner(PrivilegedCriticPolicy, {"size": recipe.size, "directions": directions.vectors,
+                                                    "spread": self.env.spread, "log_std_init": recipe.first_log_std})
+
+    def _start_from(self, state: dict[str, Any], checkpoint: pathlib.Path) -> None:
+        self.model.policy.net.load_residual(state["net"])
+        self.warm_seconds = state.get("seconds", 0.0)
+
+    def moves(self, frames: Any, step: int, memory: Any = None) -> tuple[Float64Array, Any]:
+        """The policy without exploration; see Reinforcement."""
+        from . import policy
+
+        with torch.no_grad():
+            residuals = self.model.policy.net(torch.as_tensor(frames, device=self.device)).double().cpu().numpy()
+        return policy.moves(residuals, step), None
+
+    def _begin(self, segment: int) -> None:
+        super()._begin(segment)
+        self.env.start_at(segment * 2**20)
+        for parameter in self.model.policy.actor_parameters():
+            parameter.requires_grad_(segment >= self.recipe.warm_up)
+
+
 def begun_from(folder: str | os.PathLike[str]) -> str:
     """The hash of the initial weights of the run in a folder that has a checkpoint; "" if it has none, or no such weights."""
     folder = pathlib.Path(folder)
@@ -412,64 +438,30 @@ def begun_from(folder: str | os.PathLike[str]) -> str:
     return str(read_recipe(folder).get("warm_start", ""))
 
 
-def _initial(checkpoint: pathlib.Path, recipe: Recipe) -> tuple[dict[str, Any], str]:
-    """The state in the checkpoint of a warm start, and its hash.
-
-    Raises:
-        ValueError: It is damaged, not that of such a run, or has a value that is not finite.
-    """
-    with reading(checkpoint):
-        content = checkpoint.read_bytes()
-        # Not on the GPU: the optimizer's numbers of steps would stay there, and it would wait for each.
-        state = torch.load(io.BytesIO(content), weights_only=True, map_location="cpu")
-        weights = state["net" if recipe.preset == "tuned" else "policy"]
-        finite = all(bool(torch.isfinite(value).all()) for value in weights.values())
-        if recipe.preset != "tuned":
-            optimizer = state.get("optimizer")
-    if not finite:
-        raise ValueError(f"--warm-start: '{checkpoint}' has weights that are not finite")
-    if recipe.preset != "tuned" and not optimizer:
-        raise ValueError(f"--warm-start: '{checkpoint}' has no state of the optimizer; use the checkpoint.pt of a run")
-    return state, "sha256:" + hashlib.sha256(content).hexdigest()
-
-
 def _learner(algorithm: str, recorded: bool) -> Any:
     """The class of the learner; recorded: with CUDA graphs, where there is one."""
     if algorithm == "ppo" and recorded:
         from .graphs import GraphPPO
 
         return GraphPPO
-    if algorithm in ("ppo", "a2c"):
-        import stable_baselines3
-
-        return stable_baselines3.PPO if algorithm == "ppo" else stable_baselines3.A2C
-    import sb3_contrib
-
-    return sb3_contrib.TRPO if algorithm == "trpo" else sb3_contrib.RecurrentPPO
+    module = "stable_baselines3" if algorithm in ("ppo", "a2c") else "sb3_contrib"
+    names = {"ppo": "PPO", "a2c": "A2C", "trpo": "TRPO", "recurrent-ppo": "RecurrentPPO"}
+    return getattr(importlib.import_module(module), names[algorithm])
 
 
-class Episode(NamedTuple):
-    """An episode that ended: the sum of its rewards, its steps, and whether it met the goal."""
-
-    reward: float
-    length: int
-    success: bool
-
-
-def episode_means(ended: list[Episode]) -> dict[str, float | None]:
+def episode_means(ended: list[tuple[float, int, bool]]) -> dict[str, float | None]:
     """Means over the episodes that ended: episodes (their number), reward (per step), episode (length) and success (share).
 
     Without episodes all but their number are None.
+
+    Args:
+        ended: Of each the sum of its rewards, its steps, and whether it met the goal.
     """
     if not ended:
         return {"episodes": 0, "reward": None, "episode": None, "success": None}
-    length = sum(episode.length for episode in ended)
-    return {
-        "episodes": len(ended),
-        "reward": sum(episode.reward for episode in ended) / length,
-        "episode": length / len(ended),
-        "success": float(np.mean([episode.success for episode in ended])),
-    }
+    rewards, lengths, successes = zip(*ended)
+    return {"episodes": len(ended), "reward": sum(rewards) / sum(lengths), "episode": sum(lengths) / len(ended),
+            "success": float(np.mean(successes))}
 
 
 def shown(value: float | None, form: str) -> str:
