@@ -16,19 +16,24 @@ namespace relign {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// The name of a struct among the "definitions"; "" for one that is described where it is used.
+// A struct's name among the "definitions", and what it is; "" for one that is described where it is used.
+struct Definition {
+  std::string_view name = {}, meaning = {};
+};
 template <class T>
-inline constexpr std::string_view kDefinition = "";
+inline constexpr Definition kDefinition = {};
 template <>
-inline constexpr std::string_view kDefinition<MachineTimeKeys> = "machine_time";
+inline constexpr Definition kDefinition<MachineTimeKeys> = {"machine_time",
+                                                            "simulated clock: what moves and captures take"};
 template <>
-inline constexpr std::string_view kDefinition<records::Program> = "program";
+inline constexpr Definition kDefinition<records::Program> = {"program", "the relign-bench that wrote this"};
 template <>
-inline constexpr std::string_view kDefinition<records::Machine> = "machine";
+inline constexpr Definition kDefinition<records::Machine> = {"machine", "where it ran"};
 template <>
-inline constexpr std::string_view kDefinition<records::Shard> = "shard";
+inline constexpr Definition kDefinition<records::Shard> = {"shard", "which shard of a plan"};
 template <>
-inline constexpr std::string_view kDefinition<records::SandboxLimits> = "sandbox";
+inline constexpr Definition kDefinition<records::SandboxLimits> = {
+    "sandbox", "of algorithms in a run with --sandbox. docs/sandbox.md"};
 
 class DescribedSchema {
  public:
@@ -99,11 +104,13 @@ class DescribedSchema {
   }
   template <Described T>
   OrderedJson of(const Member&, const T&) {
-    const std::string name(kDefinition<T>);
+    const std::string name(kDefinition<T>.name);
     if (name.empty()) return of_members<T>();
     if (!definitions_.contains(name)) {
       definitions_[name] = nullptr;  // its place
-      definitions_[name] = of_members<T>();
+      OrderedJson definition = of_members<T>();
+      definition["description"] = kDefinition<T>.meaning;
+      definitions_[name] = definition;
     }
     return {{"$ref", "#/definitions/" + name}};
   }

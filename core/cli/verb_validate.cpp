@@ -117,15 +117,15 @@ int checked(Context& context, const std::string& file) {
     print_result(result.dump(2) + "\n");
     return kDone;
   }
-  print_result(
-      "suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) + "\nframes         " +
-      std::to_string(frames) + "\nexpected time  " +
-      (station
-           ? "unknown: set by the hardware station (one trial at a time)\n"
-           : "about " + duration_text(seconds) + " on " + std::to_string(cores) + (cores == 1 ? " core" : " cores") +
-                 " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' "
-                 "own time, pretraining, pictures and the report)\n" +
-                 memory + design_mtf));
+  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
+               "\nframes         " + std::to_string(frames) + "\nexpected time  " +
+               (station
+                    ? "unknown: set by the hardware station (one trial at a time)\n"
+                    : "about " + duration_text(seconds) + " on " + std::to_string(cores) +
+                          (cores == 1 ? " core" : " cores") +
+                          " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' "
+                          "own time, pretraining, pictures and the report)\n" +
+                          memory + design_mtf));
   return kDone;
 }
 

@@ -47,8 +47,7 @@ FREE = {
     "rays": {"/*"},
     "description": {"/*", "/spec"},
     "manifest": {"/scenes/parameters", "/scenes/identity", "/scenes/data", "/scenes/spec", "/noise_levels/parameters",
-                 "/noise_levels/identity", "/algorithms/parameters", "/merge/disagreements/difference/kept",
-                 "/merge/disagreements/difference/other"},
+                 "/noise_levels/identity", "/algorithms/parameters"},
     "plan": {"/scenes/identity", "/scenes/data", "/noise_levels/identity", "/algorithms/identity"},
     "prepared": {f"/key/{of}/{what}" for of in ("algorithm", "scene", "noise_level") for what in ("identity", "algorithms")}
                 | {"/key/scene_data"},

@@ -123,7 +123,7 @@ TEST_F(VerifyTest, NamesChangedPlugin) {
 TEST_F(VerifyTest, ReportsAnotherProcessorAndProgram) {
   run(prepared(suite_text(R"("toy-walker")")), options("a"));
   edit_manifest([](Json& manifest) {
-    manifest["machine"] = {{"cpu", "Abacus"}};
+    manifest["machine"] = {{"cpu", "Abacus"}, {"cores", 1}, {"system", "beads"}};
     manifest["program"]["flags"] = "-O0";
   });
   VerifySummary summary = check("a");
@@ -253,17 +253,20 @@ TEST_F(VerifyTest, AcceptsAShardWithAllItsTrials) {
     for (const std::size_t place : places_of_shard(plan.plan, 0, 2))
       manifest["order"].push_back(plan.plan.trials[place].id);
     manifest["trials"] = manifest["order"].size();
-    manifest["shard"] = {{"number", 0}, {"of", 2}};
+    manifest["shard"] = json_of(records::Shard{0, 2, "", manifest["trials"]});
   });
   EXPECT_TRUE(check("a").differences.empty());
   // As one of merged folders, of which the other is missing.
   edit_manifest([](Json& manifest) {
-    manifest["sources"] = {{{"folder", "a"}, {"shard", manifest["shard"]}}};
+    records::MergeSource source;
+    source.folder = "a";
+    source.shard = read_described<records::Shard>(manifest["shard"], "shard");
+    manifest["sources"] = Json::array({json_of(source)});
     manifest.erase("shard");
   });
   EXPECT_TRUE(check("a").differences.empty());
-  for (const Json& shard : {Json::object(), Json{{"number", 2}, {"of", 2}}}) {
-    edit_manifest([&shard](Json& manifest) { manifest["sources"][0]["shard"] = shard; });
+  for (const auto& [key, value] : {std::pair("number", 2), std::pair("of", 1000)}) {
+    edit_manifest([key = key, value = value](Json& manifest) { manifest["sources"][0]["shard"][key] = value; });
     EXPECT_THAT(error_text(ErrorKind::bad_input, [this] { check("a"); }), HasSubstr("but 'order' has 6"));
   }
 }
