@@ -127,7 +127,7 @@ def ablations():
 
 
 def from_scratch():
-    """Training runs from scratch with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
+    """Runs from scratch with another reward, and those of the recipe: RMSE after twelve moves by steps, and limits.py."""
     found = settled("shaped_limits", "limits")
     exact = {name.removeprefix("ppo-exact-"): rows for name, rows in by_training("training_exact.csv").items()
              if rows[0]["size"] == "100"}
