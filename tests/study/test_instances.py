@@ -26,8 +26,8 @@ def first_instances(name, folder):
     suite.update(algorithms=["home"], instances=1, steps=1, protocol="paper")
     file, results = folder / "suites" / f"{name}.json", folder / name
     file.write_text(json.dumps(suite))
-    done = subprocess.run([*PROGRAM, "--progress", "none", "run", file, "-o", results, "--only", "algorithm=home", "--isolation",
-                           "none"], capture_output=True, text=True, check=False)
+    command = [*PROGRAM, "--progress", "none", "run", file, "-o", results, "--only", "algorithm=home", "--isolation", "none"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise AssertionError(f"{name}: exit {done.returncode}\n{done.stdout}{done.stderr}")
     steps, found = {}, {}
