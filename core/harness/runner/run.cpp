@@ -5,7 +5,6 @@
 
 #include "base/machine.h"
 #include "records/results_folder.h"
-#include "records/stored_trials.h"
 #include "runner/bounds.h"
 #include "runner/earlier_run.h"
 #include "runner/pictures.h"
@@ -81,16 +80,10 @@ class Run {
 
   // Before outdated trials are removed, whose times are estimates for the new ones.
   void remember_times() {
-    std::map<std::string, std::size_t> places;
-    for (const std::size_t place : selected_) places[prepared_.plan.trials[place].id] = place;
-    std::vector<records::Damage> ignored;
-    records::for_each_times(
-        options_.results,
-        [&](const records::TrialTimes& times) {
-          if (const auto found = places.find(times.trial); found != places.end())
-            earlier_times_[found->second] = spent_time(times, records::step_seconds(times));
-        },
-        &ignored);
+    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
+    for (const std::size_t place : selected_)
+      if (const auto found = finished.find(prepared_.plan.trials[place].id); found != finished.end())
+        earlier_times_[place] = {found->second.step_seconds, found->second.step_seconds, found->second.once_seconds, 1};
   }
 
   // Returns the positions of the trials that are still to be run.

@@ -26,13 +26,10 @@ double sum(const std::vector<double>& values) { return std::accumulate(values.be
 SpentTime spent_time(const records::TrialTimes& times, double total) {
   SpentTime spent;
   spent.total = total;
-  const std::vector<double>& own = times.algorithm_seconds;
-  const double all = sum(own), steps = records::step_seconds(times);
+  const double steps = records::step_seconds(times);
   spent.steps = std::isfinite(steps) ? std::clamp(steps, 0.0, total) : total;
-  spent.captures = std::max(1.0, static_cast<double>(own.size()));
-  if (own.size() < 3) return spent;
-  const double longest = *std::max_element(own.begin(), own.end());
-  if (longest > all / 2) spent.once = longest - (all - longest) / static_cast<double>(own.size() - 1);
+  spent.once = records::once_seconds(times);
+  spent.captures = std::max(1.0, static_cast<double>(times.algorithm_seconds.size()));
   return spent;
 }
 

@@ -138,6 +138,13 @@ double step_seconds(const TrialTimes& times) {
   return seconds;
 }
 
+double once_seconds(const TrialTimes& times) {
+  const std::vector<double>& own = times.algorithm_seconds;
+  if (own.size() < 3) return 0;
+  const double all = std::accumulate(own.begin(), own.end(), 0.0), longest = *std::max_element(own.begin(), own.end());
+  return longest > all / 2 ? longest - (all - longest) / static_cast<double>(own.size() - 1) : 0;
+}
+
 ResultsWriter::ResultsWriter(fs::path folder, OnDamage on_damage)
     : folder_(prepared(std::move(folder))), lock_(folder_) {
   recover_swap(folder_ / "trials");
@@ -166,6 +173,7 @@ void ResultsWriter::open_files(OnDamage on_damage) {
       const TrialTimes times = read_times_line(block.closing, file);
       found->second.plugins = times.plugins;
       found->second.step_seconds = step_seconds(times);
+      found->second.once_seconds = once_seconds(times);
     }
   });
   if (on_damage == OnDamage::refuse) throw_if_damaged(dropped_);
@@ -216,8 +224,9 @@ void ResultsWriter::append_lines(std::size_t place, const std::string& lines, co
     cut_file(times_file, before);
     throw;
   }
-  finished_[record.trial] = {record.scene,   record.noise_level, record.protocol, record.algorithm,   record.end,
-                             record.message, record.instance,    times.plugins,   step_seconds(times)};
+  finished_[record.trial] = {record.scene,        record.noise_level, record.protocol, record.algorithm,
+                             record.end,          record.message,     record.instance, times.plugins,
+                             step_seconds(times), once_seconds(times)};
 }
 
 void ResultsWriter::write_log(const std::string& trial, const std::string& text) {

@@ -26,6 +26,9 @@ namespace relign::records {
 
 // Host time of all steps.
 double step_seconds(const TrialTimes& times);
+// Of these, what a single step of the algorithm took longer than its others, where that is most of its time: it looks
+// like a preparation for later trials too.
+double once_seconds(const TrialTimes& times);
 
 // Summary of a finished trial, without its steps.
 struct FinishedTrial {
@@ -35,7 +38,7 @@ struct FinishedTrial {
   std::uint64_t instance = 0;
   // Empty strings and NaN when times/ has no line of the trial.
   PluginHashes plugins = {};
-  double step_seconds = kUnknown;  // host time of all its steps
+  double step_seconds = kUnknown, once_seconds = 0;  // see the functions
 };
 
 class ResultsWriter {
