@@ -35,6 +35,17 @@ template <>
 inline constexpr Definition kDefinition<records::SandboxLimits> = {
     "sandbox", "of algorithms in a run with --sandbox. docs/sandbox.md"};
 
+// Of a list separated by spaces.
+inline OrderedJson words_of(std::string_view list) {
+  OrderedJson all = OrderedJson::array();
+  while (!list.empty()) {
+    const std::size_t end = std::min(list.find(' '), list.size());
+    all.push_back(list.substr(0, end));
+    list.remove_prefix(std::min(end + 1, list.size()));
+  }
+  return all;
+}
+
 class DescribedSchema {
  public:
   // Of a document, without its title.
@@ -46,15 +57,6 @@ class DescribedSchema {
   }
 
  private:
-  static OrderedJson words(std::string_view list) {
-    OrderedJson all = OrderedJson::array();
-    for (std::string_view rest = list; !rest.empty();) {
-      const std::size_t end = std::min(rest.find(' '), rest.size());
-      all.push_back(rest.substr(0, end));
-      rest.remove_prefix(std::min(end + 1, rest.size()));
-    }
-    return all;
-  }
   static void add_limits(OrderedJson& schema, const Member& member) {
     if (std::isfinite(member.least))
       schema[member.is(kAboveLeast) ? "exclusiveMinimum" : "minimum"] = static_cast<int>(member.least);
@@ -74,7 +76,7 @@ class DescribedSchema {
     return schema;
   }
   OrderedJson of(const Member& member, const std::string&) {
-    if (!member.one_of.empty()) return {{"enum", words(member.one_of)}};
+    if (!member.one_of.empty()) return {{"enum", words_of(member.one_of)}};
     OrderedJson schema = {{"type", "string"}};
     if (!member.pattern.empty()) schema["pattern"] = member.pattern;
     return schema;
@@ -85,6 +87,7 @@ class DescribedSchema {
     return {{"type", member.is(kMayBeNull) ? OrderedJson({"object", "null"}) : OrderedJson("object")}};
   }
   OrderedJson of(const Member& member, const SceneScore&) { return of(member, StatedScore()); }
+  OrderedJson of(const Member& member, const records::Difference&) { return of(member, records::StatedDifference()); }
   template <class T>
   OrderedJson of(const Member& member, const std::optional<T>&) {
     if (member.is(kMayBeNull)) return {{"oneOf", OrderedJson::array({of(member, T()), {{"type", "null"}}})}};

@@ -34,9 +34,9 @@ std::string result_text(const records::MergeSummary& summary, const fs::path& ou
   if (summary.missing > 0) text += ", and " + std::to_string(summary.missing) + " planned without a result";
   text += "\n";
   if (summary.shards > 0) {
-    text += "shards   " + std::to_string(summary.shards - summary.missing_shards.size()) + " of " +
+    text += "shards   " + std::to_string(summary.shards - summary.missing_shards->size()) + " of " +
             std::to_string(summary.shards);
-    if (!summary.missing_shards.empty()) text += "; missing: " + numbers_text(summary.missing_shards);
+    if (!summary.missing_shards->empty()) text += "; missing: " + numbers_text(*summary.missing_shards);
     text += "\n";
   }
   if (summary.duplicates > 0) {
@@ -60,8 +60,7 @@ void print_disagreements(const records::MergeSummary& summary) {
   for (std::size_t i = 0; i < summary.disagreements.size() && i < kShown; ++i) {
     const records::Disagreement& one = summary.disagreements[i];
     print_warning("not reproducible: trial " + one.trial + " " + one.label + "\n  " +
-                  records::to_string(one.difference) + "\n  was: " + one.kept.string() +
-                  " (kept)\n  is:  " + one.other.string());
+                  records::to_string(one.difference) + "\n  was: " + one.kept + " (kept)\n  is:  " + one.other);
   }
   if (summary.disagreements.size() > kShown)
     print_warning("... and " + std::to_string(summary.disagreements.size() - kShown) +
@@ -82,7 +81,7 @@ int run_merge(Context& context, const MergeArguments& arguments) {
   if (summary.left_out > 0)
     print_warning(trials_text(summary.left_out) + " belong to an earlier version of a folder's suite and are ignored");
   if (context.json) {
-    Json result = json_of(records::facts_of(summary));
+    Json result = json_of(summary);
     result["merged"] = arguments.out;
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
   } else {

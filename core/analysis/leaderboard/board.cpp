@@ -150,8 +150,7 @@ fs::path merged(Round& round, const std::vector<Entry>& entries, const report::T
   const records::MergeSummary summary = records::merge(options);
   for (std::size_t i = 0; i < std::min(kMostDisagreements, summary.disagreements.size()); ++i)
     round.alarms.push_back("records differ: " + summary.disagreements[i].label + " between '" +
-                           summary.disagreements[i].kept.string() + "' and '" +
-                           summary.disagreements[i].other.string() +
+                           summary.disagreements[i].kept + "' and '" + summary.disagreements[i].other +
                            "': " + records::to_string(summary.disagreements[i].difference));
   if (summary.disagreeing > kMostDisagreements)
     round.alarms.push_back("records differ in " + counted(summary.disagreeing, "trial") + " altogether");

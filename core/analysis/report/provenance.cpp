@@ -7,10 +7,11 @@ namespace {
 
 constexpr std::size_t kMaxDisagreementsNamed = 20;
 
-std::string disagreement(const records::MergeDisagreement& one) {
-  const auto& [line, step, field, kept, other] = one.difference;
-  return one.label + ": " + (step ? "step " + std::to_string(*step) : "the closing line") + ", " + field + " is " +
-         kept + " in " + one.kept + ", " + other + " in " + one.other;
+std::string disagreement(const records::Disagreement& one) {
+  const records::Difference& difference = one.difference;
+  return one.label + ": " + (difference.closing ? "the closing line" : "step " + std::to_string(difference.step)) +
+         ", " + difference.field + " is " + difference.was + " in " + one.kept + ", " + difference.is + " in " +
+         one.other;
 }
 
 void add_merge(Provenance& made, const records::Manifest& manifest) {
@@ -19,7 +20,7 @@ void add_merge(Provenance& made, const records::Manifest& manifest) {
   made.merge = manifest.merge;
   if (!made.merge) return;
   made.disagreeing = made.merge->disagreeing;
-  for (const records::MergeDisagreement& one : made.merge->disagreements)
+  for (const records::Disagreement& one : made.merge->disagreements)
     if (made.disagreements.size() < kMaxDisagreementsNamed) made.disagreements.push_back(disagreement(one));
 }
 

@@ -27,7 +27,7 @@ struct Provenance {
   std::vector<std::string> notes;                          // on different builds; all those of a merge for this page
   records::Program program;
   records::Machine machine;
-  std::optional<records::MergeFacts> merge;
+  std::optional<records::MergeSummary> merge;
 };
 
 Provenance provenance_of(const records::Manifest& manifest);

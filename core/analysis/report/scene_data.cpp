@@ -105,10 +105,11 @@ void add_clock(SceneFacts& facts, const records::ManifestScene& scene, const rec
              return axis.speed_per_s == 0 && name == (axis.unit == "deg" ? "speed_deg_per_s" : "speed_mm_per_s");
            });
   };
-  std::size_t next = 0;
   MachineTimeKeys::members(
       [&](const Member& member, const std::optional<double>& own, const std::optional<double>& suites) {
-        const std::size_t k = next++;
+        const auto at = std::find_if(kClockParameters.begin(), kClockParameters.end(),
+                                     [&member](const ClockParameter& one) { return one.name == member.key; });
+        const auto k = static_cast<std::size_t>(at - kClockParameters.begin());
         if (const std::optional<double>& value = suites ? suites : own; value && !unused(std::string(member.key)))
           facts.clock[k] = shown(*value);
       },

@@ -4,7 +4,6 @@
 #include <map>
 #include <set>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 
 #include "base/files.h"
@@ -29,11 +28,6 @@ std::size_t count_instances(const suites::Plan& plan) {
   std::set<Instance> instances;
   for (const suites::PlannedTrial& trial : plan.trials) instances.insert(instance_of(trial));
   return instances.size();
-}
-
-Json parsed(const std::string& json) {
-  Json value = parsed_json(json);
-  return value.is_discarded() ? Json(json) : value;
 }
 
 // One string has all ids of one algorithm on one scene and noise level: a million trials take 16 MB.
@@ -62,8 +56,8 @@ std::string hash_of_plan(const FrozenPlan& plan) {
   return short_hash(canonical_json(content));
 }
 
-// Whether the ids are those of so many trials; a message, or an empty string. The hash is no protection, because an
-// edited file can have a new hash.
+// Why the ids are not those of `trials` trials in `shards` shards; empty if they are. The hash does not protect,
+// because an edited file can have a new one.
 std::string mistake_of_blocks(const FrozenPlan& plan) {
   std::uint64_t trials = 0;
   for (const PlanBlock& block : plan.blocks) {
@@ -81,28 +75,20 @@ std::string mistake_of_blocks(const FrozenPlan& plan) {
 template <class Entry>
 void compare_lists(const std::string& what, const std::vector<Entry>& was, const std::vector<Entry>& is,
                    std::vector<std::string>& changes) {
-  const auto key = [](const Entry& entry) {
-    if constexpr (std::is_same_v<Entry, PlanMethod>)
-      return entry.name + "\n" + entry.protocol;
-    else
-      return entry.name;
-  };
-  std::map<std::string, const Entry*> now;
-  for (const Entry& entry : is) now[key(entry)] = &entry;
   for (const Entry& entry : was) {
-    const auto found = now.find(key(entry));
-    if (found == now.end()) {
+    const Entry* now = records::entry_with_key(is, entry.key());
+    if (!now) {
       changes.push_back(what + " '" + entry.name + "' was removed");
       continue;
     }
-    for_each_differing(entry, *found->second, {"plugin", "plugin_hash", "identity", "data"},
+    for_each_differing(entry, *now, {"plugin", "plugin_hash", "identity", "data"},
                        [&](const std::string& member, const Json& before, const Json& after) {
                          changes.push_back(what + " '" + entry.name + "', " + member + ": was " + before.dump() +
                                            ", is " + after.dump());
                        });
-    now.erase(found);
   }
-  for (const auto& [name, entry] : now) changes.push_back(what + " '" + entry->name + "' was added");
+  for (const Entry& entry : is)
+    if (!records::entry_with_key(was, entry.key())) changes.push_back(what + " '" + entry.name + "' was added");
 }
 
 }  // namespace
@@ -118,7 +104,7 @@ FrozenPlan freeze(const PreparedPlan& prepared, unsigned shards, const fs::path&
                                           " shards, one per instance of each scene and noise level");
   const LibraryHashes hashes = hash_libraries(suite);
   const auto entry_of = [&hashes](const std::string& name, const plugin_host::Choice& choice) {
-    return PlanEntry{name, choice.plugin->id, hash_of(choice, hashes), parsed(choice.identity)};
+    return PlanEntry{name, choice.plugin->id, hash_of(choice, hashes), suites::identity_json(choice.identity)};
   };
   FrozenPlan plan;
   plan.name = suite.name;
@@ -133,8 +119,8 @@ FrozenPlan freeze(const PreparedPlan& prepared, unsigned shards, const fs::path&
   plan.instance_set = prepared.plan.instance_set;
   plan.program = this_program();
   for (std::size_t index = 0; index < suite.scenes.size(); ++index)
-    plan.scenes.push_back(
-        {entry_of(suite.scenes[index].name, suite.scenes[index].choice), parsed(prepared.scene_identity[index])});
+    plan.scenes.push_back({entry_of(suite.scenes[index].name, suite.scenes[index].choice),
+                           suites::identity_json(prepared.scene_identity[index])});
   for (const suites::LevelEntry& entry : suite.levels) plan.noise_levels.push_back(entry_of(entry.name, entry.choice));
   for (const suites::AlgorithmEntry& entry : suite.algorithms)
     plan.algorithms.push_back({entry_of(entry.name, entry.choice), entry.protocol});

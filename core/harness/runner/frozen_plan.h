@@ -18,6 +18,8 @@ struct PlanEntry {
   std::string name, plugin, plugin_hash;
   Json identity;
 
+  std::string key() const { return name; }  // unique in its list
+
   template <class Visit, class... S>
   static void members(Visit&& visit, S&... s) {
     visit(Member{"name"}, s.name...);
@@ -37,6 +39,8 @@ struct PlanScene : PlanEntry {
 };
 struct PlanMethod : PlanEntry {
   std::string protocol = "paper";
+
+  std::string key() const { return records::method_key(name, protocol); }
 
   template <class Visit, class... S>
   static void members(Visit&& visit, S&... s) {

@@ -55,11 +55,6 @@ std::string program_hash() {
   }
 }
 
-Json parsed(const std::string& json) {
-  Json value = parsed_json(json);
-  return value.is_discarded() ? Json(json) : value;
-}
-
 }  // namespace
 
 MachineTimeKeys keys_of(const trials::MachineTime& times) {
@@ -118,7 +113,6 @@ records::Manifest make_manifest(const PreparedPlan& prepared, const LibraryHashe
     entry.plugin_hash = hash_of(choice, hashes);
   };
   records::Manifest manifest;
-  manifest.format = records::kFormat;
   manifest.program = this_program();
   manifest.suite = suite.text;
   manifest.suite_file = suite.file;
@@ -135,8 +129,8 @@ records::Manifest make_manifest(const PreparedPlan& prepared, const LibraryHashe
     const trials::SceneFacts& facts = prepared.scenes[index];
     records::ManifestScene& scene = manifest.scenes.emplace_back();
     describe(scene, suite.scenes[index].name, suite.scenes[index].choice);
-    scene.identity = parsed(suite.scenes[index].choice.identity);
-    scene.data = parsed(prepared.scene_identity[index]);
+    scene.identity = suites::identity_json(suite.scenes[index].choice.identity);
+    scene.data = suites::identity_json(prepared.scene_identity[index]);
     scene.folder = scene_folder(prepared, index);
     scene.machine_time = keys_of(facts.machine_time);
     scene.spec = facts.spec;
@@ -148,7 +142,7 @@ records::Manifest make_manifest(const PreparedPlan& prepared, const LibraryHashe
   for (const suites::LevelEntry& entry : suite.levels) {
     records::ManifestLevel& level = manifest.noise_levels.emplace_back();
     describe(level, entry.name, entry.choice);
-    level.identity = parsed(entry.choice.identity);
+    level.identity = suites::identity_json(entry.choice.identity);
   }
   for (const suites::AlgorithmEntry& entry : suite.algorithms) {
     records::ManifestMethod& method = manifest.algorithms.emplace_back();

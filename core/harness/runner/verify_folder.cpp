@@ -4,7 +4,6 @@
 #include <cmath>
 #include <optional>
 #include <set>
-#include <type_traits>
 #include <unordered_map>
 
 #include "base/error.h"
@@ -23,18 +22,6 @@ std::string shortened(const std::string& hash) { return hash.substr(0, 16); }
 // The manifest that a run of the plan would write now.
 records::Manifest manifest_now(const PreparedPlan& prepared) {
   return make_manifest(prepared, hash_libraries(prepared.plan.suite), "", {});
-}
-
-template <class Entry>
-const Entry* named(const std::vector<Entry>& entries, const Entry& other) {
-  for (const Entry& entry : entries) {
-    if constexpr (std::is_same_v<Entry, records::ManifestMethod>) {
-      if (entry.has_name(other.name, other.protocol)) return &entry;
-    } else if (entry.name == other.name) {
-      return &entry;
-    }
-  }
-  return nullptr;
 }
 
 // Without files, whose names depend on where they are.
@@ -62,7 +49,9 @@ class EntriesOfTrials {
   // `merged`: a method may be of the list of one suite only.
   void compare(bool merged) {
     for (const std::size_t index : scenes_)
-      if (const records::ManifestScene* own = &now_.scenes[index], *stated = named(manifest_.scenes, *own); stated) {
+      if (const records::ManifestScene* own = &now_.scenes[index],
+          *stated = records::entry_with_key(manifest_.scenes, own->key());
+          stated) {
         compare_plugins("scene", *stated, *own, suite_.scenes[index].choice);
         compare_members("scene", *stated, *own, {"data", "spec", "owns_stage", "truth", "replayable"});
         MachineTimeKeys::members(
@@ -72,11 +61,13 @@ class EntriesOfTrials {
             stated->machine_time, own->machine_time);
       }
     for (const std::size_t index : levels_)
-      if (const records::ManifestLevel* own = &now_.noise_levels[index], *stated = named(manifest_.noise_levels, *own);
+      if (const records::ManifestLevel* own = &now_.noise_levels[index],
+          *stated = records::entry_with_key(manifest_.noise_levels, own->key());
           stated)
         compare_plugins("noise level", *stated, *own, suite_.levels[index].choice);
     for (const std::size_t index : methods_)
-      if (const records::ManifestMethod* own = &now_.algorithms[index], *stated = named(manifest_.algorithms, *own);
+      if (const records::ManifestMethod* own = &now_.algorithms[index],
+          *stated = records::entry_with_key(manifest_.algorithms, own->key());
           stated) {
         compare_plugins("algorithm", *stated, *own, suite_.algorithms[index].choice);
         if (!merged) compare_members("algorithm", *stated, *own, {"of_list"});
@@ -262,15 +253,17 @@ std::optional<std::size_t> planned_trials(const records::Manifest& manifest, con
 // A member that is missing is read as another value, such as an oracle as an ordinary method.
 void compare_method(std::set<std::string>& found, const records::ManifestMethod& stated,
                     const suites::AlgorithmEntry& own) {
-  const auto compare = [&](const std::string& what, const Json& is, const Json& due, const char* by) {
+  if (stated.observes != own.choice.plugin->observes)
+    found.insert(stated.label() + " observes " + Json(stated.observes).dump() + " by the manifest and " +
+                 Json(own.choice.plugin->observes).dump() + " by its plugin");
+  const auto compare = [&](const char* key, const Json& is, const Json& due) {
     if (is != due)
-      found.insert(what + " " + is.dump() + (by[0] == 'p' ? " by the manifest and " : " in the manifest, but ") +
-                   due.dump() + " by its " + by);
+      found.insert(in_quotes(key) + " of " + stated.label() + " is " + is.dump() + " in the manifest, but " +
+                   due.dump() + " by its suite");
   };
-  compare(stated.label() + " observes", stated.observes, own.choice.plugin->observes, "plugin");
-  compare("'oracle' of " + stated.label() + " is", stated.oracle, suites::is_oracle(own), "suite");
-  compare("'merit' of " + stated.label() + " is", stated.merit, suites::effective_merit(own), "suite");
-  compare("'steps' of " + stated.label() + " is", stated.steps, own.steps, "suite");
+  compare("oracle", stated.oracle, suites::is_oracle(own));
+  compare("merit", stated.merit, suites::effective_merit(own));
+  compare("steps", stated.steps, own.steps);
 }
 
 }  // namespace
@@ -328,7 +321,7 @@ void compare_definitions(const records::Manifest& manifest, const PreparedPlan& 
                                         const std::vector<Entry>& own,
                                         std::map<std::string, std::string> records::PluginHashesOfFolder::*merged) {
     for (const Entry& is : own) {
-      const Entry* was = named(stated, is);
+      const Entry* was = records::entry_with_key(stated, is.key());
       if (!was) continue;
       for_each_differing(
           *was, is, {"parameters", "data", "training"},

@@ -14,12 +14,6 @@ namespace {
 // result can be resumed after that.
 constexpr int kTrialIdVersion = 1;
 
-// An identity is canonical JSON; any other text (from a test or another host) counts as a string.
-Json identity_json(const std::string& identity) {
-  Json parsed = parsed_json(identity);
-  return parsed.is_discarded() ? Json(identity) : parsed;
-}
-
 // Only what the suite's specification adds to the measurements. Its limits do not matter, and a scene's own
 // specification is part of the scene's data.
 Json measured_mtf(const Suite& suite) {
@@ -55,6 +49,11 @@ std::string instance_set_hash(const Suite& suite, const std::vector<std::string>
 }
 
 }  // namespace
+
+Json identity_json(const std::string& identity) {
+  Json parsed = parsed_json(identity);
+  return parsed.is_discarded() ? Json(identity) : parsed;
+}
 
 std::string effective_merit(const AlgorithmEntry& algorithm) {
   if (!algorithm.merit.empty()) return algorithm.merit;

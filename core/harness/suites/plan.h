@@ -20,6 +20,9 @@ struct PlannedTrial {
   std::uint64_t instance = 0;
 };
 
+// An identity is canonical JSON; any other text (from a test or another host) counts as a string.
+Json identity_json(const std::string& identity);
+
 // The entry's merit, or the default of its protocol: paper "combined", blind "rmse".
 std::string effective_merit(const AlgorithmEntry& algorithm);
 

@@ -1,18 +1,13 @@
 #include "records/instances.h"
 
-#include <algorithm>
-
 namespace relign::records {
 namespace {
 
 template <class Entry>
 void compare_lists(const std::string& what, const std::vector<Entry>& a, const std::vector<Entry>& b, bool all,
                    const std::string& in_a, const std::string& in_b, std::vector<std::string>& messages) {
-  const auto named = [](const std::vector<Entry>& entries, const std::string& name) {
-    return std::find_if(entries.begin(), entries.end(), [&name](const Entry& one) { return one.name == name; });
-  };
   for (const Entry& entry : a) {
-    if (const auto other = named(b, entry.name); other != b.end()) {
+    if (const Entry* other = entry_with_key(b, entry.key())) {
       for (const std::string& message :
            differing(entry, *other, {"plugin", "parameters", "identity", "data"}, in_a, in_b))
         messages.push_back(what + " '" + entry.name + "', " + message);
@@ -21,7 +16,7 @@ void compare_lists(const std::string& what, const std::vector<Entry>& a, const s
     }
   }
   for (const Entry& entry : b)
-    if (all && named(a, entry.name) == a.end()) messages.push_back(what + " '" + entry.name + "' is only in " + in_b);
+    if (all && !entry_with_key(a, entry.key())) messages.push_back(what + " '" + entry.name + "' is only in " + in_b);
 }
 
 }  // namespace

@@ -6,6 +6,25 @@
 #include "base/json_members.h"
 #include "records/record.h"
 
+namespace relign {
+
+using records::Difference;
+using records::StatedDifference;
+
+Json JsonForm<Difference>::write(const Difference& difference) {
+  const auto& [closing, step, field, was, is, size] = difference;
+  return json_of(
+      StatedDifference{closing ? "closing" : "step", closing ? std::nullopt : std::optional(step), field, was, is});
+}
+
+void JsonForm<Difference>::read(const Member& member, const Json& json, Difference& difference, JsonFlaws& flaws) {
+  StatedDifference stated;
+  JsonForm<StatedDifference>::read(member, json, stated, flaws);
+  difference = {stated.line == "closing", stated.step.value_or(0), stated.field, stated.kept, stated.other, 0};
+}
+
+}  // namespace relign
+
 namespace relign::records {
 namespace fs = std::filesystem;
 
@@ -23,17 +42,6 @@ bool is_suite(const Json& suite) {
 bool Machine::same_processor(const Machine& other) const {
   return instruction_sets.empty() || other.instruction_sets.empty() ? cpu == other.cpu
                                                                     : instruction_sets == other.instruction_sets;
-}
-
-const ManifestScene* Manifest::scene(const std::string& name) const {
-  const auto found = std::find_if(scenes.begin(), scenes.end(), [&](const auto& one) { return one.name == name; });
-  return found == scenes.end() ? nullptr : &*found;
-}
-
-const ManifestMethod* Manifest::method(const std::string& name, const std::string& protocol) const {
-  const auto found = std::find_if(algorithms.begin(), algorithms.end(),
-                                  [&](const ManifestMethod& one) { return one.has_name(name, protocol); });
-  return found == algorithms.end() ? nullptr : &*found;
 }
 
 std::vector<StoredSuite> Manifest::stored_suites() const {

@@ -13,6 +13,18 @@
 #include "base/described.h"
 #include "base/scene_score.h"
 #include "base/suite_terms.h"
+#include "records/difference.h"
+
+namespace relign {
+
+template <>
+struct JsonForm<records::Difference> {
+  static Json write(const records::Difference& difference);
+  static void read(const Member& member, const Json& json, records::Difference& difference, JsonFlaws& flaws);
+  static bool left_out(const records::Difference&) { return false; }
+};
+
+}  // namespace relign
 
 namespace relign::records {
 
@@ -60,6 +72,17 @@ struct Machine {
   bool operator==(const Machine&) const = default;
 };
 
+// A method may be in a list under both protocols.
+inline std::string method_key(const std::string& name, const std::string& protocol) { return name + "\n" + protocol; }
+
+// Null if no entry of a list has this key.
+template <class Entry>
+const Entry* entry_with_key(const std::vector<Entry>& entries, const std::string& key) {
+  for (const Entry& entry : entries)
+    if (entry.key() == key) return &entry;
+  return nullptr;
+}
+
 // A scene, noise level or method of the suite.
 struct PluginEntry {
   std::string name, id, plugin, kind = "scene";
@@ -67,6 +90,7 @@ struct PluginEntry {
   std::string summary, reproducible = "anywhere", plugin_hash;
 
   bool on_this_cpu_only() const { return reproducible == "this_cpu"; }
+  std::string key() const { return name; }  // unique in its list
 
   template <class Visit, class... S>
   static void members(Visit&& visit, S&... s) {
@@ -147,9 +171,7 @@ struct ManifestMethod : PluginEntry {
   std::optional<OfList> of_list;
   std::optional<Training> training;
 
-  bool has_name(const std::string& name_, const std::string& protocol_) const {
-    return name == name_ && protocol == protocol_;
-  }
+  std::string key() const { return method_key(name, protocol); }
   // In the suite: of a method with several trainings that of their list.
   const std::string& listed_name() const { return of_list ? of_list->method : name; }
   // "'compass' (protocol paper)", for messages.
@@ -277,25 +299,27 @@ struct MergeSource {
   }
 };
 
-// A trial whose records differ between two folders, and the first place where they do.
-struct MergeDisagreement {
-  struct Place {
-    std::string line = "step";
-    std::optional<std::uint64_t> step;
-    std::string field;
-    std::string kept, other;
+// The difference of two records of a trial, as a manifest keeps it.
+struct StatedDifference {
+  std::string line = "step";
+  std::optional<unsigned> step;
+  std::string field, kept, other;
 
-    template <class Visit, class... S>
-    static void members(Visit&& visit, S&... s) {
-      visit(Member{.key = "line", .one_of = "step closing"}, s.line...);
-      visit(Member{"step", "", kLeftOut}, s.step...);
-      visit(Member{"field"}, s.field...);
-      visit(Member{"kept", "value"}, s.kept...);
-      visit(Member{"other", "value"}, s.other...);
-    }
-  };
-  std::string trial, label, kept, other;
-  Place difference;
+  template <class Visit, class... S>
+  static void members(Visit&& visit, S&... s) {
+    visit(Member{.key = "line", .one_of = "step closing"}, s.line...);
+    visit(Member{"step", "", kLeftOut}, s.step...);
+    visit(Member{"field"}, s.field...);
+    visit(Member{"kept", "value"}, s.kept...);
+    visit(Member{"other", "value"}, s.other...);
+  }
+};
+
+// A trial whose records differ between two folders. The merged folder has the one of `kept`.
+struct Disagreement {
+  std::string trial, label;  // label: "compass on relign_od rho0.25 #3"
+  std::string kept, other;   // folders
+  Difference difference;     // was: kept, is: other
 
   template <class Visit, class... S>
   static void members(Visit&& visit, S&... s) {
@@ -307,13 +331,19 @@ struct MergeDisagreement {
   }
 };
 
-// How folders were joined; numbers of trials.
-struct MergeFacts {
-  std::uint64_t trials = 0, missing = 0, duplicates = 0, within_tolerance = 0;
-  std::map<std::string, std::uint64_t> not_compared;
-  std::uint64_t superseded = 0, half_written = 0, left_out = 0, disagreeing = 0;
-  std::vector<MergeDisagreement> disagreements;
-  std::optional<std::uint64_t> shards;
+// How folders were joined.
+struct MergeSummary {
+  std::size_t trials = 0;            // complete ones in the merged folder
+  std::size_t missing = 0;           // planned by a source, complete in none
+  std::size_t duplicates = 0;        // further records of a trial that agree with the first
+  std::size_t within_tolerance = 0;  // of these: from another processor, equal only within kOtherCpuTolerance
+  NotCompared not_compared;          // of duplicates: columns that one of the two builds did not have yet
+  std::size_t superseded = 0;        // records of failed attempts at a trial that another folder has finished
+  std::size_t half_written = 0;      // trials with steps but no closing line
+  std::size_t left_out = 0;          // of an earlier version of a source's suite
+  std::size_t disagreeing = 0;       // trials; `disagreements` has the first kNamedDisagreements of them
+  std::vector<Disagreement> disagreements;
+  unsigned shards = 0;  // of the plan that all sources share; 0: none, or several
   std::optional<std::vector<unsigned>> missing_shards;
 
   template <class Visit, class... S>
@@ -333,6 +363,7 @@ struct MergeFacts {
     visit(Member{"missing_shards", "", kLeftOut}, s.missing_shards...);
   }
 };
+inline constexpr std::size_t kNamedDisagreements = 1000;
 
 struct Manifest {
   unsigned format = 1;
@@ -363,7 +394,7 @@ struct Manifest {
   std::optional<SandboxLimits> sandbox;
   std::vector<MergeSource> sources;
   std::vector<StoredSuite> suites;
-  std::optional<MergeFacts> merge;
+  std::optional<MergeSummary> merge;
 
   template <class Visit, class... S>
   static void members(Visit&& visit, S&... s) {
@@ -427,8 +458,10 @@ struct Manifest {
     visit(Member{"merge", "how folders were joined; numbers of trials", kLeftOut}, s.merge...);
   }
 
-  const ManifestScene* scene(const std::string& name) const;  // null: none
-  const ManifestMethod* method(const std::string& name, const std::string& protocol) const;
+  const ManifestScene* scene(const std::string& name) const { return entry_with_key(scenes, name); }
+  const ManifestMethod* method(const std::string& name, const std::string& protocol) const {
+    return entry_with_key(algorithms, method_key(name, protocol));
+  }
   bool sealed() const { return !commitment.empty(); }
   // Those of a merged folder, else its own.
   std::vector<StoredSuite> stored_suites() const;

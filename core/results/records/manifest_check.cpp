@@ -256,20 +256,18 @@ void check_analysis(std::vector<std::string>& found, const Json& suite, const Ma
 
 // Readers take the first or the last of two.
 void check_names(std::vector<std::string>& found, const Manifest& manifest) {
-  const auto check = [&found](const char* key, const auto& entries, const auto& with_protocol) {
-    std::set<std::string> names;
-    for (const PluginEntry& entry : entries) {
-      if (!names.insert(entry.name + "\n" + with_protocol(entry)).second)
+  const auto check = [&found](const char* key, const auto& entries) {
+    std::set<std::string> keys;
+    for (const auto& entry : entries) {
+      if (!keys.insert(entry.key()).second)
         found.push_back(in_quotes(key) + " has " + in_quotes(entry.name) + " twice");
       if (const std::string mistake = letters_mistake(entry.name); !mistake.empty())
         found.push_back("the name " + in_quotes(entry.name) + " in " + in_quotes(key) + ": " + mistake);
     }
   };
-  const auto none = [](const PluginEntry&) { return std::string(); };
-  check("scenes", manifest.scenes, none);
-  check("noise_levels", manifest.noise_levels, none);
-  check("algorithms", manifest.algorithms,
-        [](const PluginEntry& entry) { return static_cast<const ManifestMethod&>(entry).protocol; });
+  check("scenes", manifest.scenes);
+  check("noise_levels", manifest.noise_levels);
+  check("algorithms", manifest.algorithms);
 }
 
 void check_order(std::vector<std::string>& found, const Manifest& manifest) {

@@ -166,34 +166,6 @@ void write_manifest(const fs::path& folder, const Manifest& manifest, const std:
 
 }  // namespace
 
-MergeFacts facts_of(const MergeSummary& summary) {
-  MergeFacts facts;
-  facts.trials = summary.trials;
-  facts.missing = summary.missing;
-  facts.duplicates = summary.duplicates;
-  facts.within_tolerance = summary.within_tolerance;
-  facts.not_compared = {summary.not_compared.begin(), summary.not_compared.end()};
-  facts.superseded = summary.superseded;
-  facts.half_written = summary.half_written;
-  facts.left_out = summary.left_out;
-  facts.disagreeing = summary.disagreeing;
-  for (const Disagreement& one : summary.disagreements) {
-    const Difference& difference = one.difference;
-    facts.disagreements.push_back({one.trial,
-                                   one.label,
-                                   one.kept.string(),
-                                   one.other.string(),
-                                   {difference.closing ? "closing" : "step",
-                                    difference.closing ? std::nullopt : std::optional<std::uint64_t>(difference.step),
-                                    difference.field, difference.was, difference.is}});
-  }
-  if (summary.shards > 0) {
-    facts.shards = summary.shards;
-    facts.missing_shards = summary.missing_shards;
-  }
-  return facts;
-}
-
 void require_mergeable(const fs::path& folder, const Manifest& manifest, const std::vector<fs::path>& others) {
   ManifestJoin manifests;
   manifests.add(folder, manifest);
@@ -229,7 +201,7 @@ MergeSummary merge(const MergeOptions& options) {
   summary.trials = index.trials.size();
   summary.missing = index.missing.size();
   summary.shards = manifests.shards();
-  summary.missing_shards = manifests.missing_shards();
+  if (summary.shards > 0) summary.missing_shards = manifests.missing_shards();
   const std::vector<PackedId> order = write_lines(index, fresh.path());
 
   std::vector<std::size_t> taken(folders.size(), 0);
@@ -239,12 +211,12 @@ MergeSummary merge(const MergeOptions& options) {
   copy_files(index, fresh.path());
   Manifest manifest = manifests.joined(taken);
   manifest.trials = order.size();
-  manifest.merge = facts_of(summary);
+  manifest.merge = summary;
   manifest.command = options.command;
   write_manifest(fresh.path(), manifest, order);
   fresh.put_in_place();
   if (options.on_message)
-    for (const std::string& note : manifests.notes()) options.on_message(note);
+    for (const std::string& note : manifests.notes(manifest)) options.on_message(note);
   return summary;
 }
 

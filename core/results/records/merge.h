@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "records/difference.h"
 #include "records/folder_checks.h"
 
 namespace relign::records {
@@ -24,32 +23,6 @@ struct MergeOptions {
   bool checked = false;  // the caller has made the checks of every source; else a failed one is an error
   PlanCheck plan;        // of these checks
 };
-
-// A trial whose records differ between two folders. The merged folder has the one of `kept`.
-struct Disagreement {
-  std::string trial, label;  // label: "compass on relign_od rho0.25 #3"
-  std::filesystem::path kept, other;
-  Difference difference;  // was: kept, is: other
-};
-
-struct MergeSummary {
-  std::size_t trials = 0;            // complete ones in the merged folder
-  std::size_t missing = 0;           // planned by a source, complete in none
-  std::size_t duplicates = 0;        // further records of a trial that agree with the first
-  std::size_t within_tolerance = 0;  // of these: from another processor, equal only within kOtherCpuTolerance
-  NotCompared not_compared;          // of duplicates: columns that one of the two builds did not have yet
-  std::size_t superseded = 0;        // records of failed attempts at a trial that another folder has finished
-  std::size_t half_written = 0;      // trials with steps but no closing line
-  std::size_t left_out = 0;          // of an earlier version of a source's suite
-  std::size_t disagreeing = 0;       // trials; `disagreements` has the first kNamedDisagreements of them
-  std::vector<Disagreement> disagreements;
-  unsigned shards = 0;  // of the plan that all sources share; 0: none, or several
-  std::vector<unsigned> missing_shards;
-};
-inline constexpr std::size_t kNamedDisagreements = 1000;
-
-// As a manifest keeps it.
-MergeFacts facts_of(const MergeSummary& summary);
 
 // Throws Error(bad_input) for folders that cannot be merged (naming the differences), are newer, or have damaged trials
 // that no other folder has, and for an `out` that merge did not make; Error(io). Replaces `out` only when the merged

@@ -189,8 +189,8 @@ void compare_with_kept(MergeIndex& index, BlockReader& reader, const FoundTrial&
   if (!disagrees) ++summary.disagreeing;
   disagrees = true;
   if (summary.disagreements.size() < kNamedDisagreements)
-    summary.disagreements.push_back(
-        {was.trial, label_of(was), index.sources[kept.source], index.sources[other.source], *difference});
+    summary.disagreements.push_back({was.trial, label_of(was), index.sources[kept.source].string(),
+                                     index.sources[other.source].string(), *difference});
 }
 
 }  // namespace

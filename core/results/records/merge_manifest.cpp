@@ -14,8 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string algorithm_key(const ManifestMethod& method) { return method.name + "\n" + method.protocol; }
-
 std::string counted(const std::map<std::string, std::size_t>& values) {
   std::vector<std::string> parts;
   for (const auto& [value, folders] : values)
@@ -32,7 +30,7 @@ int ManifestJoin::place_of(const Names& names, const std::string& name) {
 }
 
 int ManifestJoin::algorithm(const std::string& name, const std::string& protocol) const {
-  return place_of(algorithms_, name + "\n" + protocol);
+  return place_of(algorithms_, method_key(name, protocol));
 }
 
 void ManifestJoin::add(const fs::path& folder, const Manifest& manifest) {
@@ -41,7 +39,7 @@ void ManifestJoin::add(const fs::path& folder, const Manifest& manifest) {
     first_ = manifest;
     for (const ManifestScene& entry : manifest.scenes) scenes_.push_back(entry.name);
     for (const ManifestLevel& entry : manifest.noise_levels) levels_.push_back(entry.name);
-    for (const ManifestMethod& entry : manifest.algorithms) algorithms_.push_back(algorithm_key(entry));
+    for (const ManifestMethod& entry : manifest.algorithms) algorithms_.push_back(entry.key());
   } else {
     join_lists(folder, manifest);
   }
@@ -64,9 +62,9 @@ void ManifestJoin::join_lists(const fs::path& folder, const Manifest& manifest) 
                 "cannot merge " + a + " and " + b + ": their scenes, noise levels, instances or limits differ:\n  " +
                     join(different, "\n  ") + "\nmake the suites equal in this and run one of them again");
   for (const ManifestMethod& entry : manifest.algorithms) {
-    const int place = place_of(algorithms_, algorithm_key(entry));
+    const int place = place_of(algorithms_, entry.key());
     if (place < 0) {
-      algorithms_.push_back(algorithm_key(entry));
+      algorithms_.push_back(entry.key());
       first_->algorithms.push_back(entry);
       continue;
     }
@@ -166,7 +164,7 @@ std::size_t ManifestJoin::sandboxed_sources() const {
                                                 [](const MergeSource& source) { return source.sandbox.has_value(); }));
 }
 
-std::vector<std::string> ManifestJoin::notes() const {
+std::vector<std::string> ManifestJoin::notes(const Manifest& joined) const {
   std::vector<std::string> messages;
   if (const std::size_t inside = sandboxed_sources(); inside > 0 && inside < sources_.size())
     messages.push_back("algorithms ran in a sandbox in " + std::to_string(inside) + " of " +
@@ -180,9 +178,7 @@ std::vector<std::string> ManifestJoin::notes() const {
   if (!other_analyses_.empty())
     messages.push_back("using the analysis plan of " + first_folder_.string() + "; a different one, or none, is in " +
                        join(other_analyses_, ", "));
-  Manifest merged;
-  merged.sources = sources_;
-  if (const std::string note = merged.builds_note(); !note.empty()) messages.push_back(note);
+  if (const std::string note = joined.builds_note(); !note.empty()) messages.push_back(note);
   for (const auto& [name, hashes] : plugins_)
     if (hashes.size() > 1)
       messages.push_back("plugin of '" + name + "': " + std::to_string(hashes.size()) +

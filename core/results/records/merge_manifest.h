@@ -30,8 +30,8 @@ class ManifestJoin {
   unsigned shards() const;
   std::vector<unsigned> missing_shards() const;
 
-  // Messages on differences that do not prevent a merge: programs, processors, plugins.
-  std::vector<std::string> notes() const;
+  // Messages on differences that do not prevent a merge: programs, processors, plugins. `joined`: the merged manifest.
+  std::vector<std::string> notes(const Manifest& joined) const;
   std::size_t sandboxed_sources() const;  // whose algorithms ran in a sandbox
 
   // The merged manifest with an empty list `order`; taken[i]: trials from the i-th folder added.

@@ -114,7 +114,8 @@ class MadeResults : public testing::Test {
       return std::tuple(
           place(manifest.scenes, [&](const auto& entry) { return entry.name == one.scene; }),
           place(manifest.noise_levels, [&](const auto& entry) { return entry.name == one.noise_level; }),
-          place(manifest.algorithms, [&](const auto& entry) { return entry.has_name(one.algorithm, one.protocol); }),
+          place(manifest.algorithms,
+                [&](const auto& entry) { return entry.key() == records::method_key(one.algorithm, one.protocol); }),
           one.instance);
     };
     std::stable_sort(trials.begin(), trials.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });

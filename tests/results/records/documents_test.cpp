@@ -50,13 +50,7 @@ Ordered schema_of(const Column& column, std::uint64_t) {
 }
 Ordered schema_of(const Column& column, const std::string&) {
   if (column.one_of.empty()) return {{"type", "string"}};
-  Ordered words = Ordered::array();
-  for (std::string_view rest = column.one_of; !rest.empty();) {
-    const std::size_t end = std::min(rest.find(' '), rest.size());
-    words.push_back(rest.substr(0, end));
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-  }
-  return {{"enum", words}};
+  return {{"enum", words_of(column.one_of)}};
 }
 Ordered schema_of(const Column&, const std::vector<std::string>&) {
   return {{"type", "array"}, {"items", {{"type", "string"}}}};
@@ -213,6 +207,7 @@ struct Shape {
     }
   }
   static std::string of(const SceneScore&) { return of(StatedScore()); }
+  static std::string of(const Difference&) { return of(StatedDifference()); }
   template <class Value>
   static std::string of(const std::optional<Value>&) {
     return of(Value());

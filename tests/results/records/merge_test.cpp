@@ -13,6 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Optional;
 
 TEST_F(MergeTest, MergesNewAlgorithmIntoStudyInPlanOrder) {
   const fs::path study =
@@ -59,11 +60,11 @@ TEST_F(MergeTest, ShardsMergeToTheBytesOfOneRun) {
     make("parts/shard-000" + std::to_string(number) + ".node", trials, part);
   };
   shard(1, {"w1", "r1"});
-  EXPECT_THAT(join({folder_ / "parts"}).missing_shards, ElementsAre(0, 2));
+  EXPECT_THAT(join({folder_ / "parts"}).missing_shards, Optional(ElementsAre(0, 2)));
   shard(0, {"w0", "r0"});
   const MergeSummary summary = join({folder_ / "parts"});  // what merge made is replaced
   EXPECT_EQ(summary.shards, 3U);
-  EXPECT_THAT(summary.missing_shards, ElementsAre(2));
+  EXPECT_THAT(summary.missing_shards, Optional(ElementsAre(2)));
   EXPECT_EQ(bytes("out/trials/0000.jsonl"), bytes("one/trials/0000.jsonl"));
   EXPECT_EQ(bytes("out/times/0000.jsonl"), bytes("one/times/0000.jsonl"));
   EXPECT_EQ(read_manifest_json(folder_ / "out")["order"], whole["order"]);
@@ -81,7 +82,7 @@ TEST_F(MergeTest, DropsEqualDuplicatesAndReportsDifferentOnes) {
   ASSERT_EQ(summary.disagreements.size(), 1U);
   const Disagreement& one = summary.disagreements[0];
   EXPECT_EQ(one.label, "walker on toy calm #1");
-  EXPECT_EQ(one.kept, a);
+  EXPECT_EQ(one.kept, a.string());
   EXPECT_EQ(one.difference.step, 2U);
   EXPECT_EQ(one.difference.field, "measured");
   EXPECT_NE(one.difference.was, one.difference.is);
