@@ -43,7 +43,7 @@ def write_archive(results: str | os.PathLike[str], folder: str | os.PathLike[str
         Number of files.
 
     Raises:
-        ValueError: There is no wheel of relign-bench, two plugins have the same name, or `folder` is inside a folder to copy.
+        ValueError: The wheel of relign-bench is missing, two plugins have one name, or `folder` is inside a folder to copy.
         OSError: A file cannot be read or written.
     """
     if not any(pathlib.Path(wheel).name.startswith("relign_bench-") for wheel in wheels):
