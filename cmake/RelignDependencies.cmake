@@ -3,9 +3,9 @@
 
 set(RELIGN_INSTALL_HINT "Install it, or run ./quickstart build, which installs what is missing.")
 
-# Only what is used of a static library gets into the program. The shared OpenCV brings LAPACK and X11, libarchive ICU, and
-# libtiff JBIG, whose licence is the GPL. Where the distribution has no static one, the shared one is linked.
-option(RELIGN_STATIC "Link OpenCV, libarchive and libtiff as static libraries where they are found" ON)
+# Only what is used of a static library gets into the program. The shared OpenCV brings LAPACK and X11, libarchive ICU.
+# Where the distribution has no static one, the shared one is linked. (Debian's static libtiff cannot be part of a plugin.)
+option(RELIGN_STATIC "Link OpenCV and libarchive as static libraries where they are found" ON)
 
 function(relign_require package debian_package)
   find_package(${package} ${ARGN} QUIET)
@@ -36,10 +36,11 @@ if(RELIGN_HAS_leaderboard)
   relign_require(LibArchive libarchive-dev)
   find_library(RELIGN_STATIC_archive libarchive.a)
   find_library(RELIGN_ZSTD_LIBRARY zstd)
+  find_library(RELIGN_LZMA_LIBRARY lzma)
   find_package(ZLIB QUIET)
-  if(RELIGN_STATIC AND RELIGN_STATIC_archive AND RELIGN_ZSTD_LIBRARY AND ZLIB_FOUND)
+  if(RELIGN_STATIC AND RELIGN_STATIC_archive AND RELIGN_ZSTD_LIBRARY AND RELIGN_LZMA_LIBRARY AND ZLIB_FOUND)
     set_target_properties(LibArchive::LibArchive PROPERTIES IMPORTED_LOCATION "${RELIGN_STATIC_archive}"
-                          INTERFACE_LINK_LIBRARIES "${RELIGN_ZSTD_LIBRARY};ZLIB::ZLIB")
+                          INTERFACE_LINK_LIBRARIES "${RELIGN_ZSTD_LIBRARY};${RELIGN_LZMA_LIBRARY};ZLIB::ZLIB")
   endif()
 endif()
 
@@ -77,19 +78,6 @@ relign_require(PNG libpng-dev)
 relign_require(JPEG libjpeg-dev)
 relign_require(TIFF libtiff-dev)
 relign_require(GIF libgif-dev)
-set(codecs "")
-foreach(codec zstd lzma deflate webp)
-  find_library(RELIGN_TIFF_${codec}_LIBRARY ${codec})
-  list(APPEND codecs "${RELIGN_TIFF_${codec}_LIBRARY}")
-endforeach()
-find_library(RELIGN_STATIC_tiff libtiff.a)
-if(RELIGN_STATIC AND RELIGN_STATIC_tiff AND NOT codecs MATCHES "NOTFOUND")
-  add_library(relign_tiff STATIC IMPORTED)
-  set_target_properties(relign_tiff PROPERTIES IMPORTED_LOCATION "${RELIGN_STATIC_tiff}"
-                        INTERFACE_LINK_LIBRARIES "${codecs};JPEG::JPEG;z;m")
-else()
-  add_library(relign_tiff ALIAS TIFF::TIFF)
-endif()
 find_path(RELIGN_WEBP_INCLUDE_DIR webp/encode.h)
 find_library(RELIGN_WEBP_LIBRARY webp)
 if(NOT RELIGN_WEBP_INCLUDE_DIR OR NOT RELIGN_WEBP_LIBRARY)

@@ -22,7 +22,7 @@ from datetime import datetime, timezone
 TREE = pathlib.Path(__file__).resolve().parent.parent
 # Debian packages whose headers are compiled into the program, or whose static libraries are linked.
 EMBEDDED = ("libarchive-dev", "libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libopencv-core-dev",
-            "libopencv-imgproc-dev", "libtiff-dev", "nlohmann-json3-dev", "pybind11-dev")
+            "libopencv-imgproc-dev", "nlohmann-json3-dev", "pybind11-dev")
 HERE = pathlib.Path("/")
 TOOLS = ("g++", "cmake", "ninja-build", "binutils", "dpkg-dev")
 

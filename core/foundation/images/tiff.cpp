@@ -8,13 +8,6 @@
 #include "base/error.h"
 #include "images/decoding.h"
 
-// Replace two codecs of the static libtiff: JBIG, whose licence is the GPL, and LERC. Images that need them are
-// refused.
-extern "C" {
-int TIFFInitJBIG(TIFF*, int) { return 0; }
-int TIFFInitLERC(TIFF*, int) { return 0; }
-}
-
 namespace relign::images {
 namespace {
 
