@@ -18,6 +18,7 @@ from unittest import mock
 from support import package
 
 from relign_bench.export import cli
+from relign_bench.export.archive import write_archive
 from relign_bench.export.runs import file_names
 from relign_bench.results import Results, read_trials
 
@@ -300,6 +301,24 @@ class Problems(Exports):
         self.export("--ioh", self.place / "out")
         self.assertEqual(sorted(path.name for path in self.place.iterdir()), ["file", "out", "out.new"])
         self.assertTrue((self.place / "out.new" / "mine").exists())
+
+    def test_archives_hold_results_plugins_and_wheels(self):
+        suite = self.place / "suite"
+        suite.mkdir()
+        method, wheel = suite / "method.py", suite / "relign_bench-0-py3-none-any.whl"
+        for file in (method, wheel):
+            file.write_text(file.name)
+        count = write_archive(PLACE / "merged", self.place / "archive", [method], [wheel], suite)
+        lines = (self.place / "archive" / "SHA256SUMS").read_text().splitlines()
+        self.assertEqual(len(lines), count)
+        self.assertLessEqual({"plugins/method.py", "wheels/relign_bench-0-py3-none-any.whl", "results/manifest.json",
+                              "suite/method.py", "verify"}, {line.split("  ")[1] for line in lines})
+        self.assertIn('--plugin "$here/plugins/method.py"', (self.place / "archive" / "verify").read_text())
+        for plugins, wheels, problem in (([method, method], [wheel], "the same name"), ([], [method], "needs the wheel")):
+            with self.assertRaisesRegex(ValueError, problem):
+                write_archive(PLACE / "merged", self.place / "other", plugins, wheels)
+        with self.assertRaisesRegex(ValueError, "cannot be inside"):
+            write_archive(PLACE / "merged", suite / "other", [], [wheel], suite)
 
     def test_file_names_differ_and_stay_in_their_folder(self):
         names = file_names(["../up", "a b", "a_b", "A_B", "..", "métrique"])

@@ -5,6 +5,7 @@
 
 #include "base/machine.h"
 #include "records/results_folder.h"
+#include "records/stored_trials.h"
 #include "runner/bounds.h"
 #include "runner/earlier_run.h"
 #include "runner/pictures.h"
@@ -80,10 +81,16 @@ class Run {
 
   // Before outdated trials are removed, whose times are estimates for the new ones.
   void remember_times() {
-    const std::map<std::string, records::FinishedTrial> finished = writer_.finished();
-    for (const std::size_t place : selected_)
-      if (const auto found = finished.find(prepared_.plan.trials[place].id); found != finished.end())
-        earlier_seconds_[place] = found->second.step_seconds;
+    std::map<std::string, std::size_t> places;
+    for (const std::size_t place : selected_) places[prepared_.plan.trials[place].id] = place;
+    std::vector<records::Damage> ignored;
+    records::for_each_times(
+        options_.results,
+        [&](const records::TrialTimes& times) {
+          if (const auto found = places.find(times.trial); found != places.end())
+            earlier_times_[found->second] = spent_time(times, records::step_seconds(times));
+        },
+        &ignored);
   }
 
   // Returns the positions of the trials that are still to be run.
@@ -108,7 +115,7 @@ class Run {
     fs::remove(options_.results / "verify.json", code);  // an earlier verification does not cover new trials
     WorkerTeam team(prepared_, learnt_, factory_, reporter_, options_.stop,
                     [this](std::size_t place, WorkedTrial& worked) { record(place, worked); });
-    team.run(todo, options_.workers, earlier_seconds_);
+    team.run(todo, options_.workers, earlier_times_);
   }
 
   void record(std::size_t place, WorkedTrial& worked) {
@@ -175,7 +182,7 @@ class Run {
   RunReporter reporter_;  // first of the parts: it has the run's clock
   std::vector<std::size_t> selected_;
   records::ResultsWriter writer_;
-  std::map<std::size_t, double> earlier_seconds_;  // in steps, of trials of an earlier run, by position
+  std::map<std::size_t, SpentTime> earlier_times_;  // of trials of an earlier run, by position
   LibraryHashes hashes_;
   WorkerFactory factory_;
   std::unique_ptr<ProcessWorker> pretraining_worker_;

@@ -46,6 +46,11 @@ void RunReporter::trial_begun(std::size_t worker, std::size_t place) {
   if (estimate_) estimate_->begin(worker, place, begun_at_[worker]);
 }
 
+void RunReporter::trial_advanced(std::size_t worker, std::size_t captures) {
+  const std::lock_guard<std::mutex> hold(progress_mutex_);
+  if (estimate_) estimate_->advance(worker, captures, seconds());
+}
+
 void RunReporter::trial_finished(std::size_t worker, bool well, const records::TrialTimes& times) {
   const std::lock_guard<std::mutex> hold(progress_mutex_);
   ++progress_.done;

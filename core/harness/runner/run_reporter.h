@@ -27,6 +27,7 @@ class RunReporter {
   // Before the first trial: `reused` trials are finished already, `failed` of them with a failure.
   void set_trials(std::size_t total, std::size_t reused, std::size_t failed);
   void trial_begun(std::size_t worker, std::size_t place);
+  void trial_advanced(std::size_t worker, std::size_t captures);
   void trial_finished(std::size_t worker, bool well, const records::TrialTimes& times);
   // Reports the time left again if the last report is old.
   void refresh();

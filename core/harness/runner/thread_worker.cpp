@@ -12,6 +12,7 @@ TrialRunner::Options runner_options(const WorkerOptions& options) {
   own.threads = options.threads;
   own.cache_folder = options.cache_folder;
   own.on_message = options.on_message;
+  if (options.on_captures) own.on_begin = [on = options.on_captures](const records::TrialRecord&) { on(0); };
   own.stop = options.stop;
   own.sandbox = options.sandbox;
   return own;
@@ -27,10 +28,12 @@ WorkedTrial ThreadWorker::run(const suites::PlannedTrial& trial, const Pretraine
   if (prepared) job.prepared = data_of(*prepared);
   const trials::SceneFacts& scene = plan_.scenes[trial.scene];
   KeptCaptures captures(scene);
-  TrialRunner::OnStep keep;
-  if (scene.owns_stage)
-    keep = [&captures](const trials::Step& step, const float* pixels) { captures.keep(step, pixels); };
-  TrialOutcome outcome = runner_.run(job, options_.stop, keep);
+  std::size_t made = 0;
+  const TrialRunner::OnStep on_step = [&](const trials::Step& step, const float* pixels) {
+    if (scene.owns_stage) captures.keep(step, pixels);
+    if (options_.on_captures) options_.on_captures(++made);
+  };
+  TrialOutcome outcome = runner_.run(job, options_.stop, on_step);
   WorkedTrial worked;
   worked.stopped = outcome.stopped;
   if (outcome.stopped) return worked;

@@ -50,12 +50,26 @@ void TimeLeft::Worker::begin(std::size_t next, std::size_t its_group, std::size_
   mounts = group != its_group;
   first_of_method = methods.insert(method).second;
   group = its_group;
+  mounted.reset();
+  captures = in_longest = 0;
+  longest = 0;
+}
+
+// From a few captures on, since the first may be a preparation.
+std::optional<TimeLeft::Running> TimeLeft::Worker::running() const {
+  constexpr std::size_t kFewCaptures = 3;
+  if (!trial || captures < kFewCaptures) return std::nullopt;
+  const double all = last - *mounted;
+  if (longest <= all / 2 || in_longest == captures) return Running{all / static_cast<double>(captures), 0};
+  const double capture = (all - longest) / static_cast<double>(captures - in_longest);
+  return Running{capture, std::max(0.0, longest - capture * static_cast<double>(in_longest))};
 }
 
 // Expected seconds of one kind of trial, in one case.
 struct TimeLeft::Costs {
   struct OfMethod {
     double later = 0, first = 0, setup = 0;
+    double steps(const Worker& worker) const { return worker.first_of_method ? first : later; }
   };
   std::map<std::size_t, OfMethod> methods;
   std::map<std::size_t, double> mounting;
@@ -64,7 +78,7 @@ struct TimeLeft::Costs {
   double of(const Worker& worker, const Trial& trial) const {
     const OfMethod& method = methods.at(trial.method);
     const double outside = worker.mounts ? mounting.at(trial.scene) : method.setup;
-    return (worker.first_of_method ? method.first : method.later) + outside + (worker.starts ? starting : 0);
+    return method.steps(worker) + outside + (worker.starts ? starting : 0);
   }
 };
 
@@ -79,9 +93,11 @@ TimeLeft::TimeLeft(std::vector<Trial> trials, std::vector<std::vector<std::size_
     }
 }
 
-void TimeLeft::add_known(std::size_t method, double step_seconds) {
-  if (const auto found = methods_.find(method); found != methods_.end() && std::isfinite(step_seconds))
-    found->second.known.push_back(step_seconds);
+void TimeLeft::add_known(std::size_t method, const SpentTime& spent) {
+  const auto found = methods_.find(method);
+  if (found == methods_.end() || !std::isfinite(spent.steps)) return;
+  found->second.known.push_back(spent.steps);
+  found->second.known_once.push_back(spent.once);
 }
 
 void TimeLeft::begin(std::size_t worker, std::size_t trial, double now) {
@@ -90,19 +106,57 @@ void TimeLeft::begin(std::size_t worker, std::size_t trial, double now) {
   begun_.insert(trial);
 }
 
-void TimeLeft::end(std::size_t worker, const SpentTime& spent) {
+void TimeLeft::advance(std::size_t worker, std::size_t captures, double now) {
   Worker& on = workers_[worker];
-  const Trial& trial = trials_[*on.trial];
-  Method& method = methods_.at(trial.method);
-  on.trial.reset();
-  method.captures.add(spent.captures);
-  (on.first_of_method ? method.first : method.later).add(spent.steps);
-  if (on.first_of_method) method.first_without_once.add(spent.steps - spent.once);
-  const double outside = spent.total - spent.steps;
-  (on.starts ? starting_ : on.mounts ? mounting_.at(trial.scene) : method.setup).add(outside);
+  if (!on.trial) return;
+  if (!on.mounted) {
+    on.mounted = on.last = now;
+    outside_of_steps(on).add(now - on.since);
+  }
+  if (captures <= on.captures) return;
+  if (now - on.last > on.longest) {
+    on.longest = now - on.last;
+    on.in_longest = captures - on.captures;
+  }
+  on.captures = captures;
+  on.last = now;
 }
 
-double TimeLeft::seconds_of_steps(const Method& method, Case which, double guess) const {
+void TimeLeft::end(std::size_t worker, const SpentTime& spent) {
+  Worker& on = workers_[worker];
+  Method& method = methods_.at(trials_[*on.trial].method);
+  const double steps = on.mounted ? spent.total - (*on.mounted - on.since) : spent.steps;
+  method.captures.add(spent.captures);
+  (on.first_of_method ? method.first : method.later).add(steps);
+  if (on.first_of_method) method.first_without_once.add(steps - spent.once);
+  if (!on.mounted) outside_of_steps(on).add(spent.total - steps);
+  on.trial.reset();
+}
+
+TimeLeft::Mean& TimeLeft::outside_of_steps(const Worker& worker) {
+  const Trial& trial = trials_[*worker.trial];
+  return worker.starts ? starting_ : worker.mounts ? mounting_.at(trial.scene) : methods_.at(trial.method).setup;
+}
+
+// Of the trial with the most captures.
+std::optional<TimeLeft::Running> TimeLeft::running(std::size_t method) const {
+  const Worker* most = nullptr;
+  for (const Worker& worker : workers_)
+    if (worker.trial && trials_[*worker.trial].method == method && (!most || worker.captures > most->captures))
+      most = &worker;
+  return most ? most->running() : std::nullopt;
+}
+
+// Seconds that the first trial on a worker takes longer. A long step in more trials than there are workers belongs to
+// the method, and comes in every trial.
+double TimeLeft::once_of_known(const Method& method) const {
+  const std::vector<double>& once = method.known_once;
+  const auto with = static_cast<std::size_t>(std::count_if(once.begin(), once.end(), [](double s) { return s > 0; }));
+  const bool learns = with > 0 && (with <= workers_.size() || 2 * with < once.size());
+  return learns ? *std::max_element(once.begin(), once.end()) : 0;
+}
+
+double TimeLeft::seconds_of_steps(std::size_t number, const Method& method, Case which, double guess) const {
   const auto within = [which](double value, double spread) {
     return which == Case::expected ? value : which == Case::least ? value * (1 - spread) : value * (1 + spread);
   };
@@ -111,16 +165,24 @@ double TimeLeft::seconds_of_steps(const Method& method, Case which, double guess
     return within(later.value, std::clamp(2 * error / later.value, kLeastSpread, kMostSpread));
   }
   if (method.later.count > 0) return within(method.later.value, kOneTrial);
-  if (!method.known.empty()) return within(median(method.known), kOneTrial);
-  if (method.first.count == 0) return within(guess, kMostSpread);
+  if (!method.known.empty()) {
+    std::vector<double> later = method.known;
+    if (once_of_known(method) > 0)
+      std::transform(later.begin(), later.end(), method.known_once.begin(), later.begin(), std::minus<>());
+    return within(median(std::move(later)), kOneTrial);
+  }
+  if (method.first.count == 0) {
+    const std::optional<Running> running = this->running(number);
+    return within(running ? running->capture * method.most_captures : guess, kMostSpread);
+  }
   return which == Case::most ? method.first.value : within(method.first_without_once.value, kOneTrial);
 }
 
 std::optional<TimeLeft::Costs> TimeLeft::costs(Case which) const {
   std::vector<double> seen, setups, mountings;
   for (const auto& [number, method] : methods_) {
-    if (method.seen())
-      seen.push_back(seconds_of_steps(method, which, 0) /
+    if (method.seen() || running(number))
+      seen.push_back(seconds_of_steps(number, method, which, 0) /
                      (method.captures.count > 0 ? method.captures.value : method.most_captures));
     if (method.setup.count > 0) setups.push_back(method.setup.value);
   }
@@ -137,8 +199,12 @@ std::optional<TimeLeft::Costs> TimeLeft::costs(Case which) const {
   Costs costs;
   for (const auto& [number, method] : methods_) {
     Costs::OfMethod& cost = costs.methods[number];
-    cost.later = seconds_of_steps(method, which, guess * method.most_captures);
-    cost.first = method.first.count > 0 ? std::max(cost.later, method.first.value) : cost.later;
+    cost.later = seconds_of_steps(number, method, which, guess * method.most_captures);
+    const std::optional<Running> running = this->running(number);
+    cost.first = method.first.count > 0  ? std::max(cost.later, method.first.value)
+                 : !method.known.empty() ? cost.later + once_of_known(method)
+                 : running               ? cost.later + running->once
+                                         : cost.later;
     cost.setup = method.setup.count > 0 ? method.setup.value : mean(setups, 0);
   }
   const double unseen_mounting = mean(mountings, which == Case::least ? 0 : starting_.value);
@@ -174,8 +240,10 @@ double TimeLeft::simulate(double now, const Costs& costs) const {
       if (const auto found = number_of.find(*worker.group); found != number_of.end()) places[number] = found->second;
     double left = 0;
     if (worker.trial) {
-      const double spent = now - worker.since;
-      left = std::max(costs.of(worker, trials_[*worker.trial]) - spent, kOverdue * spent);
+      const Trial& trial = trials_[*worker.trial];
+      const double spent = now - worker.mounted.value_or(worker.since);
+      const double cost = worker.mounted ? costs.methods.at(trial.method).steps(worker) : costs.of(worker, trial);
+      left = std::max(cost - spent, kOverdue * spent);
     }
     free.emplace(left, number);
   }

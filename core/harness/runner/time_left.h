@@ -1,6 +1,7 @@
-// Estimates how long a run still takes from the trials that have ended. The first trial of a method on a worker, and
-// the first trial of an instance there, take longer than the others, so these are counted apart. A method that has not
-// run yet is expected to take as long as others for a capture, since some move only once. Reads no clock.
+// Estimates how long a run still takes from the trials that have ended, in this run or an earlier one, and until a
+// method has one, from the first captures of its running trials. The first trial of a method on a worker, and the first
+// trial of an instance there, take longer than the others, so these are counted apart. A method that has not run yet is
+// expected to take as long as others for a capture, since some move only once. Reads no clock.
 #pragma once
 
 #include <cstddef>
@@ -40,11 +41,13 @@ class TimeLeft {
   // `trials`: of the whole plan. `groups`: those to run, as for TrialQueue.
   TimeLeft(std::vector<Trial> trials, std::vector<std::vector<std::size_t>> groups, std::size_t workers);
 
-  // Seconds in the steps of a trial of this method in an earlier run.
-  void add_known(std::size_t method, double step_seconds);
+  // A trial of this method in an earlier run, whose `total` may be unknown.
+  void add_known(std::size_t method, const SpentTime& spent);
 
   // `now`: seconds of one clock, for all functions.
   void begin(std::size_t worker, std::size_t trial, double now);
+  // The trial has mounted its lens and made this many captures; may be called at any intervals, or never.
+  void advance(std::size_t worker, std::size_t captures, double now);
   void end(std::size_t worker, const SpentTime& spent);
 
   // Nothing until there is an estimate for the steps of a method.
@@ -60,10 +63,14 @@ class TimeLeft {
   struct Method {
     Mean later, first, first_without_once;  // seconds in steps
     Mean setup;                             // outside of steps, on a lens that was mounted before
-    std::vector<double> known;
-    double most_captures = 1;  // of a trial
+    std::vector<double> known, known_once;  // of earlier runs: seconds in steps, and of these in a single long one
+    double most_captures = 1;               // of a trial
     Mean captures;
     bool seen() const { return later.count + first.count + known.size() > 0; }
+  };
+  // The steps of a trial that runs, in seconds.
+  struct Running {
+    double capture = 0, once = 0;
   };
   struct Worker {
     std::set<std::size_t> methods;  // that have begun on it
@@ -71,13 +78,22 @@ class TimeLeft {
     std::optional<std::size_t> trial;
     double since = 0;
     bool first_of_method = false, mounts = false, starts = false;  // what its trial does first
+    std::optional<double> mounted;                                 // when its lens was
+    std::size_t captures = 0;                                      // so far
+    double last = 0;                                               // when these were known
+    double longest = 0;                                            // time between two reports of captures
+    std::size_t in_longest = 0;                                    // captures in that time
+    std::optional<Running> running() const;
     void begin(std::size_t trial, std::size_t group, std::size_t method);
   };
   enum class Case { expected, least, most };
   struct Costs;
 
   std::optional<Costs> costs(Case which) const;
-  double seconds_of_steps(const Method& method, Case which, double guess) const;
+  std::optional<Running> running(std::size_t method) const;
+  double once_of_known(const Method& method) const;
+  double seconds_of_steps(std::size_t number, const Method& method, Case which, double guess) const;
+  Mean& outside_of_steps(const Worker& worker);
   double simulate(double now, const Costs& costs) const;
 
   std::vector<Trial> trials_;

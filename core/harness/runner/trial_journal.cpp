@@ -25,11 +25,12 @@ std::uint64_t add_to_digest(std::uint64_t digest, std::string_view bytes) {
                                  std::generic_category().message(errno));
 }
 
-std::string all_of(int file) {
+// From this place to the end.
+std::string rest_of(int file, std::uint64_t place) {
   std::string text;
   char buffer[1 << 16];
   while (true) {
-    const ssize_t got = ::pread(file, buffer, sizeof buffer, static_cast<off_t>(text.size()));
+    const ssize_t got = ::pread(file, buffer, sizeof buffer, static_cast<off_t>(place + text.size()));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail("read");
     if (got == 0) return text;
@@ -37,6 +38,8 @@ std::string all_of(int file) {
     if (text.size() > kMaxBytes) return text;  // longer than any trial: a plugin has extended the file
   }
 }
+
+std::string all_of(int file) { return rest_of(file, 0); }
 
 // Escapes line ends and keeps all other bytes, because an entry is one line.
 std::string escaped(std::string_view text) {
@@ -123,6 +126,16 @@ void JournalWriter::write(const std::string& line) {
 
 void clear_journal(int file) {
   if (::ftruncate(file, 0) != 0) fail("emptied");
+}
+
+std::size_t StepCounter::count(int file) {
+  const std::string text = rest_of(file, size_);
+  size_ += text.size();
+  for (const char byte : text) {
+    if (before_ == '\n' && byte == 'S') ++steps_;
+    before_ = byte;
+  }
+  return steps_;
 }
 
 JournalText read_journal_text(int file) {

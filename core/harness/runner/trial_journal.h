@@ -48,6 +48,17 @@ void clear_journal(int file);
 // leave. Without it, takes lines unchecked: the caller compares size and digest.
 Journal read_journal(int file, const std::string& trial, bool checked);
 
+// Counts the step lines of a journal that is being written.
+class StepCounter {
+ public:
+  std::size_t count(int file);
+
+ private:
+  std::uint64_t size_ = 0;  // read so far
+  char before_ = '\n';      // the last byte read
+  std::size_t steps_ = 0;
+};
+
 struct JournalText {
   std::string text;
   std::uint64_t digest = 0;

@@ -42,6 +42,8 @@ struct WorkerOptions {
   std::filesystem::path results;  // for captures of a station
   std::filesystem::path cache_folder;
   std::function<void(const std::string&)> on_message;  // any thread
+  // The running trial has mounted its lens and made this many captures; soon after each, from the worker's thread.
+  std::function<void(std::size_t captures)> on_captures;
   const std::atomic<bool>* stop = nullptr;
   std::shared_ptr<const plugin_host::Sandbox> sandbox;  // for algorithms; null: none
 };

@@ -7,24 +7,28 @@
 
 namespace relign::runner {
 
-std::unique_ptr<TrialWorker> WorkerFactory::make(unsigned workers, unsigned threads,
-                                                 const std::atomic<bool>* stop) const {
-  if (options_.worker_program.empty()) return std::make_unique<ThreadWorker>(plan_, options_of(threads, stop));
-  return make_process(workers, threads, stop);
+std::unique_ptr<TrialWorker> WorkerFactory::make(unsigned workers, unsigned threads, const std::atomic<bool>* stop,
+                                                 const OnCaptures& on_captures) const {
+  if (options_.worker_program.empty())
+    return std::make_unique<ThreadWorker>(plan_, options_of(threads, stop, on_captures));
+  return make_process(workers, threads, stop, on_captures);
 }
 
 std::unique_ptr<ProcessWorker> WorkerFactory::make_process(unsigned workers, unsigned threads,
-                                                           const std::atomic<bool>* stop) const {
+                                                           const std::atomic<bool>* stop,
+                                                           const OnCaptures& on_captures) const {
   return std::make_unique<ProcessWorker>(plan_, hashes_, options_.worker_program, limits(workers),
-                                         options_of(threads, stop));
+                                         options_of(threads, stop, on_captures));
 }
 
-WorkerOptions WorkerFactory::options_of(unsigned threads, const std::atomic<bool>* stop) const {
+WorkerOptions WorkerFactory::options_of(unsigned threads, const std::atomic<bool>* stop,
+                                        const OnCaptures& on_captures) const {
   WorkerOptions options;
   options.threads = threads;
   options.results = options_.results;
   options.cache_folder = options_.cache_folder;
   options.on_message = reporter_.on_message();
+  options.on_captures = on_captures;
   options.stop = stop;
   options.sandbox = options_.sandbox;
   return options;

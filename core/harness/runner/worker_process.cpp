@@ -76,6 +76,7 @@ struct ProcessWorker::Attempt {
   bool begun = false;
   bool pretraining = false;  // pretraining for `trial` instead of running it
   std::optional<Pretrainer::Entries> entries;
+  StepCounter steps;
   bool malformed_line = false;             // received a line that is not a message
   Clock::time_point clock = Clock::now();  // start of the limited time: first of mounting the lens, then of the trial
   Clock::time_point memory_checked = Clock::now();
@@ -243,6 +244,7 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
       end_by(attempt, "protocol_error", "its worker sent an incomplete message");
       return std::nullopt;
     }
+    if (options_.on_captures && attempt.begun) options_.on_captures(attempt.steps.count(child_->pixel_file()));
     if (options_.stop && options_.stop->load() && !attempt.stop_sent) {
       attempt.stop_sent = Clock::now();
       child_->send("{\"stop\":true}\n", in_seconds(1));
@@ -283,6 +285,7 @@ bool ProcessWorker::take(const Json& message, Attempt& attempt) {
           records::read_trial_line(message["begun"].get<std::string>(), "").trial.own_optimum;
       attempt.begun = true;
       attempt.clock = Clock::now();
+      if (options_.on_captures) options_.on_captures(0);
       return false;
     }
     if (attempt.pretraining && message.contains("source")) {

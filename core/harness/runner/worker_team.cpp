@@ -17,7 +17,7 @@ WorkerTeam::WorkerTeam(const PreparedPlan& plan, const PlanPretraining& learnt, 
     : plan_(plan), learnt_(learnt), factory_(factory), reporter_(reporter), stop_(stop), record_(std::move(record)) {}
 
 void WorkerTeam::run(const std::vector<std::size_t>& todo, unsigned workers,
-                     const std::map<std::size_t, double>& known) {
+                     const std::map<std::size_t, SpentTime>& known) {
   if (todo.empty()) return;
   const unsigned cores = core_count();
   // A station is one machine: its trials run one after the other.
@@ -55,13 +55,13 @@ void WorkerTeam::run(const std::vector<std::size_t>& todo, unsigned workers,
 }
 
 TimeLeft WorkerTeam::estimate(const std::vector<std::vector<std::size_t>>& groups, unsigned workers,
-                              const std::map<std::size_t, double>& known) const {
+                              const std::map<std::size_t, SpentTime>& known) const {
   std::vector<TimeLeft::Trial> trials;
   for (const suites::PlannedTrial& trial : plan_.plan.trials)
     trials.push_back({trial.scene, trial.scene * plan_.plan.suite.algorithms.size() + trial.algorithm,
                       plan_.plan.suite.algorithms[trial.algorithm].steps + 1.0});
   TimeLeft estimate(trials, groups, workers);
-  for (const auto& [place, seconds] : known) estimate.add_known(trials[place].method, seconds);
+  for (const auto& [place, spent] : known) estimate.add_known(trials[place].method, spent);
   return estimate;
 }
 
@@ -82,7 +82,8 @@ void WorkerTeam::wait_for(std::vector<std::thread>& team) {
 
 void WorkerTeam::work(unsigned number, std::size_t group, TrialQueue& queue, unsigned workers, unsigned threads) {
   try {
-    const std::unique_ptr<TrialWorker> worker = factory_.make(workers, threads, &halt_);
+    const std::unique_ptr<TrialWorker> worker = factory_.make(
+        workers, threads, &halt_, [this, number](std::size_t captures) { reporter_.trial_advanced(number, captures); });
     double writing_seconds = 0;  // of the previous trial
     while (!halt_) {
       halt_when_stopped();

@@ -27,14 +27,14 @@ class WorkerTeam {
 
   // Runs the trials at these positions with up to `workers` workers (0: one per core). Returns early after a stop;
   // unfinished trials are then not recorded. Rethrows the first failure that concerns more than one trial.
-  // `known`: seconds in the steps of trials of an earlier run, by position, for the estimate of the time left.
-  void run(const std::vector<std::size_t>& todo, unsigned workers, const std::map<std::size_t, double>& known = {});
+  // `known`: trials of an earlier run, by position, for the estimate of the time left.
+  void run(const std::vector<std::size_t>& todo, unsigned workers, const std::map<std::size_t, SpentTime>& known = {});
 
  private:
   void work(unsigned number, std::size_t group, TrialQueue& queue, unsigned workers, unsigned threads);
   void run_trial(TrialWorker& worker, unsigned number, std::size_t place, double& writing_seconds);
   TimeLeft estimate(const std::vector<std::vector<std::size_t>>& groups, unsigned workers,
-                    const std::map<std::size_t, double>& known) const;
+                    const std::map<std::size_t, SpentTime>& known) const;
   void wait_for(std::vector<std::thread>& team);
   void halt_when_stopped() {
     if (stop_ && stop_->load()) halt_ = true;

@@ -7,6 +7,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from .archive import write_archive
 from .coco import write_coco
 from .dataset import write_minari
 from .figures import write_figures
@@ -23,6 +24,7 @@ EXAMPLES = """examples:
   relign-export results/quick --minari datasets     # trials with images, for MINARI_DATASETS_PATH
   relign-export recipe.json --minari datasets       # a dataset again, bit for bit
   relign-export results/quick --ioh quick-ioh --error commanded --only noise_level=rho0.25
+  relign-export results/mine --archive mine --plugin my_method --wheel dist/relign_bench-*.whl numpy-*.whl
 
   The shards of a plan are merged first: relign-bench merge results/quick -o results/quick-merged
 """
@@ -39,9 +41,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     parser = make_parser()
     given = parser.parse_args(arguments)
-    if not (given.ioh or given.coco or given.figures or given.minari):
-        parser.error("nothing to write; give --ioh DIR, --coco DIR, --figures DIR or --minari DIR")
-    targets = [os.path.realpath(folder) for folder in (given.ioh, given.coco, given.figures, given.minari) if folder]
+    folders = (given.ioh, given.coco, given.figures, given.minari, given.archive)
+    if not any(folders):
+        parser.error("nothing to write; give --ioh DIR, --coco DIR, --figures DIR, --minari DIR or --archive DIR")
+    targets = [os.path.realpath(folder) for folder in folders if folder]
     if len(set(targets)) < len(targets):
         parser.error("every format needs a folder of its own")
     try:
@@ -50,6 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if given.figures:
             count = write_figures(given.results, given.figures, given.error, given.only)
             print(f"{count} figures as PDF and SVG; {given.error}: {ERRORS[given.error]}")
+        if given.archive:
+            count = write_archive(given.results, given.archive, given.plugin, given.wheel, given.suite_folder)
+            print(f"{count} files; {given.archive}/verify replays the results without a network")
         if given.minari:
             datasets, left_out = write_minari(given.results, given.minari, given.only)
             for name, episodes in datasets.items():
@@ -93,6 +99,13 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--minari", metavar="DIR",
                         help="write the trials with their images as Minari datasets, with Croissant metadata and a recipe; "
                              "needs minari")
+    parser.add_argument("--archive", metavar="DIR",
+                        help="copy the results with plugins and wheels, so that they can be replayed without a network")
+    parser.add_argument("--plugin", metavar="PATH", action="append", default=[],
+                        help="for --archive: a plugin that is not part of relign-bench; repeatable")
+    parser.add_argument("--wheel", metavar="FILE", nargs="+", action="extend", default=[],
+                        help="for --archive: wheels to install for the replay, with their dependencies")
+    parser.add_argument("--suite-folder", metavar="DIR", help="for --archive: folder with the files that the suite names")
     parser.add_argument("--error", choices=tuple(ERRORS), default="recommended",
                         help="; ".join(f"{name}: {meaning}" for name, meaning in ERRORS.items()) + " [default: %(default)s]")
     parser.add_argument("--only", metavar="KEY=VALUE", action="append", default=[],
