@@ -26,7 +26,10 @@ target_compile_options(relign_compile INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor> $<$<COMPILE_LANGUAGE:CXX>:-Woverloaded-virtual>
   # The compiler never fuses a multiplication and an addition by itself: images must be
   # bit-equal on every processor. Code that wants fma calls std::fma.
-  -ffp-contract=off)
+  -ffp-contract=off
+  # What is not used is left out, of static libraries, too.
+  $<$<CONFIG:Release>:-ffunction-sections> $<$<CONFIG:Release>:-fdata-sections>)
+target_link_options(relign_compile INTERFACE "LINKER:--gc-sections,--as-needed,--exclude-libs,ALL")
 # GCC 12 takes inlined std::string operations of C++20 for overlapping copies (GCC bug 105651).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(relign_compile INTERFACE -Wno-restrict)

@@ -3,6 +3,10 @@
 
 set(RELIGN_INSTALL_HINT "Install it, or run ./quickstart build, which installs what is missing.")
 
+# Only what is used of a static library gets into the program. The shared OpenCV brings LAPACK and X11, libarchive ICU.
+# Where the distribution has no static one, the shared one is linked. (Debian's static libtiff cannot be part of a plugin.)
+option(RELIGN_STATIC "Link OpenCV and libarchive as static libraries where they are found" ON)
+
 function(relign_require package debian_package)
   find_package(${package} ${ARGN} QUIET)
   if(NOT ${package}_FOUND)
@@ -30,6 +34,14 @@ relign_require(NLopt "libnlopt-cxx-dev libnlopt-dev")
 relign_require(OpenSSL libssl-dev)
 if(RELIGN_HAS_leaderboard)
   relign_require(LibArchive libarchive-dev)
+  find_library(RELIGN_STATIC_archive libarchive.a)
+  find_library(RELIGN_ZSTD_LIBRARY zstd)
+  find_library(RELIGN_LZMA_LIBRARY lzma)
+  find_package(ZLIB QUIET)
+  if(RELIGN_STATIC AND RELIGN_STATIC_archive AND RELIGN_ZSTD_LIBRARY AND RELIGN_LZMA_LIBRARY AND ZLIB_FOUND)
+    set_target_properties(LibArchive::LibArchive PROPERTIES IMPORTED_LOCATION "${RELIGN_STATIC_archive}"
+                          INTERFACE_LINK_LIBRARIES "${RELIGN_ZSTD_LIBRARY};${RELIGN_LZMA_LIBRARY};ZLIB::ZLIB")
+  endif()
 endif()
 
 # Distribution functions of the statistics: headers of Boost.Math, nothing is linked.
@@ -41,8 +53,10 @@ endif()
 # OpenCV's own CMake file comes with libopencv-dev alone, whose other modules weigh 600 MB. The two
 # modules used here are found by themselves; CMAKE_PREFIX_PATH points to an OpenCV elsewhere.
 find_path(RELIGN_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
+find_library(RELIGN_TBB_LIBRARY tbb)
 foreach(module core imgproc)
   find_library(RELIGN_OPENCV_${module}_LIBRARY opencv_${module})
+  find_library(RELIGN_OPENCV_${module}_STATIC libopencv_${module}.a)
   if(NOT RELIGN_OPENCV_INCLUDE_DIR OR NOT RELIGN_OPENCV_${module}_LIBRARY)
     message(FATAL_ERROR "OpenCV's module ${module} was not found (Debian and Ubuntu: "
                         "libopencv-imgproc-dev). ${RELIGN_INSTALL_HINT}")
@@ -52,6 +66,12 @@ foreach(module core imgproc)
     IMPORTED_LOCATION "${RELIGN_OPENCV_${module}_LIBRARY}"
     INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_INCLUDE_DIR}")
 endforeach()
+if(RELIGN_STATIC AND RELIGN_OPENCV_core_STATIC AND RELIGN_OPENCV_imgproc_STATIC AND RELIGN_TBB_LIBRARY)
+  set_target_properties(opencv_core PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_core_STATIC}"
+                        INTERFACE_LINK_LIBRARIES "relign_no_opengl;${RELIGN_TBB_LIBRARY};z")
+  set_target_properties(opencv_imgproc PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_imgproc_STATIC}"
+                        INTERFACE_LINK_LIBRARIES opencv_core)
+endif()
 
 # Image files. OpenCV's imgcodecs would bring GDAL and a hundred libraries more.
 relign_require(PNG libpng-dev)
@@ -73,7 +93,7 @@ if(RELIGN_HAS_training)
   find_path(RELIGN_OPENCV_DNN_INCLUDE_DIR opencv2/dnn.hpp PATH_SUFFIXES opencv4)
 endif()
 if(RELIGN_OPENCV_dnn_LIBRARY AND RELIGN_OPENCV_DNN_INCLUDE_DIR)
-  add_library(opencv_dnn UNKNOWN IMPORTED)
+  add_library(opencv_dnn UNKNOWN IMPORTED)  # with the shared module core, on which it depends
   set_target_properties(opencv_dnn PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_dnn_LIBRARY}"
                         INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_DNN_INCLUDE_DIR}")
 elseif(RELIGN_HAS_training)

@@ -14,6 +14,21 @@ function(relign_add_module name)
   target_link_libraries(relign_${name} PUBLIC ${MODULE_DEPENDS} PRIVATE relign_compile ${MODULE_PRIVATE_DEPENDS})
 endfunction()
 
+# relign_add_part(NAME source... [LIBRARIES target...]): a part that an installation may lack (relign/optional_part.hpp).
+function(relign_add_part name)
+  cmake_parse_arguments(PART "" "" "LIBRARIES" ${ARGN})
+  add_library(relign_part_${name} MODULE ${PART_UNPARSED_ARGUMENTS})
+  set_target_properties(relign_part_${name} PROPERTIES OUTPUT_NAME "${name}" PREFIX "" SUFFIX ".so"
+                        LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib/relign-bench/parts")
+  target_include_directories(relign_part_${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/..")
+  target_link_libraries(relign_part_${name} PRIVATE relign_compile ${PART_LIBRARIES})
+  set(prefix "")
+  if(SKBUILD)  # into the Python package
+    set(prefix relign_bench/)
+  endif()
+  install(TARGETS relign_part_${name} LIBRARY DESTINATION ${prefix}lib/relign-bench/parts COMPONENT plugins)
+endfunction()
+
 set(RELIGN_WINGS foundation simulator harness results analysis training)
 
 # relign_embed_file(SYMBOL file OUT): OUT becomes a C source, made at build time, with the file's bytes as

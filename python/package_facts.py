@@ -1,8 +1,9 @@
-"""Writes what a package contains and what it was made of: `python3 python/package_facts.py FILE.whl FILE.deb ...`.
+"""Writes what packages contain and were made of: `python3 python/package_facts.py [--root ROOT] FILE.whl FILE.deb ...`.
 
 Beside each file: FILE.cdx.json, a bill of materials in CycloneDX 1.5, and FILE.provenance.json, an unsigned in-toto statement
 with SLSA provenance 1.0 about source, compiler and Debian packages. Equal files from equal sources give equal bytes. Run it on
-the machine that made the package: versions are those of the Debian packages installed there.
+the machine that made the package: versions are those of the Debian packages installed there, or in a root for another
+architecture (debian_root.py).
 """
 
 import email
@@ -19,8 +20,10 @@ import zipfile
 from datetime import datetime, timezone
 
 TREE = pathlib.Path(__file__).resolve().parent.parent
-# Debian packages whose headers are compiled into the program, or whose files are embedded in it.
-EMBEDDED = ("libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "nlohmann-json3-dev", "pybind11-dev")
+# Debian packages whose headers are compiled into the program, or whose static libraries are linked.
+EMBEDDED = ("libarchive-dev", "libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libopencv-core-dev",
+            "libopencv-imgproc-dev", "nlohmann-json3-dev", "pybind11-dev")
+HERE = pathlib.Path("/")
 TOOLS = ("g++", "cmake", "ninja-build", "binutils", "dpkg-dev")
 
 
@@ -30,11 +33,16 @@ def output(*command):
     return done.stdout if done.returncode == 0 else ""
 
 
-def installed(packages):
-    """Versions of the Debian packages that are installed here, by name."""
+def query(root, *words):
+    """What dpkg-query prints about the packages of a root."""
+    return output("dpkg-query", f"--admindir={root / 'var/lib/dpkg'}", *words)
+
+
+def installed(packages, root=HERE):
+    """Versions of the Debian packages that are installed in a root, by name."""
     versions = {}
     for name in sorted(set(packages)):
-        for line in output("dpkg-query", "-W", "-f", "${db:Status-Status} ${Version}\n", name).splitlines():
+        for line in query(root, "-W", "-f", "${db:Status-Status} ${Version}\n", name).splitlines():
             if line.startswith("installed "):
                 versions[name] = line.split()[1]
     return versions
@@ -54,32 +62,42 @@ def debian_component(name, version, scope, note):
             "properties": [{"name": "relign-bench:use", "value": note}]}
 
 
-def owners(library):
-    """Debian packages that installed a library of this file name."""
+def owners(library, root=HERE):
+    """Debian packages that installed a library of this file name in a root."""
     name = re.sub(r"-[0-9a-f]{8}(?=\.)", "", library)  # auditwheel adds a hash
-    return {line.split(":")[0] for line in output("dpkg-query", "-S", f"*/{name}").splitlines()}
+    return {line.split(":")[0] for line in query(root, "-S", f"*/{name}").splitlines()}
 
 
-def of_wheel(file):
+def metadata_of(file):
+    """The metadata of a wheel."""
+    with zipfile.ZipFile(file) as wheel:
+        return email.message_from_bytes(wheel.read(next(n for n in wheel.namelist() if n.endswith(".dist-info/METADATA"))))
+
+
+def requires_python(file):
+    """The versions of Python that a wheel is for; empty: any."""
+    return metadata_of(file)["Requires-Python"] or ""
+
+
+def of_wheel(file, root):
     """(name, version, package URL, components) of a wheel.
 
     Raises:
         ValueError: A bundled library belongs to no Debian package.
     """
-    components, files = [], {}
+    components, files, about = [], {}, metadata_of(file)
     with zipfile.ZipFile(file) as wheel:
-        about = email.message_from_bytes(wheel.read(next(n for n in wheel.namelist() if n.endswith(".dist-info/METADATA"))))
         for path in sorted(wheel.namelist()):
             folder, _, library = path.partition("/")
             if not folder.endswith(".libs") or not library:
                 continue
-            packages = owners(library)
+            packages = owners(library, root)
             if not packages:
                 raise ValueError(f"{file}: '{path}' belongs to no Debian package that is installed here; run this program "
                                  "on the machine that made the wheel")
             for package in packages:
                 files.setdefault(package, []).append((path, hashlib.sha256(wheel.read(path)).hexdigest()))
-    for name, version in installed(files).items():
+    for name, version in installed(files, root).items():
         component = debian_component(name, version, "required", "a copy in the wheel")
         component["components"] = [{"type": "file", "name": path, "hashes": [{"alg": "SHA-256", "content": digest}]}
                                    for path, digest in files[name]]
@@ -94,14 +112,14 @@ def of_wheel(file):
     return about["Name"], about["Version"], f"pkg:pypi/{about['Name']}@{about['Version']}", components
 
 
-def of_debian_package(file):
+def of_debian_package(file, root):
     """(name, version, package URL, components) of a Debian package."""
     name, version, depends = (output("dpkg-deb", "-f", file, key).strip() for key in ("Package", "Version", "Depends"))
     if not name:
         raise ValueError(f"'{file}' is not a Debian package")
     needs = {re.match(r"[\w.+-]+", one.strip())[0]: one.strip() for one in depends.split(",") if one.strip()}
     components = [debian_component(need, found, "required", f"not in the package: {needs[need]}")
-                  for need, found in installed(needs).items()]
+                  for need, found in installed(needs, root).items()]
     return name, version, f"pkg:deb/{name}@{version}", components
 
 
@@ -110,11 +128,11 @@ def source_time():
     return int(os.environ.get("SOURCE_DATE_EPOCH") or output("git", "-C", TREE, "log", "-1", "--format=%ct").strip() or 0)
 
 
-def bill_of_materials(file):
+def bill_of_materials(file, root):
     """The bill of materials of a package, as CycloneDX 1.5."""
-    name, version, url, components = (of_wheel if file.suffix == ".whl" else of_debian_package)(file)
-    components += [debian_component(one, found, "required", "headers compiled into the program")
-                   for one, found in installed(EMBEDDED).items()]
+    name, version, url, components = (of_wheel if file.suffix == ".whl" else of_debian_package)(file, root)
+    components += [debian_component(one, found, "required", "headers or static libraries, compiled into the program")
+                   for one, found in installed(EMBEDDED, root).items()]
     digest = hashlib.sha256(file.read_bytes()).hexdigest()
     return {"bomFormat": "CycloneDX", "specVersion": "1.5", "version": 1,
             "serialNumber": f"urn:uuid:{uuid.uuid5(uuid.NAMESPACE_URL, f'sha256:{digest}')}",
@@ -148,10 +166,10 @@ def provenance(file, materials):
                 "runDetails": {"builder": {"id": "urn:relign-bench:unattested"}}}}
 
 
-def main(files):
+def main(files, root=HERE):
     """Writes both files beside each package."""
     for file in map(pathlib.Path, files):
-        materials = bill_of_materials(file)
+        materials = bill_of_materials(file, root)
         for suffix, content in (("cdx", materials), ("provenance", provenance(file, materials))):
             beside = file.with_name(f"{file.name}.{suffix}.json")
             beside.write_text(json.dumps(content, indent=2) + "\n")
@@ -160,8 +178,11 @@ def main(files):
 
 if __name__ == "__main__":
     try:
-        if len(sys.argv) < 2:
+        words = sys.argv[1:]
+        place = pathlib.Path(words[1]) if words[:1] == ["--root"] and len(words) > 1 else HERE
+        words = words[2:] if place != HERE else words
+        if not words:
             raise ValueError("expected a .whl or .deb file")
-        main(sys.argv[1:])
+        main(words, place)
     except (ValueError, OSError, zipfile.BadZipFile) as problem:
         sys.exit(f"error: {problem}")

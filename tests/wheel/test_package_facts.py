@@ -85,6 +85,37 @@ class PackageFacts(unittest.TestCase):
         self.assertIsNone(JsonStrictValidator(SchemaVersion.V1_5).validate_str(json.dumps(materials)))
 
 
+@unittest.skipUnless(importlib.util.find_spec("pip"), "no pip")
+class Index(unittest.TestCase):
+    def test_pip_installs_from_the_index(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = pathlib.Path(scratch)
+            for name, needs in (("relign-bench", "Requires-Python: >=3.9,<3.99\n"), ("relign-bench-extras", "")):
+                module = name.replace("-", "_")
+                info = folder / name / f"{module}-0.1.0.dist-info"
+                info.mkdir(parents=True)
+                (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\n{needs}")
+                (info / "WHEEL").write_text("Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+                build_wheel.packed(info.parent, folder / f"{module}-0.1.0-py3-none-any.whl")
+            build_wheel.write_index(folder)
+            page = (folder / "simple" / "relign-bench" / "index.html").read_text()
+            self.assertIn('data-requires-python="&gt;=3.9,&lt;3.99"', page)
+
+            def install():
+                return subprocess.run([sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-cache-dir", "--target",
+                                       folder / "there", "--index-url", (folder / "simple").as_uri(), "relign-bench",
+                                       "relign-bench-extras"], capture_output=True, text=True, check=False)
+
+            done = install()
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(len(list((folder / "there").glob("*.dist-info"))), 2)
+            # The index has the hash of each file.
+            wheel = folder / "relign_bench-0.1.0-py3-none-any.whl"
+            wheel.write_bytes(wheel.read_bytes() + b"x")
+            shutil.rmtree(folder / "there")
+            self.assertIn("DO NOT MATCH THE HASHES", install().stderr)
+
+
 class Packing(unittest.TestCase):
     def test_equal_files_make_equal_wheels(self):
         with tempfile.TemporaryDirectory() as scratch:

@@ -87,7 +87,8 @@ void write_preview(const std::filesystem::path& path, const Image& image, float 
 void write_film(const std::filesystem::path& path, const std::vector<Image>& images, unsigned tile, float white) {
   constexpr float kQuality = 20;  // of 100: tiles look like those of 60, whose image noise costs half as much again
   const auto side = static_cast<int>(tile);
-  cv::Mat film = cv::Mat::zeros(side, side * static_cast<int>(images.size()), CV_8U);
+  // Not Mat::zeros: expressions of matrices would link LAPACK.
+  cv::Mat film(side, side * static_cast<int>(images.size()), CV_8U, cv::Scalar(0));
   for (std::size_t number = 0; number < images.size(); ++number) {
     const Image& image = images[number];
     const double scale = tile / static_cast<double>(std::max(image.width, image.height));

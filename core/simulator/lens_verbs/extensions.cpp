@@ -29,8 +29,12 @@ std::string scene_lens_svg(const plugin_host::Choice& scene) {
 Finding vector_instructions() {
   for (const char* set : {"avx512", "avx2"})
     if (optics::block_kernels(set)) return {"instructions", "ok", set};
+#if defined(__aarch64__)
+  return {"instructions", "ok", "neon"};
+#else
   return {"instructions", "note",
           "no AVX2: the simulator is several times slower than documented; images are the same"};
+#endif
 }
 
 #if RELIGN_HAS_GPU

@@ -1,16 +1,15 @@
 #include "meshes/mesh_file.h"
 
-#include <assimp/config.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
 #include <cctype>
+#include <stdexcept>
 
 #include "base/error.h"
 #include "base/files.h"
 #include "base/text.h"
 #include "meshes/mesh_header.h"
+#include "meshes/mesh_import.h"
+#include "relign/optional_part.hpp"
 
 namespace relign::meshes {
 namespace {
@@ -45,44 +44,63 @@ HeaderCounts check_header(const fs::path& file) {
   return {};
 }
 
-void append(const aiMesh& part, const fs::path& file, Mesh& mesh, std::uint64_t& faces) {
-  const std::size_t base = mesh.vertices.size();
-  for (unsigned v = 0; v < part.mNumVertices; ++v) {
-    const aiVector3D& p = part.mVertices[v];
-    mesh.vertices.push_back({static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z)});
+// Throws Error(bad_input) if this installation cannot read meshes.
+bool import_mesh(const fs::path& file, MeshReceiver& receiver) {
+  using Import = bool(const char* file, MeshReceiver& receiver);
+  static Import* import = nullptr;
+  if (!import) try {
+      import = function_of_part<Import>("mesh_import", "relign_import_mesh");
+    } catch (const std::runtime_error& error) {
+      throw Error(ErrorKind::bad_input, file.string() + ": reading a mesh needs assimp: " + error.what());
+    }
+  return import(file.c_str(), receiver);
+}
+
+// Collects what the file has. A mesh in several pieces counts its faces through; corners are numbers within a piece.
+class Collector : public MeshReceiver {
+ public:
+  Collector(const fs::path& file, Mesh& mesh) : file_(file), mesh_(mesh) {}
+  std::uint64_t faces() const { return faces_; }
+
+  void piece(std::size_t vertices) override {
+    base_ = mesh_.vertices.size();
+    vertices_ = vertices;
   }
-  for (unsigned f = 0; f < part.mNumFaces; ++f) {
-    const aiFace& face = part.mFaces[f];
-    ++faces;
-    if (face.mNumIndices < 3)
-      reject_mesh(file, "face " + std::to_string(faces) + " has " + std::to_string(face.mNumIndices) +
-                            " corners; expected three or more");
-    for (unsigned i = 0; i < face.mNumIndices; ++i)
-      if (face.mIndices[i] >= part.mNumVertices)
-        reject_mesh(file, "face " + std::to_string(faces) + " refers to vertex " + std::to_string(face.mIndices[i]) +
-                              "; the mesh has " + std::to_string(part.mNumVertices));
-    for (unsigned i = 2; i < face.mNumIndices; ++i) {
-      const auto at = [&](unsigned corner) { return static_cast<std::uint32_t>(base + face.mIndices[corner]); };
-      mesh.triangles.push_back({at(0), at(i - 1), at(i)});
-      mesh.faces.push_back(static_cast<std::uint32_t>(faces));
+  void vertex(double x, double y, double z) override { mesh_.vertices.push_back({x, y, z}); }
+  void face(const unsigned* corners, unsigned count) override {
+    ++faces_;
+    if (count < 3)
+      reject_mesh(file_, "face " + std::to_string(faces_) + " has " + std::to_string(count) +
+                             " corners; expected three or more");
+    for (unsigned i = 0; i < count; ++i)
+      if (corners[i] >= vertices_)
+        reject_mesh(file_, "face " + std::to_string(faces_) + " refers to vertex " + std::to_string(corners[i]) +
+                               "; the mesh has " + std::to_string(vertices_));
+    for (unsigned i = 2; i < count; ++i) {
+      const auto at = [&](unsigned corner) { return static_cast<std::uint32_t>(base_ + corners[corner]); };
+      mesh_.triangles.push_back({at(0), at(i - 1), at(i)});
+      mesh_.faces.push_back(static_cast<std::uint32_t>(faces_));
     }
   }
-}
+
+ private:
+  const fs::path& file_;
+  Mesh& mesh_;
+  std::size_t base_ = 0, vertices_ = 0;
+  std::uint64_t faces_ = 0;
+};
 
 }  // namespace
 
 Mesh read_mesh(const fs::path& file, Demand demand) {
   const HeaderCounts header = check_header(file);
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene = importer.ReadFile(file.string(), 0);
-  if (!scene) reject_mesh(file, "the file is damaged, or not a mesh of the format that its name states");
   Mesh mesh;
-  std::uint64_t faces = 0;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) append(*scene->mMeshes[m], file, mesh, faces);
-  if (header.faces && faces != *header.faces)
+  Collector found(file, mesh);
+  if (!import_mesh(file, found))
+    reject_mesh(file, "the file is damaged, or not a mesh of the format that its name states");
+  if (header.faces && found.faces() != *header.faces)
     reject_mesh(file, "the file is truncated: its header states " + counted(*header.faces, "face") + ", found " +
-                          std::to_string(faces));
+                          std::to_string(found.faces()));
   if (mesh.triangles.size() > kMaxTriangles)
     reject_mesh(file, "the mesh has " + std::to_string(mesh.triangles.size()) + " triangles; allowed are up to " +
                           std::to_string(kMaxTriangles) + "; use a coarser mesh");

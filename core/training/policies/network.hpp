@@ -37,7 +37,7 @@ std::string portable_operators();
 
 // Runs the network with OpenCV's DNN module on one thread. OpenCV selects instructions by processor, so the last bits
 // differ between processors. Throws std::runtime_error with OpenCV's reason if it cannot read the network, if this
-// program was built without the module, or if the shape has a history.
+// installation lacks the module, or if the shape has a history.
 std::unique_ptr<Network> opencv_network(const std::string& bytes, InputShape shape);
 
 }  // namespace relign::policies
