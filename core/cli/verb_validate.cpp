@@ -5,6 +5,7 @@
 #include "cli/app.h"
 #include "cli/progress.h"
 #include "cli/shared_files.h"
+#include "cli/spec_outlook.h"
 #include "cli/workbench.h"
 #include "records/specification.h"
 #include "report/spec_words.h"
@@ -32,9 +33,33 @@ plugin_host::HostServices quiet_services(Context& context) {
   return services;
 }
 
-int checked(Context& context, const std::string& file) {
+struct ValidateArguments {
+  std::string file;
+  unsigned lenses = 0;
+};
+
+// How many lenses of each scene and noise level can meet the specification.
+Json outlooks(Context& context, const suites::Suite& suite, unsigned lenses, std::string& text) {
+  Json all = Json::array();
+  for (const suites::SceneEntry& entry : suite.scenes) {
+    const LoadedScene scene = load_scene(entry.choice, context.services(core_count()));
+    const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec, scene.facts.score);
+    if (scene.facts.owns_stage || !scene.facts.truth || !spec.limits_anything()) continue;
+    for (const suites::LevelEntry& level : suite.levels) {
+      const SpecOutlook outlook = spec_outlook(context, scene, level.choice, spec, lenses);
+      if (!outlook.warning.empty()) print_warning(entry.name + ", " + level.name + ": " + outlook.warning);
+      text += "can meet spec  " + printable(entry.name) + ", " + printable(level.name) + ": " + outlook.lenses +
+              " at their best poses\n";
+      all.push_back(outlook_json(outlook));
+      all.back().update({{"scene", entry.name}, {"noise_level", level.name}});
+    }
+  }
+  return all;
+}
+
+int checked(Context& context, const ValidateArguments& arguments) {
   context.start_sandbox("");
-  const suites::Suite suite = suites::read_suite(suite_file(file), context.catalog());
+  const suites::Suite suite = suites::read_suite(suite_file(arguments.file), context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;
   double seconds = 0;
@@ -104,16 +129,19 @@ int checked(Context& context, const std::string& file) {
   }
   suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
+  std::string possible;
+  const Json can_meet = arguments.lenses > 0 ? outlooks(context, suite, arguments.lenses, possible) : Json::array();
   const unsigned cores = core_count();
   seconds /= cores;
   const Json expected = station ? Json() : Json(seconds);
   if (context.json) {
-    const Json result = {{"suite", suite.name},
-                         {"trials", trials},
-                         {"frames", frames},
-                         {"cores", cores},
-                         {"expected_seconds", expected},
-                         {"scene_memory_bytes", memory_bytes}};
+    Json result = {{"suite", suite.name},
+                   {"trials", trials},
+                   {"frames", frames},
+                   {"cores", cores},
+                   {"expected_seconds", expected},
+                   {"scene_memory_bytes", memory_bytes}};
+    if (arguments.lenses > 0) result["can_meet_spec"] = can_meet;
     print_result(result.dump(2) + "\n");
     return kDone;
   }
@@ -125,13 +153,14 @@ int checked(Context& context, const std::string& file) {
                           (cores == 1 ? " core" : " cores") +
                           " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' "
                           "own time, pretraining, pictures and the report)\n" +
-                          memory + design_mtf));
+                          memory + design_mtf) +
+               possible);
   return kDone;
 }
 
-int validate(Context& context, const std::string& file) {
+int validate(Context& context, const ValidateArguments& arguments) {
   try {
-    return checked(context, file);
+    return checked(context, arguments);
   } catch (const Error& error) {
     if (error.kind() != ErrorKind::plugin_failed) throw;
     throw Error(ErrorKind::plugin_rejected,
@@ -145,10 +174,14 @@ void add_validate(CLI::App& app, Context& context) {
   CLI::App& verb =
       add_verb(app, {"validate", "Check a suite: print all its mistakes, or its trials, frames and expected run time.",
                      "relign-bench validate suites/quick.json", "run, list, describe"});
-  auto file = std::make_shared<std::string>();
-  verb.add_option("SUITE", *file, kSuiteHelp)->required()->type_name("FILE");
+  ValidateArguments& given = add_action(verb, context, validate);
+  verb.add_option("SUITE", given.file, kSuiteHelp)->required()->type_name("FILE");
+  verb.add_option("--lenses", given.lenses,
+                  "also draw this many lenses from each noise level, at most 1,000, none of them an instance of the "
+                  "suite, and count those that can meet the specification at their best poses")
+      ->type_name("COUNT")
+      ->check(CLI::Range(0U, 1000U));
   add_sandbox_options(verb, context);
-  verb.callback([&context, file] { context.action = [&context, file] { return validate(context, *file); }; });
 }
 
 }  // namespace relign::cli

@@ -42,7 +42,8 @@ TEST(CliSceneNew, PolychromaticSceneHasTheFilesWavelengths) {
 TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets) {
   const Workplace place;
   const std::string lens = RELIGN_SOURCE_DIR "/examples/lens/triplet.zmx";
-  const Outcome made = relign_bench(place, {"scene", "new", lens, "-o", "line", "--sensor", "480x360@4", "--camera"});
+  const Outcome made = relign_bench(
+      place, {"scene", "new", lens, "-o", "line", "--camera", "480x360@4um", "--stage", "stepper", "--lenses", "3"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const json scene = parsed(place, "line/scene.json"), suite = parsed(place, "line/suite.json");
   EXPECT_EQ(scene.at("emitter").at("target"), "camera_chart:squares=5");
@@ -52,6 +53,10 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   EXPECT_LT(spec.at("tangential").get<double>(), 0.8);
   EXPECT_THAT(suite.at("algorithms").dump(), HasSubstr("field-focus"));
   EXPECT_EQ(suite.at("analysis").at("primary"), "yield");
+  EXPECT_THAT(made.out, HasSubstr("can meet the spec            3 of 3 lenses (44 to 100 %)"));
+  const json tolerances = parsed(place, "line/tolerances.json");
+  EXPECT_EQ(tolerances.at("movement").at("backlash_um"), 3) << "of the preset tolerances-stepper-stage";
+  EXPECT_EQ(tolerances.at("start").at("tilt_arcmin").size(), 2U) << "of this scene";
   // White is at 80 % of a full pixel: captures are not clipped, and not dark.
   const json& electronics = scene.at("sensor").at("electronics");
   EXPECT_GT(electronics.at("saturation").get<double>(), 0);
@@ -64,17 +69,44 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   EXPECT_THAT(run.out, HasSubstr("MTF by field at 31."));
 
   const auto refused = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> command = {"scene", "new", lens, "-o", "none", "--camera"};
+    std::vector<std::string> command = {"scene", "new", lens, "-o", "none"};
     command.insert(command.end(), more.begin(), more.end());
     const Outcome outcome = relign_bench(place, command);
     EXPECT_EQ(outcome.exit_code, 2);
     EXPECT_FALSE(std::filesystem::exists(place.path("none")));
     return outcome.err;
   };
-  EXPECT_THAT(refused({}), HasSubstr("--camera: requires the sensor"));
-  EXPECT_THAT(refused({"--sensor", "60x40@20"}),
+  EXPECT_THAT(refused({"--camera", "480x360"}), HasSubstr("--camera '480x360': expected COLUMNSxROWS@PITCH"));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--sensor", "4"}), HasSubstr("excludes"));
+  EXPECT_THAT(refused({"--camera", "60x40@20"}),
               testing::AllOf(HasSubstr("squares of at least 40 pixels"), Not(HasSubstr("--target"))));
-  EXPECT_THAT(refused({"--sensor", "320x240@6", "--target", "siemens_star"}), HasSubstr("this target has no fields"));
+  EXPECT_THAT(refused({"--camera", "320x240@6", "--target", "siemens_star"}), HasSubstr("this target has no fields"));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--stage", "granite"}),
+              testing::AllOf(HasSubstr("unknown stage 'granite'"), HasSubstr("tolerances-piezo-hexapod")));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--stage", "tolerances"}), HasSubstr("ambiguous stage 'tolerances'"));
+  place.write("none.json", "[]");
+  EXPECT_THAT(refused({"--spec", "none.json"}), HasSubstr("none.json: expected an object with the limits"));
+  place.write("field.json", R"({"field_mtf": {"lp_per_mm": 30, "fields": [{"name": "left", "tangential": 0.3}]}})");
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "field.json"}), HasSubstr("'left'"));
+}
+
+TEST(CliSceneNew, TellsBeforeARunThatASpecificationCannotBeMet) {
+  const Workplace place;
+  place.write("spec.json", R"({"field_mtf": {"lp_per_mm": 31.25, "tangential": 0.99, "sagittal": 0.99}})");
+  const Outcome made = relign_bench(place, {"scene", "new", RELIGN_SOURCE_DIR "/examples/lens/triplet.zmx", "-o",
+                                            "line", "--camera", "480x360@4", "--spec", "spec.json", "--lenses", "2"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string expected =
+      "the lens as designed misses the specification at its best pose: the MTF of its worst field is 0.";
+  EXPECT_THAT(made.err, HasSubstr("line: " + expected));
+  EXPECT_THAT(made.out, HasSubstr("0 of 2 lenses (0 to 66 %)"));
+  EXPECT_THAT(place.read("line/README.md"), HasSubstr(expected));
+  const Outcome valid = relign_bench(place, {"validate", "line/suite.json", "--lenses", "1", "--json"});
+  ASSERT_EQ(valid.exit_code, 0) << valid.err;
+  EXPECT_THAT(valid.err, HasSubstr("line, tolerances: " + expected));
+  const json found = json::parse(valid.out).at("can_meet_spec").at(0);
+  EXPECT_EQ(found.at("possible"), 0);
+  EXPECT_GT(found.at("design").at("field_mtf_deficit"), 0.1);
 }
 
 TEST(CliSceneNew, CreatesRunnableSuiteFromListing) {

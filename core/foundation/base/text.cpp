@@ -134,7 +134,7 @@ std::string from_hex(std::string_view digits) {
 }
 
 std::string counted(std::uint64_t count, const std::string& noun) {
-  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : noun.back() == 's' ? "es" : "s");
 }
 
 std::string in_quotes(const std::string& text) { return "'" + text + "'"; }

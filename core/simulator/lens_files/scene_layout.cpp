@@ -15,6 +15,8 @@ namespace {
 constexpr int kPixels = 200, kMaxPixels = 8000;
 // The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
 constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
+// Of a camera line: tilt of a goniometer; where a gripper holds the lens, 3 sigma.
+constexpr double kCameraTilt_deg = 2, kGripAcross_um = 150, kGripAlong_um = 90, kGripTilt_arcmin = 60;
 constexpr int kTexels = 1200;
 constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields would be too large
 
@@ -46,29 +48,34 @@ struct Travel {
 
 // Along the axis and in tilt only as far as the lens stays clear of the sensor: phone lenses end a fraction of a
 // millimetre in front of it.
-Travel travel_of(const optics::Prescription& lens, double focus, double side_mm) {
+Travel travel_of(const optics::Prescription& lens, double focus, double side_mm, double most_tilt_deg) {
   constexpr double kShare = 0.9, kFineness_deg = 0.1;
   const optics::Face& last = lens.elements.back().faces.back();
   double rear = last.z_mm;
   for (int i = 1; i <= 32; ++i) rear = std::max(rear, last.z_mm + optics::sag(last, last.clear_radius_mm * i / 32));
   const double gap = focus - rear;
-  Travel travel{rounded(kTravelShare * side_mm, 3), 0, kTravelTilt_deg};
+  Travel travel{rounded(kTravelShare * side_mm, 3), 0, most_tilt_deg};
   travel.along_mm = rounded(std::min({travel.sideways_mm, 0.5 * (focus - last.z_mm), 0.5 * gap}), 3);
   const double sine = (kShare * gap - travel.along_mm) / last.clear_radius_mm;
-  const double limit_deg = sine < 1 ? std::asin(std::max(0.0, sine)) * 57.29577951308232 : kTravelTilt_deg;
-  if (limit_deg < kTravelTilt_deg)
+  const double limit_deg = sine < 1 ? std::asin(std::max(0.0, sine)) * 57.29577951308232 : most_tilt_deg;
+  if (limit_deg < most_tilt_deg)
     travel.tilt_deg = rounded(std::max(kFineness_deg, std::floor(limit_deg / kFineness_deg) * kFineness_deg), 6);
   return travel;
 }
 
-OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const Travel& travel) {
+OrderedJson tolerances_of(const optics::Prescription& lens, const Grade& grade, const Travel& travel, bool camera) {
   OrderedJson elements = OrderedJson::object();
   const double shift = grade.shift_um, tilt = grade.tilt_arcmin;
   for (const optics::Element& element : lens.elements)
     elements[element.name] = {
         {"shift_um", {shift, shift, shift}}, {"tilt_arcmin", {tilt, tilt}}, {"pivot", "own_front"}};
-  const double sideways_um = rounded(500 * travel.sideways_mm, 3), along_um = rounded(500 * travel.along_mm, 3);
-  const double half_arcmin = 30 * travel.tilt_deg;
+  double sideways_um = rounded(500 * travel.sideways_mm, 3), along_um = rounded(500 * travel.along_mm, 3);
+  double half_arcmin = 30 * travel.tilt_deg;
+  if (camera) {
+    sideways_um = std::min(sideways_um, kGripAcross_um);
+    along_um = std::min(along_um, kGripAlong_um);
+    half_arcmin = std::min(half_arcmin, kGripTilt_arcmin);
+  }
   return {{"use", "tolerances"},
           {"limits_are_sigmas", 3},
           {"elements", elements},
@@ -200,7 +207,7 @@ Geometry solve(LensDesign& design, const optics::Prescription& lens, const Layou
   made.emitter_side =
       rounded(2 * (made.distance.mm + data.entrance_pupil_z) * field.sine / field.cosine * std::sqrt(0.5), 6);
   if (!(made.emitter_side > 0)) refuse(emitter + "behind the entrance pupil; use a larger --distance");
-  made.travel = travel_of(lens, made.focus, made.side);
+  made.travel = travel_of(lens, made.focus, made.side, choices.camera ? kCameraTilt_deg : kTravelTilt_deg);
   if (!(made.travel.along_mm > 0))
     refuse("the last face reaches the sensor at " + significant(made.focus - last, 4) +
            " mm behind its vertex; the lens needs room to move");
@@ -278,15 +285,37 @@ std::vector<LayoutLine> lines_of(const Geometry& made, const CompleteLens& compl
       {"emitter distance", mm(made.distance.mm), made.distance.reason},
       {"emitter side", mm(made.emitter_side), "corners at " + significant(made.shown_deg, 4) + " degrees"},
       {"sensor side", mm(made.side),
-       made.pixels() + (choices.sensor ? ", from --sensor" : ", 1.3 times the image circle")},
+       made.pixels() + (choices.camera   ? ", from --camera"
+                        : choices.sensor ? ", from --sensor"
+                                         : ", 1.3 times the image circle")},
       {"sensor behind last face", mm(made.focus - last), "best focus on the axis at that distance"},
       {"design's image plane", mm(lens.image_z_mm - last), "behind the last face, as in the file"},
       {"half travel, sideways", mm(made.travel.sideways_mm), "0.15 of the sensor's shorter side"},
       {"half travel, along the axis", mm(made.travel.along_mm), "the same, at most half the distance to the sensor"},
       {"half travel, tilts", significant(made.travel.tilt_deg, 6) + " degrees",
-       made.travel.tilt_deg < kTravelTilt_deg ? "limited by the distance to the sensor" : "the paper's"},
+       made.travel.tilt_deg < (choices.camera ? kCameraTilt_deg : kTravelTilt_deg)
+           ? "limited by the distance to the sensor"
+       : choices.camera ? "of a goniometer"
+                        : "the paper's"},
       {"tolerances", layout.grade,
        "each element, 3 sigma; by focal length (5 mm: 10 um, 3 arcmin; 50 mm: 100 um, 12 arcmin)"}};
+  if (choices.camera) {
+    const OrderedJson& start = layout.tolerances["start"];
+    const OrderedJson &times = layout.scene["machine_time"], &cycle = layout.suite["cycle"];
+    const auto all = [](const OrderedJson& values) {
+      std::vector<std::string> texts;
+      for (const OrderedJson& value : values) texts.push_back(shortest(value));
+      return join(texts, ", ");
+    };
+    lines.push_back({"start", all(start["shift_um"]) + " um; " + all(start["tilt_arcmin"]) + " arcmin",
+                     "where a gripper holds the lens, 3 sigma, at most half of the half travel; replace it by yours"});
+    lines.push_back({"cure shift", "0", "of the glue; replace it by yours"});
+    lines.push_back({"stage's speed",
+                     shortest(times["speed_mm_per_s"]) + " mm/s, " + shortest(times["speed_deg_per_s"]) + " deg/s",
+                     "settling " + shortest(times["settle_ms"]) + ", exposure " + shortest(times["exposure_ms"]) +
+                         ", readout " + shortest(times["readout_ms"]) + " ms; replace them by your line's"});
+    lines.push_back({"cycle", all(cycle) + " s", "load, dispense, cure, inspect; replace them by your line's"});
+  }
   if (!choices.polychromatic) return lines;
   std::vector<std::string> all, weights;
   for (const OrderedJson& one : layout.scene["wavelengths"]) {
@@ -317,11 +346,11 @@ void remark_on(const Geometry& made, const optics::Prescription& lens, std::vect
 
 }  // namespace
 
-SensorSize parse_sensor(const std::string& text) {
+SensorSize parse_sensor(const std::string& text, const std::string& option) {
   constexpr double kLargest_mm = 1000;
-  const auto expect = [&text](bool met, const std::string& what) {
+  const auto expect = [&](bool met, const std::string& what) {
     if (!met)
-      refuse("--sensor '" + text + "': expected " + what +
+      refuse(option + " '" + text + "': expected " + what +
              "; write columns, rows and the pitch in um, such as 1920x1280@3.45, or the side of a square in mm, such "
              "as 4.8");
   };
@@ -332,7 +361,9 @@ SensorSize parse_sensor(const std::string& text) {
     return {kPixels, kPixels, side / kPixels};
   }
   const auto columns = parse_number(text.substr(0, cross)), rows = parse_number(text.substr(cross + 1, at - cross - 1));
-  const auto pitch_um = parse_number(text.substr(at + 1));
+  std::string pitch = text.substr(at + 1);
+  if (pitch.size() > 2 && pitch.compare(pitch.size() - 2, 2, "um") == 0) pitch.resize(pitch.size() - 2);
+  const auto pitch_um = parse_number(pitch);
   expect(cross < at && at != std::string::npos && columns && rows && pitch_um, "COLUMNSxROWS@PITCH");
   for (const double count : {*columns, *rows})
     expect(count >= 1 && count <= kMaxPixels && count == std::floor(count),
@@ -348,7 +379,7 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
     const Geometry made = solve(design, complete.lens, choices);
     const Grade grade = grade_of(made.data.focal_length);
     Layout layout{scene_of(made, design, choices),
-                  tolerances_of(complete.lens, grade, made.travel),
+                  tolerances_of(complete.lens, grade, made.travel, choices.camera),
                   suite_of(choices),
                   {},
                   grade.text(),
@@ -369,6 +400,22 @@ void set_specification(Layout& layout, double rmse) {
             "of a noise-free image shifted sideways by one pixel; replace it by your product's"};
   }
   layout.lines.push_back(line);
+}
+
+void set_own_specification(Layout& layout, const Json& spec, const std::string& file) {
+  layout.scene["spec"] = spec;
+  layout.lines.push_back({"spec", shown(spec.dump(), 60), file});
+}
+
+void set_stage(Layout& layout, const Json& movement, const std::string& stage) {
+  layout.tolerances["movement"] = movement;
+  const auto all = [&movement](const char* key, const char* unit) {
+    const Json found = movement.value(key, Json(0));
+    return (found.is_array() ? found.dump() : shortest(found.get<double>())) + " " + unit;
+  };
+  layout.lines.push_back({"stage", stage,
+                          "backlash " + all("backlash_um", "um") + ", repeatability " +
+                              all("repeatability_um", "um, one sigma") + "; replace it by your stage's"});
 }
 
 std::string chart_for(const SensorSize& sensor) {

@@ -43,9 +43,9 @@ struct Layout {
   double pitch_mm = 0;  // of the sensor's pixels
 };
 
-// "1920x1280@3.45" (columns, rows, pitch in um) or "4.8" (side of a square in mm, 200 pixels). Throws Error(bad_input)
-// for sensors that a scene does not allow.
-SensorSize parse_sensor(const std::string& text);
+// "1920x1280@3.45" or "1920x1280@3.45um" (columns, rows, pitch in um) or "4.8" (side of a square in mm, 200 pixels) of
+// `option`. Throws Error(bad_input) for sensors that a scene does not allow.
+SensorSize parse_sensor(const std::string& text, const std::string& option);
 
 // Adds remarks to the design. Throws Error(bad_input) if the lens forms no image.
 Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices);
@@ -56,6 +56,10 @@ void set_specification(Layout& layout, double rmse);
 
 // A camera's electronics: a pixel of this irradiance is at 80 % of the full well.
 void set_electronics(Layout& layout, double white);
+
+// The user's specification, and the errors of the stage, from a tolerance file.
+void set_own_specification(Layout& layout, const Json& spec, const std::string& file);
+void set_stage(Layout& layout, const Json& movement, const std::string& stage);
 
 // Sets an initial specification of a camera: MTF by field at a quarter of the Nyquist frequency, at least a share of
 // the worst field's at the design's best pose, `reached`.

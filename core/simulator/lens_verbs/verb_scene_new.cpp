@@ -5,12 +5,14 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
+#include "base/json_source.h"
 #include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
 #include "cli/new_folder.h"
 #include "cli/progress.h"
+#include "cli/spec_outlook.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
 #include "imaging/scene_file.h"
@@ -19,6 +21,7 @@
 #include "lens_files/scene_layout.h"
 #include "lens_verbs/design_file.h"
 #include "optics/glass.h"
+#include "records/specification.h"
 #include "trials/judge.h"
 
 namespace relign::cli {
@@ -30,9 +33,10 @@ struct NewSceneArguments {
   std::string lens_file;
   std::string out;
   std::string name;
-  std::string sensor;
+  std::string sensor, camera;  // sizes; one of them at most
+  std::string stage, spec;
+  unsigned lenses = 10;
   std::string target;
-  bool camera = false;
   double distance_mm = 0;
   DesignOptions design;
 };
@@ -81,17 +85,20 @@ void check_draft(const std::string& made_from, const fs::path& draft, const fs::
   }
 }
 
+LoadedScene load_draft(Context& context, const fs::path& draft) {
+  return load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, (draft / "scene.json").string()),
+                    context.services(core_count()));
+}
+
 // RMSE of the perfect lens's noise-free image at one pixel sideways of the nominal pose, scored as in trials.
-double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, double pitch_mm, ProgressMode mode) {
+double rmse_off_by_one_pixel(Context& context, const fs::path& draft, double pitch_mm, ProgressMode mode) {
   constexpr std::uint64_t kRepeats = 4;
   ProgressPrinter printer(mode, "images");
   runner::Progress progress;
   progress.doing = "reference image and specification";
   progress.total = 1 + kRepeats;
   printer.update(progress);
-  const LoadedScene loaded =
-      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, scene_file.string()),
-                 context.services(core_count()));
+  const LoadedScene loaded = load_draft(context, draft);
   std::vector<double> pose = loaded.facts.nominal_pose;
   pose.front() += pitch_mm / loaded.facts.axes.front().travel();
   plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
@@ -104,16 +111,53 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& scene_file, doubl
   return displayed_rmse(mse);
 }
 
+// The JSON file of a "spec".
+Json own_specification(const std::string& file) {
+  Json spec = JsonSource::from_file(file).root();
+  if (!spec.is_object() || spec.empty())
+    throw Error(ErrorKind::bad_input, file + ": expected an object with the limits of a \"spec\", as in a suite");
+  return spec;
+}
+
+// The "movement" of a tolerance file: the path of one, or the only preset of a noise level whose id contains `stage`.
+Json movement_of(Context& context, const std::string& stage) {
+  using plugin_host::Kind;
+  const auto read = [&](const std::string& level) {
+    const plugin_host::Choice choice = context.catalog().resolve_or_throw(Kind::noise_level, level);
+    const std::string& key = choice.plugin->document;
+    const Json file = key.empty() ? Json() : choice.parameters.value(key, Json());
+    return file.is_string() ? JsonSource::from_file(file.get<std::string>()).root().value("movement", Json()) : Json();
+  };
+  if (fs::path(stage).has_parent_path() || fs::path(stage).extension() == ".json") {
+    Json movement = read(stage);
+    if (movement.is_null())
+      throw Error(ErrorKind::bad_input, "--stage: " + stage + ": a tolerance file with 'movement' is needed");
+    return movement;
+  }
+  std::vector<std::string> all, matching;
+  for (const auto& plugin : context.catalog().plugins())
+    for (const plugin_host::Preset& preset : plugin->presets)
+      if (plugin->kind == Kind::noise_level && !read(preset.id).is_null()) {
+        all.push_back(preset.id);
+        if (preset.id == stage || preset.id.find(stage) != std::string::npos) matching.push_back(preset.id);
+      }
+  if (matching.size() != 1)
+    throw Error(ErrorKind::bad_input,
+                "--stage: " + std::string(matching.empty() ? "unknown" : "ambiguous") + " stage '" + stage +
+                    "'; known: " + join(all, ", ") +
+                    " (a part of the name suffices), or the path of a tolerance file with 'movement'");
+  return read(matching.front());
+}
+
 // Electronics by the brightness of the reference image, and a specification by what the design itself reaches.
 void complete_camera(Context& context, const fs::path& draft, lens_files::Layout& layout) {
-  const LoadedScene loaded =
-      load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, (draft / "scene.json").string()),
-                 context.services(core_count()));
+  const LoadedScene loaded = load_draft(context, draft);
   lens_files::set_electronics(layout, loaded.facts.image_white);
   if (loaded.facts.fields.empty())
     throw Error(ErrorKind::bad_input,
                 "--camera: this target has no fields, on which MTF could be specified; expected camera_chart or "
                 "slanted_edges with squares of at least 40 pixels on the sensor: use more pixels or such a target");
+  if (layout.scene.contains("spec")) return;
   trials::Criteria criteria;
   criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
   criteria.judged[Criterion::field_mtf] = true;
@@ -124,6 +168,20 @@ void complete_camera(Context& context, const fs::path& draft, lens_files::Layout
       trials::measure_fields(design_lens, loaded.facts, criteria.lp_per_mm, loaded.facts.nominal_pose);
   trials::Judge judge(design_lens, loaded.facts, criteria, design, 1);
   lens_files::set_camera_specification(layout, 1 - judge.optimum(loaded.facts.nominal_pose)->deficit);
+}
+
+// Whether the specification can be met, as a line of the layout.
+SpecOutlook outlook_of(Context& context, const fs::path& draft, unsigned lenses, lens_files::Layout& layout) {
+  const LoadedScene loaded = load_draft(context, draft);
+  const records::Specification spec = records::specification_of({}, loaded.facts.spec, loaded.facts.score);
+  SpecOutlook outlook = spec_outlook(
+      context, loaded,
+      context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, (draft / "tolerances.json").string()), spec,
+      lenses);
+  layout.lines.push_back(
+      {"can meet the spec", outlook.lenses.empty() ? "not searched" : outlook.lenses,
+       outlook.warning.empty() ? "drawn by tolerances.json, at their best poses; 95 % interval" : outlook.warning});
+  return outlook;
 }
 
 void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
@@ -160,7 +218,11 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
                                           "'.'; choose one with --name");
   choices.distance_mm = arguments.distance_mm;
   choices.polychromatic = arguments.design.polychromatic;
-  if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor);
+  choices.camera = !arguments.camera.empty();
+  if (choices.camera) choices.sensor = lens_files::parse_sensor(arguments.camera, "--camera");
+  if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor, "--sensor");
+  const Json spec = arguments.spec.empty() ? Json() : own_specification(arguments.spec);
+  const Json movement = arguments.stage.empty() ? Json() : movement_of(context, arguments.stage);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
   // Named after the folder, so that two imports of one lens have different results folders.
   choices.suite_name = plain_scene_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
@@ -170,14 +232,13 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   lens_files::LensDesign& design = made.design;
   const lens_files::CompleteLens& lens = made.lens;
   NewFiles files;
-  choices.camera = arguments.camera;
-  if (arguments.camera && !choices.sensor)
-    throw Error(ErrorKind::bad_input, "--camera: requires the sensor, such as --sensor 1920x1280@3.45");
   choose_target(!arguments.target.empty() ? arguments.target
-                : arguments.camera        ? lens_files::chart_for(*choices.sensor)
+                : choices.camera          ? lens_files::chart_for(*choices.sensor)
                                           : "siemens_star",
                 choices, files);
   lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
+  if (!movement.is_null()) lens_files::set_stage(layout, movement, arguments.stage);
+  if (!spec.is_null()) lens_files::set_own_specification(layout, spec, arguments.spec);
 
   files.emplace_back("lens.json", lens_files::pretty(lens.json));
   files.emplace_back("scene.json", lens_files::pretty(layout.scene));
@@ -185,18 +246,22 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
+  SpecOutlook outlook;
   check_draft(arguments.lens_file, draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
-    if (choices.camera) return complete_camera(context, draft, layout);
+    if (choices.camera) complete_camera(context, draft, layout);
     // Rendering millions of pixels takes minutes.
     constexpr double kManyPixels = 1e6;
     const bool large = choices.sensor && 1.0 * choices.sensor->columns * choices.sensor->rows > kManyPixels;
     const ProgressMode mode = large ? *progress_mode_from_name("auto") : ProgressMode::none;
-    lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft / "scene.json", layout.pitch_mm, mode));
+    if (!layout.scene.contains("spec"))
+      lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft, layout.pitch_mm, mode));
+    folder.write({{"scene.json", lens_files::pretty(layout.scene)}});
+    if (choices.camera || !spec.is_null()) outlook = outlook_of(context, draft, arguments.lenses, layout);
   });
-  folder.write({{"scene.json", lens_files::pretty(layout.scene)},
-                {"README.md", lens_files::readme(design, lens, choices, layout)}});
+  folder.write({{"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
+  if (!outlook.warning.empty()) print_warning(wanted.string() + ": " + outlook.warning);
   print_made(context, wanted, design, lens, layout);
   return kDone;
 }
@@ -207,7 +272,7 @@ void add_scene_new(CLI::App& scene, Context& context) {
   CLI::App& verb = add_verb(
       scene,
       {"new", "Create a scene, tolerances and a runnable suite from a lens file: Zemax .zmx, CODE V .seq or listing.",
-       "relign-bench scene new my_lens.zmx -o my_lens --sensor 1920x1280@3.45 --camera\n"
+       "relign-bench scene new my_lens.zmx -o my_lens --camera 1920x1280@3.45um --stage stepper\n"
        "relign-bench run my_lens/suite.json",
        "scene landscape, lens info, render, validate, run"});
   NewSceneArguments& given = add_action(verb, context, new_scene);
@@ -215,17 +280,33 @@ void add_scene_new(CLI::App& scene, Context& context) {
   verb.add_option("-o,--out", given.out, "folder to create; must not exist [default: the scene's name]")
       ->type_name("DIR");
   verb.add_option("--name", given.name, "the scene's name [default: the lens file's]")->type_name("NAME");
-  verb.add_option("--sensor", given.sensor,
-                  "COLUMNSxROWS@PITCH_UM, or the side in mm of a square sensor of 200 x 200 pixels [default: a "
-                  "square sensor that contains the image circle]")
-      ->type_name("SIZE");
+  CLI::Option* sensor =
+      verb.add_option("--sensor", given.sensor,
+                      "COLUMNSxROWS@PITCH_UM, or the side in mm of a square sensor of 200 x 200 pixels [default: a "
+                      "square sensor that contains the image circle]")
+          ->type_name("SIZE");
   verb.add_option("--target", given.target,
                   "target on the emitter: a name such as siemens_star or chessboard, or an image file [default: "
                   "siemens_star; with --camera, camera_chart with squares that suit the sensor]")
       ->type_name("TARGET");
-  verb.add_flag("--camera", given.camera,
-                "make a camera line: chart, electronics, MTF specification by field, and a suite with field-focus; "
-                "requires --sensor");
+  verb.add_option("--camera", given.camera,
+                  "make a camera line on a sensor of COLUMNSxROWS@PITCH_UM: chart, electronics, MTF specification by "
+                  "field, and a suite with field-focus")
+      ->type_name("SIZE")
+      ->excludes(sensor);
+  verb.add_option("--stage", given.stage,
+                  "errors of the stage: a preset of a noise level such as stepper or hexapod, or a tolerance file with "
+                  "'movement' [default: axes that are coupled by 1 %]");
+  verb.add_option("--spec", given.spec,
+                  "JSON file with the limits of a \"spec\", as in a suite [default: what a shift by one pixel changes; "
+                  "with --camera, 0.8 of the design's MTF]")
+      ->type_name("FILE");
+  verb.add_option("--lenses", given.lenses,
+                  "with --camera or --spec, lenses to draw from the tolerances, at most 1,000, to count those that can "
+                  "meet the specification")
+      ->type_name("COUNT")
+      ->check(CLI::Range(0U, 1000U))
+      ->capture_default_str();
   verb.add_option("--distance", given.distance_mm,
                   "distance from first vertex to emitter, mm [default: the file's object distance, else far enough to "
                   "be in focus]")

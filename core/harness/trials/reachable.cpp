@@ -1,0 +1,53 @@
+#include "trials/reachable.h"
+
+#include <cmath>
+
+#include "base/seeds.h"
+#include "trials/instance.h"
+#include "trials/own_optimum.h"
+#include "trials/trial.h"
+
+namespace relign::trials {
+
+bool Reachable::can_meet(const records::Specification& spec) const {
+  const bool by_field = std::isnan(spec.limits[Criterion::field_mtf]) || field_mtf_deficit <= 0;
+  return by_field && spec.met_by(score, mtf.centre, mtf.corner);
+}
+
+Reachable reachable(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const records::Specification& spec,
+                    const FieldValues& design, std::uint64_t seed) {
+  Reachable found;
+  std::vector<double> pose = scene.nominal_pose;
+  if (auto best = own_optimum(lens, scene, seed)) {
+    found.score = scene.score.shown(best->mse);
+    pose = std::move(best->true_pose);
+    if (spec.measures_mtf()) found.mtf = mtf_at(lens, pose, spec.lp_per_mm);
+  }
+  const Criteria criteria = criteria_of(spec, scene);
+  if (const auto best = Judge(lens, scene, criteria, design, seed).optimum(pose))
+    found.field_mtf_deficit = best->deficit;
+  return found;
+}
+
+PossibleYield possible_yield(plugin_host::Scene& scene, const SceneFacts& facts, plugin_host::NoiseLevel& level,
+                             const records::Specification& spec, std::uint64_t lenses,
+                             const std::function<void(std::uint64_t)>& before_each) {
+  const Criteria criteria = criteria_of(spec, facts);
+  plugin_host::MountedAssembly perfect = scene.mount("{}");
+  const FieldValues design = criteria.needs(CriterionNeeds::fields)
+                                 ? measure_fields(perfect, facts, criteria.lp_per_mm, facts.nominal_pose)
+                                 : FieldValues();
+  PossibleYield yield;
+  before_each(0);
+  yield.design = reachable(perfect, facts, spec, design, 1);
+  for (; yield.lenses < lenses; ++yield.lenses) {
+    before_each(yield.lenses);
+    const Instance drawn = draw_instance(level, facts, 0, SeedDomain::training, yield.lenses);
+    plugin_host::MountedAssembly lens = scene.mount(drawn.perturbations.elements_json);
+    const std::uint64_t seed = frame_seed(drawn.seed, 0, FrameStream::own_optimum);
+    if (reachable(lens, facts, spec, design, seed).can_meet(spec)) ++yield.possible;
+  }
+  return yield;
+}
+
+}  // namespace relign::trials
