@@ -1,4 +1,6 @@
-"""The nine claims of replication.md, from the table of improvement.py: `python3 reports/paper/verdicts.py improvement.csv`.
+"""The claims of replication.md about one of its suites, from the table of improvement.py:
+
+    python3 reports/paper/verdicts.py randomised improvement.csv
 
 A row is a claim in its order: P(A < B) by the rules `own` and `best` with its 95 % interval over trainings and instances, and
 the verdict. A is "lower" than B where both intervals are above one half, "higher" where both are below, else "not shown". The
@@ -9,22 +11,24 @@ only.
 import csv
 import sys
 
-CLAIMS = (("imitation-replicated", "nlopt-bobyqa"), ("imitation-replicated", "transfer-gp"),
-          ("imitation-randomised-replicated", "nlopt-bobyqa"), ("imitation-randomised-replicated", "transfer-gp"),
-          ("imitation-ppo-last", "nlopt-bobyqa"), ("imitation-ppo-last", "transfer-gp"),
-          ("linear-last", "bo-gp"), ("linear-last", "transfer-gp"), ("linear-last", "nlopt-bobyqa"))
+CLAIMS = {
+    "randomised": (("imitation-randomised-replicated", "nlopt-bobyqa"), ("imitation-randomised-replicated", "transfer-gp")),
+    "core": (("imitation-replicated", "nlopt-bobyqa"), ("imitation-replicated", "transfer-gp"),
+             ("imitation-ppo-last", "nlopt-bobyqa"), ("imitation-ppo-last", "transfer-gp"),
+             ("linear-last", "bo-gp"), ("linear-last", "transfer-gp"), ("linear-last", "nlopt-bobyqa")),
+}
 RULES = ("own", "best")
 TRAININGS = 5
 
 
-def verdicts(table):
+def verdicts(suite, table):
     """Yields claim, intervals by rule and verdict.
 
     Raises:
         ValueError: The table lacks a claim, or has it with another number of trainings.
     """
     ended = False
-    for method, opponent in CLAIMS:
+    for method, opponent in CLAIMS[suite]:
         found = []
         for rule in RULES:
             rows = [row for row in table if (row["method"], row["opponent"], row["rule"]) == (method, opponent, rule)]
@@ -37,9 +41,9 @@ def verdicts(table):
         yield method, opponent, found, "not shown" if ended else "lower" if lower else "higher"
 
 
-def main(path):
+def main(suite, path):
     with open(path, newline="") as file:
-        rows = list(verdicts(list(csv.DictReader(file))))
+        rows = list(verdicts(suite, list(csv.DictReader(file))))
     table = csv.writer(sys.stdout, lineterminator="\n")
     table.writerow(("claim", "method", "opponent", *RULES, "verdict"))
     for number, (method, opponent, found, verdict) in enumerate(rows, 1):
@@ -48,4 +52,6 @@ def main(path):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    if len(sys.argv) != 3 or sys.argv[1] not in CLAIMS:
+        sys.exit(f"usage: verdicts.py {'|'.join(CLAIMS)} improvement.csv")
+    main(*sys.argv[1:])

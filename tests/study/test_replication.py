@@ -104,15 +104,15 @@ class Verdicts(unittest.TestCase):
         self.addCleanup(kept.cleanup)
         self.table = pathlib.Path(kept.name) / "improvement.csv"
 
-    def found(self, own, best, trainings=5):
+    def found(self, own, best, trainings=5, suite="core"):
         """What the script makes of one interval for each claim and rule."""
         with open(self.table, "w", newline="") as file:
             table = csv.writer(file)
             table.writerow(("method", "trainings", "opponent", "rule", "improvement", "lo95", "hi95"))
             for rule, intervals in (("own", own), ("best", best)):
-                for (method, opponent), interval in zip(self.claims(), intervals):
+                for (method, opponent), interval in zip(self.claims()[suite], intervals):
                     table.writerow((method, trainings, opponent, rule, *interval))
-        done = output_of(sys.executable, VERDICTS, self.table)
+        done = output_of(sys.executable, VERDICTS, suite, self.table)
         return [row["verdict"] for row in csv.DictReader(io.StringIO(done.stdout))], done.stderr
 
     @staticmethod
@@ -125,28 +125,30 @@ class Verdicts(unittest.TestCase):
         return verdicts.CLAIMS
 
     def test_need_both_rules_in_one_direction(self):
-        own = [self.LOWER, self.HIGHER] + 7 * [self.LOWER]
-        self.assertEqual(self.found(own, own)[0], ["lower", "higher"] + 7 * ["lower"])
-        self.assertEqual(self.found(own, own[1:] + own[:1])[0], 9 * ["not shown"])
+        own = [self.LOWER, self.HIGHER] + 5 * [self.LOWER]
+        self.assertEqual(self.found(own, own)[0], ["lower", "higher"] + 5 * ["lower"])
+        self.assertEqual(self.found(own, own[1:] + own[:1])[0], 7 * ["not shown"])
+        self.assertEqual(self.found(own[:2], own[:2], suite="randomised")[0], ["lower", "higher"])
 
     def test_end_with_the_first_that_is_not_shown(self):
-        own = 4 * [self.LOWER] + [self.UNDECIDED] + 4 * [self.LOWER]
-        self.assertEqual(self.found(own, 9 * [self.LOWER])[0], 4 * ["lower"] + 5 * ["not shown"])
+        own = 4 * [self.LOWER] + [self.UNDECIDED] + 2 * [self.LOWER]
+        self.assertEqual(self.found(own, 7 * [self.LOWER])[0], 4 * ["lower"] + 3 * ["not shown"])
 
     def test_refuse_fewer_trainings_and_missing_claims(self):
-        rows, message = self.found(9 * [self.LOWER], 9 * [self.LOWER], trainings=4)
+        rows, message = self.found(7 * [self.LOWER], 7 * [self.LOWER], trainings=4)
         self.assertEqual(rows, [])
         self.assertIn("rule own: expected one row of 5 trainings, found ['4']", message)
-        rows, message = self.found(9 * [self.LOWER], 8 * [self.LOWER])
+        rows, message = self.found(7 * [self.LOWER], 6 * [self.LOWER])
         self.assertEqual(rows, [])
         self.assertIn("linear-last : nlopt-bobyqa, rule best: expected one row of 5 trainings, found []", message)
 
     def test_claims_are_of_methods_of_the_suite(self):
-        entries = json.loads((STUDY / "core.template.json").read_text())["algorithms"]
-        names = {entry if isinstance(entry, str) else entry["name"] for entry in entries}
-        self.assertLessEqual({name for claim in self.claims() for name in claim}, names)
-        # With more than twelve methods, home and random included, the report has not every pair.
-        self.assertLessEqual(len(names) + 2, 12)
+        for suite, claims in self.claims().items():
+            entries = json.loads((STUDY / f"{suite}.template.json").read_text())["algorithms"]
+            names = {entry if isinstance(entry, str) else entry["name"] for entry in entries}
+            self.assertLessEqual({name for claim in claims for name in claim}, names)
+            # With more than twelve methods, home and random included, the report has not every pair.
+            self.assertLessEqual(len(names) + 2, 12)
 
 
 def stand_in(network, path):
