@@ -54,6 +54,9 @@ endif()
 # modules used here are found by themselves; CMAKE_PREFIX_PATH points to an OpenCV elsewhere.
 find_path(RELIGN_OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
 find_library(RELIGN_TBB_LIBRARY tbb)
+# Used by tests alone, of features that need cv::solve.
+find_library(RELIGN_LAPACK_LIBRARY NAMES lapack liblapack.so.3)
+find_library(RELIGN_BLAS_LIBRARY NAMES blas libblas.so.3)
 foreach(module core imgproc)
   find_library(RELIGN_OPENCV_${module}_LIBRARY opencv_${module})
   find_library(RELIGN_OPENCV_${module}_STATIC libopencv_${module}.a)
@@ -66,9 +69,10 @@ foreach(module core imgproc)
     IMPORTED_LOCATION "${RELIGN_OPENCV_${module}_LIBRARY}"
     INTERFACE_INCLUDE_DIRECTORIES "${RELIGN_OPENCV_INCLUDE_DIR}")
 endforeach()
-if(RELIGN_STATIC AND RELIGN_OPENCV_core_STATIC AND RELIGN_OPENCV_imgproc_STATIC AND RELIGN_TBB_LIBRARY)
+if(RELIGN_STATIC AND RELIGN_OPENCV_core_STATIC AND RELIGN_OPENCV_imgproc_STATIC AND RELIGN_TBB_LIBRARY AND
+   RELIGN_LAPACK_LIBRARY AND RELIGN_BLAS_LIBRARY)
   set_target_properties(opencv_core PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_core_STATIC}"
-                        INTERFACE_LINK_LIBRARIES "relign_no_opengl;${RELIGN_TBB_LIBRARY};z")
+                        INTERFACE_LINK_LIBRARIES "relign_no_opengl;${RELIGN_TBB_LIBRARY};${RELIGN_LAPACK_LIBRARY};${RELIGN_BLAS_LIBRARY};z")
   set_target_properties(opencv_imgproc PROPERTIES IMPORTED_LOCATION "${RELIGN_OPENCV_imgproc_STATIC}"
                         INTERFACE_LINK_LIBRARIES opencv_core)
 endif()

@@ -15,8 +15,10 @@ namespace {
 constexpr int kPixels = 200, kMaxPixels = 8000;
 // The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
 constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
-// Of a camera line: tilt of a goniometer; where a gripper holds the lens, 3 sigma.
-constexpr double kCameraTilt_deg = 2, kGripAcross_um = 150, kGripAlong_um = 90, kGripTilt_arcmin = 60;
+// Of a camera line: the chart's side on the sensor, in shares of the sensor's longer side; tilt of a goniometer; where
+// a gripper holds the lens, 3 sigma.
+constexpr double kChartShare = 1.02, kCameraTilt_deg = 2, kGripAcross_um = 150, kGripAlong_um = 90,
+                 kGripTilt_arcmin = 60;
 constexpr int kTexels = 1200;
 constexpr double kWidestTarget_deg = 60;  // a flat emitter for wider fields would be too large
 
@@ -170,12 +172,23 @@ struct Geometry {
   Distance distance;                    // first vertex to emitter
   double focus = 0;                     // first vertex to sensor
   double image_height = 0, emitter_side = 0;
+  double sides_deg = 0;  // of the emitter's sides, where they are those of the sensor; 0: the field decides
   Travel travel;
 
   std::string pixels() const {
     return std::to_string(sensor.columns) + " x " + std::to_string(sensor.rows) + " pixels";
   }
 };
+
+// The field whose chief ray meets the sensor at this height, at most the largest one.
+double field_of_height(const optics::Prescription& lens, double height_mm, const Geometry& made) {
+  double low = 0, high = made.shown_deg;
+  for (int round = 0; round < 40; ++round) {
+    const double middle = (low + high) / 2;
+    (image_height(lens, middle, made.distance.mm, made.focus) < height_mm ? low : high) = middle;
+  }
+  return high;
+}
 
 Geometry solve(LensDesign& design, const optics::Prescription& lens, const LayoutChoices& choices) {
   Geometry made;
@@ -203,9 +216,18 @@ Geometry solve(LensDesign& design, const optics::Prescription& lens, const Layou
   made.field_deg = imaged_field(design, lens, made.field_deg, made.distance.mm);
   made.image_height = image_height(lens, made.field_deg, made.distance.mm, made.focus);
   made.shown_deg = std::min(made.field_deg, kWidestTarget_deg);
-  const optics::SineCosine field = optics::sine_cosine_of_degrees(made.shown_deg);
-  made.emitter_side =
-      rounded(2 * (made.distance.mm + data.entrance_pupil_z) * field.sine / field.cosine * std::sqrt(0.5), 6);
+  const auto side_at = [&](double degrees) {
+    const optics::SineCosine field = optics::sine_cosine_of_degrees(degrees);
+    return rounded(2 * (made.distance.mm + data.entrance_pupil_z) * field.sine / field.cosine, 6);
+  };
+  made.emitter_side = rounded(side_at(made.shown_deg) * std::sqrt(0.5), 6);
+  if (choices.camera) {
+    made.sides_deg = field_of_height(lens, kChartShare * made.sensor.longer_side_mm() / 2, made);
+    if (const double side = side_at(made.sides_deg); side < made.emitter_side)
+      made.emitter_side = side;
+    else
+      made.sides_deg = 0;
+  }
   if (!(made.emitter_side > 0)) refuse(emitter + "behind the entrance pupil; use a larger --distance");
   made.travel = travel_of(lens, made.focus, made.side, choices.camera ? kCameraTilt_deg : kTravelTilt_deg);
   if (!(made.travel.along_mm > 0))
@@ -283,7 +305,9 @@ std::vector<LayoutLine> lines_of(const Geometry& made, const CompleteLens& compl
        made.field_deg < lens.half_field_deg ? "the largest with a chief ray" : "the file's largest field"},
       {"image height", mm(made.image_height), "chief ray of the largest field, at the sensor"},
       {"emitter distance", mm(made.distance.mm), made.distance.reason},
-      {"emitter side", mm(made.emitter_side), "corners at " + significant(made.shown_deg, 4) + " degrees"},
+      {"emitter side", mm(made.emitter_side),
+       made.sides_deg > 0 ? "sides at " + significant(made.sides_deg, 4) + " degrees: the sensor's longer side and 2 %"
+                          : "corners at " + significant(made.shown_deg, 4) + " degrees"},
       {"sensor side", mm(made.side),
        made.pixels() + (choices.camera   ? ", from --camera"
                         : choices.sensor ? ", from --sensor"
@@ -336,10 +360,10 @@ void remark_on(const Geometry& made, const optics::Prescription& lens, std::vect
                               significant(made.distance.mm, 4) + " mm " + significant(made.focus - last, 4) +
                               " mm: the sensor is placed there, farther away than the travel along the axis, " +
                               significant(made.travel.along_mm, 4) + " mm; check the last distance of the file"});
-  if (2 * made.image_height > made.side)
+  if (2 * made.image_height > made.side && made.sides_deg == 0)
     remarks.push_back({0, "the image of the field, " + significant(2 * made.image_height, 4) +
                               " mm in diameter, is larger than the sensor, " + significant(made.side, 4) + " mm"});
-  if (made.shown_deg < made.field_deg)
+  if (made.shown_deg < made.field_deg && made.sides_deg == 0)
     remarks.push_back({0, "the emitter ends at " + significant(made.shown_deg, 4) + " degrees of the lens's " +
                               significant(made.field_deg, 4) + ": a flat emitter cannot fill such a wide field"});
 }

@@ -13,6 +13,7 @@ struct SensorSize {
   int columns = 200, rows = 200;
   double pitch_mm = 0;
   double shorter_side_mm() const { return (columns < rows ? columns : rows) * pitch_mm; }
+  double longer_side_mm() const { return (columns < rows ? rows : columns) * pitch_mm; }
 };
 
 struct LayoutChoices {

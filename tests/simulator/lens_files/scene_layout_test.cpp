@@ -8,6 +8,7 @@
 #include "error_text.h"
 #include "golden_lens.h"
 #include "lens_files/axial_rays.h"
+#include "optics/first_order.h"
 
 namespace relign::lens_files {
 namespace {
@@ -30,7 +31,7 @@ Made made(const std::string& name, const LayoutChoices& choices) {
 LayoutChoices choices_of(const std::string& sensor = "") {
   LayoutChoices choices;
   choices.name = "od";
-  if (!sensor.empty()) choices.sensor = parse_sensor(sensor);
+  if (!sensor.empty()) choices.sensor = parse_sensor(sensor, "--sensor");
   return choices;
 }
 
@@ -167,13 +168,34 @@ TEST(SceneLayout, PolychromaticSceneHasWavelengthsAndWeights) {
               HasSubstr("found 0 wavelengths with a weight above 0 in the file, allowed are 1 to 24"));
 }
 
+TEST(SceneLayout, ChartOfACameraIsAsWideAsASmallSensor) {
+  LayoutChoices choices = choices_of("640x480@2um");
+  const double whole = made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"];
+  choices.camera = true;
+  const Made camera = made("cooke_triplet_utf8.zmx", choices);
+  const OrderedJson& scene = camera.layout.scene;
+  // The image of its side, by the magnification of the paraxial focal length; distortion is small this near the axis.
+  const optics::FirstOrder data = optics::first_order(camera.lens.lens);
+  const double side = scene["emitter"]["side_mm"], distance = -scene["emitter"]["z_mm"].get<double>() +
+                                                              scene["pivot_behind_first_vertex_mm"].get<double>() * -1;
+  EXPECT_LT(side, 0.2 * whole);
+  EXPECT_NEAR(side * data.focal_length / (distance + data.front_focal_length), 1.02 * 1.28, 0.01 * 1.28);
+  // A large sensor does not make it larger than the field.
+  choices.sensor = parse_sensor("640x480@200um", "--sensor");
+  const double large = made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"];
+  choices.camera = false;
+  EXPECT_EQ(large, made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"].get<double>());
+}
+
 TEST(ParseSensor, ParsesSizesAndRejectsOthers) {
-  EXPECT_EQ(parse_sensor("640x480@5").rows, 480);
-  EXPECT_DOUBLE_EQ(parse_sensor("640x480@5").shorter_side_mm(), 2.4);
-  EXPECT_DOUBLE_EQ(parse_sensor("4.8").shorter_side_mm(), 4.8);
+  EXPECT_EQ(parse_sensor("640x480@5", "--sensor").rows, 480);
+  EXPECT_DOUBLE_EQ(parse_sensor("640x480@5", "--sensor").shorter_side_mm(), 2.4);
+  EXPECT_DOUBLE_EQ(parse_sensor("640x480@5um", "--sensor").longer_side_mm(), 3.2);
+  EXPECT_DOUBLE_EQ(parse_sensor("4.8", "--sensor").shorter_side_mm(), 4.8);
   for (const char* wrong : {"", "x", "0", "-3", "640x480", "640@5", "5@640x480", "0x5@3", "1.5x2@3", "9000x10@1",
-                            "10x10@0", "8000x8000@1000"})
-    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_sensor(wrong); }), HasSubstr("--sensor '")) << wrong;
+                            "10x10@0", "10x10@um", "10x10@3mm", "8000x8000@1000"})
+    EXPECT_THAT(error_text(ErrorKind::bad_input, [&] { parse_sensor(wrong, "--sensor"); }), HasSubstr("--sensor '"))
+        << wrong;
 }
 
 TEST(Readme, HasEveryNumberAndRemark) {
