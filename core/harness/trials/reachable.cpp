@@ -18,7 +18,9 @@ Reachable reachable(plugin_host::MountedAssembly& lens, const SceneFacts& scene,
                     const FieldValues& design, std::uint64_t seed) {
   Reachable found;
   std::vector<double> pose = scene.nominal_pose;
-  if (auto best = own_optimum(lens, scene, seed)) {
+  // The search for the lowest score renders images: only where it is limited.
+  const bool by_images = !std::isnan(spec.score) || spec.limits_mtf();
+  if (auto best = by_images ? own_optimum(lens, scene, seed) : std::nullopt) {
     found.score = scene.score.shown(best->mse);
     pose = std::move(best->true_pose);
     if (spec.measures_mtf()) found.mtf = mtf_at(lens, pose, spec.lp_per_mm);
