@@ -1,5 +1,6 @@
 #include "trials/judge.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -195,100 +196,189 @@ ByCriterion<double> Judge::at(const std::vector<double>& true_pose, const std::v
   return values;
 }
 
-std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
-  if (criteria_.field_mtf.empty()) return std::nullopt;
-  std::vector<std::size_t> axes;
-  for (std::size_t i = 0; i < scene_.axes.size(); ++i)
-    if (scene_.axes[i].observable) axes.push_back(i);
+// The search of optimum(): minimises the largest deficit plus kPerSquaredPixel times the squared shift of the image.
+class Judge::Search {
+ public:
+  Search(Judge& judge, const std::vector<double>& start) : judge_(judge), pose_(start) {
+    for (std::size_t i = 0; i < judge.scene_.axes.size(); ++i)
+      if (judge.scene_.axes[i].observable) axes_.push_back(i);
+    for (const Criteria::FieldLimit& limit : judge.criteria_.field_mtf)
+      for (const double least : {limit.tangential, limit.sagittal})
+        if (!std::isnan(least)) limits_.push_back(least);
+  }
 
-  // Variables: the pose on these axes, then t.
-  struct Search {
-    Judge& judge;
-    const std::vector<std::size_t>& axes;
-    std::vector<double> pose;
-    const FieldValues& at(const std::vector<double>& x) {
-      for (std::size_t i = 0; i < axes.size(); ++i) pose[axes[i]] = std::clamp(x[i], 0.0, 1.0);
-      return judge.fields_at(pose);
-    }
-  } search{*this, axes, start};
-  const auto objective = [](const std::vector<double>& x, std::vector<double>&, void* data) {
-    Search& of = *static_cast<Search*>(data);
-    const Shift shift = shift_of(of.at(x), of.judge.design_);
-    const double squared = shift.x_px * shift.x_px + shift.y_px * shift.y_px;
-    return x.back() + (std::isnan(squared) ? 1 : kPerSquaredPixel * squared);
-  };
-  const auto constraints = [](unsigned count, double* result, unsigned, const double* x, double*, void* data) {
-    Search& of = *static_cast<Search*>(data);
-    const std::vector<double> point(x, x + of.axes.size() + 1);
-    const std::vector<double> all = of.judge.deficits(of.at(point));
-    for (unsigned i = 0; i < count; ++i) result[i] = all[i] - point.back();
-  };
-
-  std::vector<double> x;
-  for (const std::size_t axis : axes) x.push_back(start[axis]);
-  const auto worst = [&](const std::vector<double>& at) {
-    const std::vector<double> all = deficits(search.at(at));
-    return *std::max_element(all.begin(), all.end());
-  };
-  x.push_back(0);
-  const auto value = [&] {
-    x.back() = worst(x);
-    std::vector<double> none;
-    return objective(x, none, &search);
-  };
-  const std::vector<double> at_start = x;
-  constexpr double kCoarsest = 0.25;  // of the frequency
-  struct Stage {
-    double frequency, stride;
-  };
-  // The pose of least RMSE may be out of focus: through focus first.
-  lp_per_mm_ = kCoarsest * criteria_.lp_per_mm;
-  known_.clear();
-  for (std::size_t i = 0; i < axes.size(); ++i) {
-    if (scene_.axes[axes[i]].name != "z") continue;
-    constexpr int kPlaces = 15;  // on either side
-    constexpr double kStep = 0.01;
-    double sharpest = at_start[i], lowest = value();
-    for (int place = -kPlaces; place <= kPlaces; ++place) {
-      x[i] = std::clamp(at_start[i] + kStep * place, 0.0, 1.0);
-      if (const double here = value(); here < lowest) {
-        lowest = here;
-        sharpest = x[i];
+  Optimum run() {
+    const Point start = point_of(pose_);
+    set_frequency(kCoarsest);
+    Point best = focused(start);
+    for (const Stage& stage : {Stage{kCoarsest, 0.03}, {0.5, 0.03}, {1, 0.03}, {1, 0.01}, {1, 0.002}}) {
+      set_frequency(stage.frequency);
+      for (int round = 0; round < kRounds; ++round) {
+        const Point next = best_near(best, stage.radius);
+        const double gain = value(best) - value(next);
+        if (gain > 0) best = next;
+        if (!(gain > kSmallGain)) break;
       }
     }
-    x[i] = sharpest;
+    if (value(start) < value(best)) best = start;
+    for (double& place : best) place = std::clamp(std::round(place * kPerTravel) / kPerTravel, 0.0, 1.0);
+    Optimum found{posed(best), largest_deficit(at(best))};
+    judge_.known_.clear();
+    return found;
   }
-  for (const Stage stage : {Stage{kCoarsest, 0.02}, {0.5, 0.01}, {1, 0.005}, {1, 0.001}}) {
-    lp_per_mm_ = stage.frequency * criteria_.lp_per_mm;
-    known_.clear();
-    value();  // sets t
-    const auto count = static_cast<unsigned>(x.size());
+
+ private:
+  using Point = std::vector<double>;  // along the observable axes
+  struct Stage {
+    double frequency, radius;  // shares of the specification's, and of the travel
+  };
+  static constexpr double kCoarsest = 0.25;  // of the frequency: there the MTF still falls steadily with blur
+  static constexpr int kRounds = 6;
+  static constexpr double kSmallGain = 1e-4;
+
+  void set_frequency(double share) {
+    judge_.lp_per_mm_ = share * judge_.criteria_.lp_per_mm;
+    judge_.known_.clear();
+  }
+
+  Point point_of(const std::vector<double>& pose) const {
+    Point point;
+    for (const std::size_t axis : axes_) point.push_back(pose[axis]);
+    return point;
+  }
+  const std::vector<double>& posed(const Point& point) {
+    for (std::size_t i = 0; i < axes_.size(); ++i) pose_[axes_[i]] = std::clamp(point[i], 0.0, 1.0);
+    return pose_;
+  }
+
+  // Logarithms of the limited MTFs, then the shift in pixels: nearly quadratic functions of the pose. A shift that is
+  // unknown counts as 100 pixels.
+  Eigen::VectorXd at(const Point& point) {
+    constexpr double kDarkest = 1e-4, kUnknownShift_px = 100;
+    const FieldValues& fields = judge_.fields_at(posed(point));
+    Eigen::VectorXd values(static_cast<Eigen::Index>(limits_.size()) + 2);
+    Eigen::Index next = 0;
+    for (const Criteria::FieldLimit& limit : judge_.criteria_.field_mtf) {
+      const auto& field = fields[limit.field];
+      if (!std::isnan(limit.tangential)) values[next++] = std::log(std::max(field.tangential, kDarkest));
+      if (!std::isnan(limit.sagittal)) values[next++] = std::log(std::max(field.sagittal, kDarkest));
+    }
+    const Shift shift = shift_of(fields, judge_.design_);
+    values[next] = std::isnan(shift.x_px) ? kUnknownShift_px : shift.x_px;
+    values[next + 1] = std::isnan(shift.y_px) ? 0 : shift.y_px;
+    return values;
+  }
+  double largest_deficit(const Eigen::VectorXd& values) const {
+    double largest = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < limits_.size(); ++i)
+      largest = std::max(largest, limits_[i] - std::exp(values[static_cast<Eigen::Index>(i)]));
+    return largest;
+  }
+  double value_of(const Eigen::VectorXd& values) const {
+    return largest_deficit(values) + kPerSquaredPixel * values.tail<2>().squaredNorm();
+  }
+  double value(const Point& point) { return value_of(at(point)); }
+
+  // The pose of least score may be out of focus: the sharpest place along z.
+  Point focused(const Point& start) {
+    constexpr int kPlaces = 15;  // on either side
+    constexpr double kStep = 0.01;
+    Point best = start;
+    for (std::size_t i = 0; i < axes_.size(); ++i) {
+      if (judge_.scene_.axes[axes_[i]].name != "z") continue;
+      for (int place = -kPlaces; place <= kPlaces; ++place) {
+        Point there = start;
+        there[i] = std::clamp(start[i] + kStep * place, 0.0, 1.0);
+        if (value(there) < value(best)) best = there;
+      }
+    }
+    return best;
+  }
+
+  // The optimum of a quadratic model of all values, interpolated at distances of `radius`, within twice that radius.
+  Point best_near(const Point& middle, double radius) {
+    const auto n = static_cast<Eigen::Index>(axes_.size());
+    Point centre = middle;
+    for (double& place : centre) place = std::clamp(place, radius, 1 - radius);
+    const auto moved = [&](std::initializer_list<std::pair<Eigen::Index, double>> steps) {
+      Point there = centre;
+      for (const auto& [axis, step] : steps) there[static_cast<std::size_t>(axis)] += step * radius;
+      return at(there);
+    };
+    const Eigen::VectorXd here = at(centre);
+    std::vector<Eigen::VectorXd> up, slope, model;  // model: second derivatives, j <= k
+    for (Eigen::Index k = 0; k < n; ++k) {
+      up.push_back(moved({{k, 1}}));
+      const Eigen::VectorXd down = moved({{k, -1}});
+      slope.push_back((up.back() - down) / 2);
+      for (Eigen::Index j = 0; j < k; ++j)
+        model.push_back(moved({{j, 1}, {k, 1}}) - up[static_cast<std::size_t>(j)] - up.back() + here);
+      model.push_back((up.back() + down) / 2 - here);
+    }
+    const auto predicted = [&](const std::vector<double>& step) {
+      Eigen::VectorXd values = here;
+      std::size_t pair = 0;
+      for (std::size_t k = 0; k < axes_.size(); ++k) {
+        values += step[k] * slope[k];
+        for (std::size_t j = 0; j <= k; ++j) values += step[j] * step[k] * model[pair++];
+      }
+      return values;
+    };
+    std::vector<double> step(axes_.size() + 1, 0.0);  // in radii; then the largest deficit
+    for (std::size_t i = 0; i < centre.size(); ++i) step[i] = (middle[i] - centre[i]) / radius;
+    descend(predicted, step);
+    for (std::size_t i = 0; i < centre.size(); ++i) centre[i] = std::clamp(centre[i] + radius * step[i], 0.0, 1.0);
+    return centre;
+  }
+
+  // COBYLA (Powell 1994, of NLopt) on the epigraph form of the model: min t + ..., with deficit_i <= t.
+  template <class Predicted>
+  void descend(const Predicted& predicted, std::vector<double>& step) {
+    struct Problem {
+      const Search& search;
+      const Predicted& predicted;
+      Eigen::VectorXd at(const double* x, std::size_t count) const {
+        return predicted(std::vector<double>(x, x + count));
+      }
+    } problem{*this, predicted};
+    const auto objective = +[](unsigned count, const double* x, double*, void* data) {
+      const Problem& of = *static_cast<Problem*>(data);
+      return x[count - 1] + kPerSquaredPixel * of.at(x, count).template tail<2>().squaredNorm();
+    };
+    const auto constraints = +[](unsigned count, double* result, unsigned size, const double* x, double*, void* data) {
+      const Problem& of = *static_cast<Problem*>(data);
+      const Eigen::VectorXd values = of.at(x, size);
+      for (unsigned i = 0; i < count; ++i)
+        result[i] = of.search.limits_[i] - std::exp(std::min(0.0, values[i])) - x[size - 1];
+    };
+    const auto count = static_cast<unsigned>(step.size());
+    step.back() = largest_deficit(problem.at(step.data(), count));
     nlopt::opt opt(nlopt::LN_COBYLA, count);
-    std::vector<double> lower(count, 0), upper(count, 1), strides(count, stage.stride);
-    lower.back() = -2;
-    upper.back() = 2;
+    std::vector<double> lower(count, -2), upper(count, 2), strides(count, 0.5);
     strides.back() = 0.1;
     opt.set_lower_bounds(lower);
     opt.set_upper_bounds(upper);
     opt.set_initial_step(strides);
-    opt.set_min_objective(+objective, &search);
-    opt.add_inequality_mconstraint(+constraints, &search, std::vector<double>(deficits(search.at(x)).size(), 1e-6));
-    opt.set_xtol_abs(1 / kPerTravel);
-    opt.set_maxeval(300);
+    opt.set_min_objective(objective, &problem);
+    opt.add_inequality_mconstraint(constraints, &problem, std::vector<double>(limits_.size(), 1e-7));
+    opt.set_xtol_abs(1e-4);
+    opt.set_maxeval(1000);
     double lowest = 0;
     try {
-      opt.optimize(x, lowest);
+      opt.optimize(step, lowest);
     } catch (const nlopt::roundoff_limited&) {  // as good as it gets
     }
   }
-  const double reached = value();
-  if (std::vector<double> found = std::exchange(x, at_start); value() >= reached) x = std::move(found);
-  for (std::size_t i = 0; i < axes.size(); ++i) x[i] = std::clamp(std::round(x[i] * kPerTravel) / kPerTravel, 0.0, 1.0);
-  Optimum found;
-  found.deficit = worst(x);
-  found.true_pose = search.pose;
-  known_.clear();
-  return found;
+
+  Judge& judge_;
+  std::vector<double> pose_;       // of the lens
+  std::vector<std::size_t> axes_;  // observable ones
+  std::vector<double> limits_;     // in the order of Judge::deficits
+};
+
+std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
+  if (criteria_.field_mtf.empty()) return std::nullopt;
+  return Search(*this, start).run();
 }
 
 }  // namespace relign::trials

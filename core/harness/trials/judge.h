@@ -53,18 +53,19 @@ class Judge {
   };
   // The lens's own optimum under a limit of MTF by field: the pose where the largest deficit, plus 1e-4 per squared
   // pixel of the image's shift, is lowest. The second term decides between poses of equal MTF, since a shift alone
-  // hardly changes it. COBYLA (Powell 1994, of NLopt) on the epigraph form, min t with deficit_i <= t,
-  // over the observable axes, from `start`: at a quarter and at half of the frequency, where the MTF still falls
-  // steadily with blur, then at the frequency, twice. Rounded to 1e-5 of the travel. Nothing without such a limit.
+  // hardly changes it. Over the observable axes, from `start`, by quadratic models of the logarithms of the MTFs in
+  // ever smaller neighbourhoods: at a quarter and at half of the frequency, where the MTF still falls steadily with
+  // blur, then at the frequency. Rounded to 1e-5 of the travel. Nothing without such a limit.
   std::optional<Optimum> optimum(const std::vector<double>& start);
-  // Measurements of all fields that optimum() makes: 493 to 823 for ten camera modules. For estimates of run time.
-  static constexpr int kTypicalMeasurements = 650;
+  // Measurements of all fields that optimum() makes, for five axes. For estimates of run time.
+  static constexpr int kTypicalMeasurements = 160;
 
   // own_optimum: empty if unknown. Each pose is measured once. Values that are not wanted, or that no light determines,
   // are NaN. Throws Error(plugin_failed) for a further score that is declared and not offered, or below 0.
   ByCriterion<double> at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
 
  private:
+  class Search;
   const FieldValues& fields_at(const std::vector<double>& true_pose);
   const std::vector<double>& further_scores_at(const std::vector<double>& true_pose);
   std::vector<double> deficits(const FieldValues& fields) const;

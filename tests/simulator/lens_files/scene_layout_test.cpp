@@ -170,21 +170,23 @@ TEST(SceneLayout, PolychromaticSceneHasWavelengthsAndWeights) {
 
 TEST(SceneLayout, ChartOfACameraIsAsWideAsASmallSensor) {
   LayoutChoices choices = choices_of("640x480@2um");
-  const double whole = made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"];
+  const double whole = made("relign_od.lis", choices).layout.scene["emitter"]["side_mm"];
   choices.camera = true;
-  const Made camera = made("cooke_triplet_utf8.zmx", choices);
+  const Made camera = made("relign_od.lis", choices);
   const OrderedJson& scene = camera.layout.scene;
-  // The image of its side, by the magnification of the paraxial focal length; distortion is small this near the axis.
-  const optics::FirstOrder data = optics::first_order(camera.lens.lens);
-  const double side = scene["emitter"]["side_mm"], distance = -scene["emitter"]["z_mm"].get<double>() +
-                                                              scene["pivot_behind_first_vertex_mm"].get<double>() * -1;
-  EXPECT_LT(side, 0.2 * whole);
-  EXPECT_NEAR(side * data.focal_length / (distance + data.front_focal_length), 1.02 * 1.28, 0.01 * 1.28);
+  const optics::Prescription& lens = camera.lens.lens;
+  const double pivot = scene["pivot_behind_first_vertex_mm"], side = scene["emitter"]["side_mm"];
+  const double distance = -scene["emitter"]["z_mm"].get<double>() - pivot;
+  const double field_deg =
+      std::atan(side / 2 / (distance + optics::first_order(lens).entrance_pupil_z)) * 57.29577951308232;
+  EXPECT_LT(side, 0.5 * whole);
+  EXPECT_NEAR(image_height(lens, field_deg, distance, scene["sensor"]["z_mm"].get<double>() + pivot), 1.02 * 0.64,
+              1e-4);
   // A large sensor does not make it larger than the field.
   choices.sensor = parse_sensor("640x480@200um", "--sensor");
-  const double large = made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"];
+  const double large = made("relign_od.lis", choices).layout.scene["emitter"]["side_mm"];
   choices.camera = false;
-  EXPECT_EQ(large, made("cooke_triplet_utf8.zmx", choices).layout.scene["emitter"]["side_mm"].get<double>());
+  EXPECT_EQ(large, made("relign_od.lis", choices).layout.scene["emitter"]["side_mm"].get<double>());
 }
 
 TEST(ParseSensor, ParsesSizesAndRejectsOthers) {
