@@ -77,7 +77,7 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
     return outcome.err;
   };
   EXPECT_THAT(refused({"--camera", "480x360"}), HasSubstr("--camera '480x360': expected COLUMNSxROWS@PITCH"));
-  EXPECT_THAT(refused({"--camera", "480x360@4", "--sensor", "4"}), HasSubstr("excludes"));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--sensor", "4"}), HasSubstr("--sensor cannot be combined with --camera"));
   EXPECT_THAT(refused({"--camera", "60x40@20"}),
               testing::AllOf(HasSubstr("squares of at least 40 pixels"), Not(HasSubstr("--target"))));
   EXPECT_THAT(refused({"--camera", "320x240@6", "--target", "siemens_star"}), HasSubstr("this target has no fields"));
@@ -86,8 +86,8 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   EXPECT_THAT(refused({"--camera", "480x360@4", "--stage", "tolerances"}), HasSubstr("ambiguous stage 'tolerances'"));
   place.write("none.json", "[]");
   EXPECT_THAT(refused({"--spec", "none.json"}), HasSubstr("none.json: expected an object with the limits"));
-  place.write("field.json", R"({"field_mtf": {"lp_per_mm": 30, "fields": [{"name": "left", "tangential": 0.3}]}})");
-  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "field.json"}), HasSubstr("'left'"));
+  place.write("field.json", R"({"field_mtf": {"lp_per_mm": 30, "fields": [{"name": "nowhere", "tangential": 0.3}]}})");
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "field.json"}), HasSubstr("'nowhere'"));
 }
 
 TEST(CliSceneNew, TellsBeforeARunThatASpecificationCannotBeMet) {
@@ -106,7 +106,7 @@ TEST(CliSceneNew, TellsBeforeARunThatASpecificationCannotBeMet) {
   EXPECT_THAT(valid.err, HasSubstr("triplet, tolerances: " + expected));
   const json found = json::parse(valid.out).at("can_meet_spec").at(0);
   EXPECT_EQ(found.at("possible"), 0);
-  EXPECT_GT(found.at("design").at("field_mtf_deficit"), 0.1);
+  EXPECT_GT(found.at("design").at("field_mtf_deficit"), 0.05);
 }
 
 TEST(CliSceneNew, CreatesRunnableSuiteFromListing) {
