@@ -19,7 +19,7 @@ BUILD = pathlib.Path(os.environ.get("RELIGN_BUILD", TREE / "build" / "release"))
 MODULE_PYTHON = os.environ.get("RELIGN_MODULE_PYTHON", "/usr/bin/python3")
 MOST_MEGABYTES = 40
 PACKAGES = ["apt", "base-files", "bash", "coreutils", "libc-bin", "python3", "python3-venv"]
-SUITE = {"name": "archived", "scenes": ["gaussian_spot"], "noise_levels": ["rho0.25"], "algorithms": ["compass"],
+SUITE = {"name": "archived", "scenes": ["gaussian_spot"], "noise_levels": ["rho0"], "algorithms": ["compass"],
          "instances": 2, "steps": 5}
 
 sys.path.insert(0, str(TREE / "python"))
