@@ -261,7 +261,7 @@ def main():
                         help="interpreter to compile the module for; repeatable [default: those found]")
     parser.add_argument("--built-module", action="store_true",
                         help="take the module that the build folder has, for its Python alone")
-    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path("/"),
+    parser.add_argument("--root", type=lambda path: pathlib.Path(path).resolve(), default=pathlib.Path("/"),
                         help="file system with the libraries of another architecture (debian_root.py) [default: this one]")
     given = parser.parse_args()
     build = given.build.resolve()

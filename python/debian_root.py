@@ -55,6 +55,11 @@ def unpack(debs, root):
             target = root / os.readlink(path).lstrip("/")
             path.unlink()
             path.symlink_to(os.path.relpath(target, path.parent))
+    # As scripts of their packages choose among alternatives.
+    for kind in ("blas", "lapack"):
+        for path in (root / "usr" / "lib").glob(f"*/{kind}/lib{kind}.*"):
+            if not (path.parent.parent / path.name).exists():
+                (path.parent.parent / path.name).symlink_to(f"{kind}/{path.name}")
 
 
 def make_root(folder, packages, architecture):

@@ -20,7 +20,7 @@ KERNELS = [OPTICS / f"{name}.cpp" for name in ("adjoint_kernels", "block_kernels
 # As core/simulator/optics/CMakeLists.txt compiles them.
 FLAGS = ["-std=c++20", "-O3", "-ffp-contract=off", "-fopenmp-simd", "-fno-math-errno", "-fno-trapping-math",
          "-DRELIGN_KERNEL_ISA=generic"]
-SUITE = {"name": "small", "scenes": ["relign_od", "gaussian_spot"], "noise_levels": ["rho0.25"],
+SUITE = {"name": "small", "scenes": ["relign_od"], "noise_levels": ["rho0.25"],
          "algorithms": ["nlopt-sbplx", "through-focus", "imitation", "bo-gp", "random"], "instances": 1, "steps": 4}
 
 
