@@ -16,7 +16,7 @@ std::string missed_by(const trials::Reachable& design, const records::Specificat
   std::vector<std::string> missed;
   if (design.field_mtf_deficit > 0)
     missed.push_back("the MTF of its worst field is " + significant(design.field_mtf_deficit, 2) + " below its limit");
-  if (!spec.mtf_met_by(design.mtf.centre, design.mtf.corner))
+  if (spec.mtf_centre > design.mtf.centre || spec.mtf_corner > design.mtf.corner)
     missed.push_back("MTF " + significant(design.mtf.centre, 2) + " in the centre and " +
                      significant(design.mtf.corner, 2) + " in the corner");
   if (design.score > spec.score) missed.push_back(score.name + " " + significant(design.score, 2) + score.suffix());
@@ -27,12 +27,13 @@ std::string missed_by(const trials::Reachable& design, const records::Specificat
 
 SpecOutlook spec_outlook(Context& context, const LoadedScene& scene, const plugin_host::Choice& level,
                          const records::Specification& spec, std::uint64_t lenses) {
+  SpecOutlook outlook;
+  if (!trials::limits_reachable(spec)) return outlook;
   const std::atomic<bool>& stop = watch_for_stop();
   ProgressPrinter printer(context.progress_mode(), "lenses");
   runner::Progress progress;
   progress.doing = "best poses of lenses";
   progress.total = lenses;
-  SpecOutlook outlook;
   plugin_host::NoiseLevel drawing(level, context.services(1));
   outlook.yield = trials::possible_yield(*scene.scene, scene.facts, drawing, spec, lenses, [&](std::uint64_t done) {
     progress.done = done;

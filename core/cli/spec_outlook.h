@@ -13,7 +13,7 @@ namespace relign::cli {
 
 struct SpecOutlook {
   trials::PossibleYield yield;
-  std::string lenses;   // "21 of 24 lenses (69 to 96 %)"; empty if none was drawn
+  std::string lenses;   // "21 of 24 lenses (69 to 96 %)"; empty if none was drawn, or no limit can be judged so
   std::string warning;  // empty: design and some lenses can meet it
 };
 

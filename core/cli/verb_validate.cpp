@@ -3,6 +3,7 @@
 #include "base/own_command.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/interrupt.h"
 #include "cli/progress.h"
 #include "cli/shared_files.h"
 #include "cli/spec_outlook.h"
@@ -44,7 +45,11 @@ Json outlooks(Context& context, const suites::Suite& suite, unsigned lenses, std
   for (const suites::SceneEntry& entry : suite.scenes) {
     const LoadedScene scene = load_scene(entry.choice, context.services(core_count()));
     const records::Specification spec = records::specification_of(suite.spec, scene.facts.spec, scene.facts.score);
-    if (scene.facts.owns_stage || !scene.facts.truth || !spec.limits_anything()) continue;
+    if (scene.facts.owns_stage || !scene.facts.truth) continue;
+    if (!trials::limits_reachable(spec)) {
+      text += "can meet spec  " + printable(entry.name) + ": not judged, without a limit of RMSE or MTF\n";
+      continue;
+    }
     for (const suites::LevelEntry& level : suite.levels) {
       const SpecOutlook outlook = spec_outlook(context, scene, level.choice, spec, lenses);
       if (!outlook.warning.empty()) print_warning(entry.name + ", " + level.name + ": " + outlook.warning);
@@ -59,6 +64,7 @@ Json outlooks(Context& context, const suites::Suite& suite, unsigned lenses, std
 
 int checked(Context& context, const ValidateArguments& arguments) {
   context.start_sandbox("");
+  if (arguments.lenses > 0) watch_for_stop();
   const suites::Suite suite = suites::read_suite(suite_file(arguments.file), context.catalog());
   const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
   std::size_t trials = 0, frames = 0;

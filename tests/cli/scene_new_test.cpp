@@ -77,7 +77,8 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
     return outcome.err;
   };
   EXPECT_THAT(refused({"--camera", "480x360"}), HasSubstr("--camera '480x360': expected COLUMNSxROWS@PITCH"));
-  EXPECT_THAT(refused({"--camera", "480x360@4", "--sensor", "4"}), HasSubstr("--sensor cannot be combined with --camera"));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--sensor", "4"}),
+              HasSubstr("--sensor cannot be combined with --camera"));
   EXPECT_THAT(refused({"--camera", "60x40@20"}),
               testing::AllOf(HasSubstr("squares of at least 40 pixels"), Not(HasSubstr("--target"))));
   EXPECT_THAT(refused({"--camera", "320x240@6", "--target", "siemens_star"}), HasSubstr("this target has no fields"));
@@ -87,7 +88,30 @@ TEST(CliSceneNew, CameraHasFieldsElectronicsAndASpecificationThatTheDesignMeets)
   place.write("none.json", "[]");
   EXPECT_THAT(refused({"--spec", "none.json"}), HasSubstr("none.json: expected an object with the limits"));
   place.write("field.json", R"({"field_mtf": {"lp_per_mm": 30, "fields": [{"name": "nowhere", "tangential": 0.3}]}})");
-  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "field.json"}), HasSubstr("'nowhere'"));
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "field.json"}),
+              testing::AllOf(HasSubstr("field.json: "), HasSubstr("'nowhere'")));
+  place.write("score.json", R"({"score": 0.005})");
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--spec", "score.json"}), HasSubstr("use 'rmse'"));
+  place.write("stage.json", R"({"use": "tolerances", "elements": {}, "movement": 5,
+                                "start": {"shift_um": [1, 1, 1], "tilt_arcmin": [1, 1]}})");
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--stage", "stage.json"}), HasSubstr("with 'movement' is needed"));
+  place.write("stage.json", R"({"use": "tolerances", "elements": {}, "movement": {"backlsh_um": 5},
+                                "start": {"shift_um": [1, 1, 1], "tilt_arcmin": [1, 1]}})");
+  EXPECT_THAT(refused({"--camera", "480x360@4", "--stage", "stage.json"}),
+              testing::AllOf(HasSubstr("--stage: "), HasSubstr("stage.json:1:"), HasSubstr("backlsh_um")));
+}
+
+TEST(CliSceneNew, RemarksOnACameraThatTheLensDoesNotSuit) {
+  const Workplace place;
+  place.write("places.json", R"({"centre_px": 4})");
+  const Outcome made = relign_bench(place, {"scene", "new", RELIGN_SOURCE_DIR "/examples/lens/triplet.zmx", "-o",
+                                            "line", "--camera", "1920x1280@3um", "--spec", "places.json"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_THAT(made.out, HasSubstr("does not fill the sensor, whose diagonal is 6.923 mm"));
+  EXPECT_THAT(made.out, HasSubstr("can meet the spec            not judged"));
+  EXPECT_THAT(made.out, HasSubstr("coupling of axes 0.01"));
+  EXPECT_THAT(made.out, HasSubstr("20 instances, 12 steps"));
+  EXPECT_THAT(made.err, HasSubstr("lattice")) << "the picture of the suite";
 }
 
 TEST(CliSceneNew, TellsBeforeARunThatASpecificationCannotBeMet) {

@@ -10,8 +10,13 @@
 namespace relign::trials {
 
 bool Reachable::can_meet(const records::Specification& spec) const {
-  const bool by_field = std::isnan(spec.limits[Criterion::field_mtf]) || field_mtf_deficit <= 0;
-  return by_field && spec.met_by(score, mtf.centre, mtf.corner);
+  const auto within = [](double value, double most) { return !(value > most); };  // NaN: unknown, or no limit
+  return within(score, spec.score) && within(field_mtf_deficit, spec.limits[Criterion::field_mtf]) &&
+         within(spec.mtf_centre, mtf.centre) && within(spec.mtf_corner, mtf.corner);
+}
+
+bool limits_reachable(const records::Specification& spec) {
+  return !std::isnan(spec.score) || spec.limits_mtf() || !std::isnan(spec.limits[Criterion::field_mtf]);
 }
 
 Reachable reachable(plugin_host::MountedAssembly& lens, const SceneFacts& scene, const records::Specification& spec,

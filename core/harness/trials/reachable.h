@@ -19,9 +19,12 @@ struct Reachable {
   records::MtfRecord mtf;                                   // at the same pose
   double field_mtf_deficit = score;                         // at the pose where it is lowest (Judge::optimum)
 
-  // False only where no pose meets the limits of score and MTF; those of places are not considered.
+  // False only where no pose meets the limits of score and MTF; what is unknown and those of places are not considered.
   bool can_meet(const records::Specification& spec) const;
 };
+
+// Whether the specification has such limits.
+bool limits_reachable(const records::Specification& spec);
 
 // `design`: fields of the perfect lens at the nominal pose; may be empty without limits of MTF by field. Throws Error
 // as the scene does.

@@ -333,7 +333,14 @@ std::vector<LayoutLine> lines_of(const Geometry& made, const CompleteLens& compl
     };
     lines.push_back({"start", all(start["shift_um"]) + " um; " + all(start["tilt_arcmin"]) + " arcmin",
                      "where a gripper holds the lens, 3 sigma, at most half of the half travel; replace it by yours"});
+    const OrderedJson& sensor = layout.scene["sensor"];
+    lines.push_back({"target", choices.target, "on a sensor of " + all(sensor["pixels"]) + " pixels"});
     lines.push_back({"cure shift", "0", "of the glue; replace it by yours"});
+    lines.push_back({"suite",
+                     shortest(layout.suite["instances"]) + " instances, " + shortest(layout.suite["steps"]) + " steps",
+                     join(layout.suite["algorithms"].get<std::vector<std::string>>(), ", ") + "; 8 rays a pixel"});
+    if (choices.movement.is_null())
+      lines.push_back({"stage", "coupling of axes 0.01", "without play or scatter; choose one by --stage"});
     lines.push_back({"stage's speed",
                      shortest(times["speed_mm_per_s"]) + " mm/s, " + shortest(times["speed_deg_per_s"]) + " deg/s",
                      "settling " + shortest(times["settle_ms"]) + ", exposure " + shortest(times["exposure_ms"]) +
@@ -351,7 +358,20 @@ std::vector<LayoutLine> lines_of(const Geometry& made, const CompleteLens& compl
   return lines;
 }
 
-void remark_on(const Geometry& made, const optics::Prescription& lens, std::vector<Remark>& remarks) {
+// Of a tolerance file.
+void set_stage(Layout& layout, const Json& movement, const std::string& stage) {
+  layout.tolerances["movement"] = movement;
+  const auto all = [&movement](const char* key, const char* unit) {
+    const Json found = movement.value(key, Json(0));
+    return (found.is_array() ? found.dump() : shortest(found.get<double>())) + " " + unit;
+  };
+  layout.lines.push_back({"stage", stage,
+                          "backlash " + all("backlash_um", "um") + ", repeatability " +
+                              all("repeatability_um", "um, one sigma") + "; replace it by your stage's"});
+}
+
+void remark_on(const Geometry& made, const optics::Prescription& lens, const LayoutChoices& choices,
+               std::vector<Remark>& remarks) {
   const double last = made.data.overall_length;
   // The travel is at most half the distance to the sensor.
   if (std::fabs(lens.image_z_mm - made.focus) > made.travel.along_mm)
@@ -360,9 +380,19 @@ void remark_on(const Geometry& made, const optics::Prescription& lens, std::vect
                               significant(made.distance.mm, 4) + " mm " + significant(made.focus - last, 4) +
                               " mm: the sensor is placed there, farther away than the travel along the axis, " +
                               significant(made.travel.along_mm, 4) + " mm; check the last distance of the file"});
-  if (2 * made.image_height > made.side && made.sides_deg == 0)
+  if (2 * made.image_height > made.side && !choices.camera)
     remarks.push_back({0, "the image of the field, " + significant(2 * made.image_height, 4) +
                               " mm in diameter, is larger than the sensor, " + significant(made.side, 4) + " mm"});
+  constexpr double kFar_mm = 2000;
+  const double diagonal = std::hypot(made.sensor.columns, made.sensor.rows) * made.sensor.pitch_mm;
+  if (choices.camera && 2 * made.image_height < diagonal)
+    remarks.push_back({0, "the image of the field, " + significant(2 * made.image_height, 4) +
+                              " mm in diameter, does not fill the sensor, whose diagonal is " +
+                              significant(diagonal, 4) + " mm: its corners stay dark"});
+  if (choices.camera && made.distance.mm > kFar_mm)
+    remarks.push_back({0, "the chart is " + significant(made.distance.mm / 1000, 3) + " m away and " +
+                              significant(made.emitter_side / 1000, 3) +
+                              " m wide, more than a line has room for; choose a --distance"});
   if (made.shown_deg < made.field_deg && made.sides_deg == 0)
     remarks.push_back({0, "the emitter ends at " + significant(made.shown_deg, 4) + " degrees of the lens's " +
                               significant(made.field_deg, 4) + ": a flat emitter cannot fill such a wide field"});
@@ -386,7 +416,10 @@ SensorSize parse_sensor(const std::string& text, const std::string& option) {
   }
   const auto columns = parse_number(text.substr(0, cross)), rows = parse_number(text.substr(cross + 1, at - cross - 1));
   std::string pitch = text.substr(at + 1);
-  if (pitch.size() > 2 && pitch.compare(pitch.size() - 2, 2, "um") == 0) pitch.resize(pitch.size() - 2);
+  for (const std::string unit : {"um", "\u00b5m", "\u03bcm"})
+    if (pitch.size() > unit.size() && pitch.compare(pitch.size() - unit.size(), unit.size(), unit) == 0)
+      pitch.resize(pitch.size() - unit.size());
+  while (!pitch.empty() && pitch.back() == ' ') pitch.pop_back();
   const auto pitch_um = parse_number(pitch);
   expect(cross < at && at != std::string::npos && columns && rows && pitch_um, "COLUMNSxROWS@PITCH");
   for (const double count : {*columns, *rows})
@@ -409,7 +442,8 @@ Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutCho
                   grade.text(),
                   made.side / std::min(made.sensor.columns, made.sensor.rows)};
     layout.lines = lines_of(made, complete, choices, layout);
-    remark_on(made, complete.lens, design.remarks);
+    if (!choices.movement.is_null()) set_stage(layout, choices.movement, choices.stage);
+    remark_on(made, complete.lens, choices, design.remarks);
     return layout;
   } catch (const Error& error) {
     throw Error(error.kind(), design.file + ": " + error.what());
@@ -429,17 +463,6 @@ void set_specification(Layout& layout, double rmse) {
 void set_own_specification(Layout& layout, const Json& spec, const std::string& file) {
   layout.scene["spec"] = spec;
   layout.lines.push_back({"spec", shown(spec.dump(), 60), file});
-}
-
-void set_stage(Layout& layout, const Json& movement, const std::string& stage) {
-  layout.tolerances["movement"] = movement;
-  const auto all = [&movement](const char* key, const char* unit) {
-    const Json found = movement.value(key, Json(0));
-    return (found.is_array() ? found.dump() : shortest(found.get<double>())) + " " + unit;
-  };
-  layout.lines.push_back({"stage", stage,
-                          "backlash " + all("backlash_um", "um") + ", repeatability " +
-                              all("repeatability_um", "um, one sigma") + "; replace it by your stage's"});
 }
 
 std::string chart_for(const SensorSize& sensor) {
@@ -463,8 +486,8 @@ void set_electronics(Layout& layout, double white) {
 
 double camera_lp_per_mm(const Layout& layout) { return rounded(0.125 / layout.pitch_mm, 4); }
 
-void set_camera_specification(Layout& layout, double reached) {
-  constexpr double kShare = 0.8;
+std::string set_camera_specification(Layout& layout, double reached) {
+  constexpr double kShare = 0.8, kLeastReached = 0.3;
   const double limit = std::floor(100 * kShare * reached) / 100;
   const double lp_per_mm = camera_lp_per_mm(layout);
   layout.scene["spec"] = {{"field_mtf", {{"lp_per_mm", lp_per_mm}, {"tangential", limit}, {"sagittal", limit}}}};
@@ -472,6 +495,11 @@ void set_camera_specification(Layout& layout, double reached) {
                           "at " + shortest(lp_per_mm) +
                               " lp/mm, a quarter of Nyquist; 0.8 of the worst field's at the design's best pose, " +
                               significant(reached, 2) + "; replace it by your product's"});
+  if (reached < kLeastReached)
+    return "the lens as designed reaches an MTF of " + significant(reached, 2) + " in its worst field at " +
+           shortest(lp_per_mm) +
+           " lp/mm, a quarter of Nyquist: it does not suit these pixels, or not all of the sensor";
+  return "";
 }
 
 std::vector<std::string> remark_lines(const LensDesign& design) {

@@ -25,6 +25,8 @@ struct LayoutChoices {
   bool target_is_named = true;          // false: a file
   bool polychromatic = false;           // all wavelengths of the design, with its weights
   bool camera = false;                  // a camera line: methods, budget and cycle of the suite
+  Json movement;                        // errors of the stage, as in a tolerance file; null: axes coupled by 1 %
+  std::string stage;                    // where they are from
 };
 
 // A chart of slanted squares of at least 40 pixels for this sensor, so that fields exist: "camera_chart:squares=7".
@@ -58,14 +60,13 @@ void set_specification(Layout& layout, double rmse);
 // A camera's electronics: a pixel of this irradiance is at 80 % of the full well.
 void set_electronics(Layout& layout, double white);
 
-// The user's specification, and the errors of the stage, from a tolerance file.
+// The user's specification.
 void set_own_specification(Layout& layout, const Json& spec, const std::string& file);
-void set_stage(Layout& layout, const Json& movement, const std::string& stage);
 
 // Sets an initial specification of a camera: MTF by field at a quarter of the Nyquist frequency, at least a share of
-// the worst field's at the design's best pose, `reached`.
+// the worst field's at the design's best pose, `reached`. Returns a warning where that is low, else "".
 double camera_lp_per_mm(const Layout& layout);
-void set_camera_specification(Layout& layout, double reached);
+std::string set_camera_specification(Layout& layout, double reached);
 
 // The README.md of the new folder.
 std::string readme(const LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices,

@@ -5,24 +5,22 @@
 #include "base/displayed_rmse.h"
 #include "base/error.h"
 #include "base/files.h"
-#include "base/json_source.h"
 #include "base/own_command.h"
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/interrupt.h"
 #include "cli/new_folder.h"
 #include "cli/progress.h"
-#include "cli/spec_outlook.h"
 #include "cli/text_table.h"
 #include "cli/workbench.h"
 #include "imaging/scene_file.h"
 #include "imaging/target.h"
 #include "lens_files/read_design.h"
 #include "lens_files/scene_layout.h"
+#include "lens_verbs/camera_line.h"
 #include "lens_verbs/design_file.h"
 #include "optics/glass.h"
-#include "records/specification.h"
-#include "trials/judge.h"
 
 namespace relign::cli {
 namespace {
@@ -72,22 +70,22 @@ void choose_target(const std::string& target, lens_files::LayoutChoices& choices
   files.emplace_back(choices.target, read_file(target));
 }
 
+void throw_if_stopped() {
+  if (watch_for_stop()) throw Error(ErrorKind::stopped, "stopped");
+}
+
 // Runs `body` on the draft; errors name the wanted folder instead of the draft, and the file that it is made from.
 template <class Body>
-void check_draft(const std::string& made_from, const fs::path& draft, const fs::path& wanted, Body&& body) {
+void check_draft(const NewSceneArguments& given, const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
     body();
   } catch (const Error& error) {
     std::string text = error.what();
     for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
       text.replace(at, draft.string().size(), wanted.string());
-    throw Error(error.kind(), made_from + ": " + text + "\nnothing was written");
+    const bool of_spec = !given.spec.empty() && text.find("spec") != std::string::npos;
+    throw Error(error.kind(), (of_spec ? given.spec : given.lens_file) + ": " + text + "\nnothing was written");
   }
-}
-
-LoadedScene load_draft(Context& context, const fs::path& draft) {
-  return load_scene(context.catalog().resolve_or_throw(plugin_host::Kind::scene, (draft / "scene.json").string()),
-                    context.services(core_count()));
 }
 
 // RMSE of the perfect lens's noise-free image at one pixel sideways of the nominal pose, scored as in trials.
@@ -111,81 +109,10 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& draft, double pit
   return displayed_rmse(mse);
 }
 
-// The JSON file of a "spec".
-Json own_specification(const std::string& file) {
-  Json spec = JsonSource::from_file(file).root();
-  if (!spec.is_object() || spec.empty())
-    throw Error(ErrorKind::bad_input, file + ": expected an object with the limits of a \"spec\", as in a suite");
-  return spec;
-}
-
-// The "movement" of a tolerance file: the path of one, or the only preset of a noise level whose id contains `stage`.
-Json movement_of(Context& context, const std::string& stage) {
-  using plugin_host::Kind;
-  const auto read = [&](const std::string& level) {
-    const plugin_host::Choice choice = context.catalog().resolve_or_throw(Kind::noise_level, level);
-    const std::string& key = choice.plugin->document;
-    const Json file = key.empty() ? Json() : choice.parameters.value(key, Json());
-    return file.is_string() ? JsonSource::from_file(file.get<std::string>()).root().value("movement", Json()) : Json();
-  };
-  if (fs::path(stage).has_parent_path() || fs::path(stage).extension() == ".json") {
-    Json movement = read(stage);
-    if (movement.is_null())
-      throw Error(ErrorKind::bad_input, "--stage: " + stage + ": a tolerance file with 'movement' is needed");
-    return movement;
-  }
-  std::vector<std::string> all, matching;
-  for (const auto& plugin : context.catalog().plugins())
-    for (const plugin_host::Preset& preset : plugin->presets)
-      if (plugin->kind == Kind::noise_level && !read(preset.id).is_null()) {
-        all.push_back(preset.id);
-        if (preset.id == stage || preset.id.find(stage) != std::string::npos) matching.push_back(preset.id);
-      }
-  if (matching.size() != 1)
-    throw Error(ErrorKind::bad_input,
-                "--stage: " + std::string(matching.empty() ? "unknown" : "ambiguous") + " stage '" + stage +
-                    "'; known: " + join(all, ", ") +
-                    " (a part of the name suffices), or the path of a tolerance file with 'movement'");
-  return read(matching.front());
-}
-
-// Electronics by the brightness of the reference image, and a specification by what the design itself reaches.
-void complete_camera(Context& context, const fs::path& draft, lens_files::Layout& layout) {
-  const LoadedScene loaded = load_draft(context, draft);
-  lens_files::set_electronics(layout, loaded.facts.image_white);
-  if (loaded.facts.fields.empty())
-    throw Error(ErrorKind::bad_input,
-                "--camera: this target has no fields, on which MTF could be specified; expected camera_chart or "
-                "slanted_edges with squares of at least 40 pixels on the sensor: use more pixels or such a target");
-  if (layout.scene.contains("spec")) return;
-  trials::Criteria criteria;
-  criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
-  criteria.judged[Criterion::field_mtf] = true;
-  for (std::size_t field = 0; field < loaded.facts.fields.size(); ++field)
-    criteria.field_mtf.push_back({static_cast<std::uint32_t>(field), 1, 1});
-  plugin_host::MountedAssembly design_lens = loaded.scene->mount("{}");
-  const trials::FieldValues design =
-      trials::measure_fields(design_lens, loaded.facts, criteria.lp_per_mm, loaded.facts.nominal_pose);
-  trials::Judge judge(design_lens, loaded.facts, criteria, design, 1);
-  lens_files::set_camera_specification(layout, 1 - judge.optimum(loaded.facts.nominal_pose)->deficit);
-}
-
-// Whether the specification can be met, as a line of the layout.
-SpecOutlook outlook_of(Context& context, const fs::path& draft, unsigned lenses, lens_files::Layout& layout) {
-  const LoadedScene loaded = load_draft(context, draft);
-  const records::Specification spec = records::specification_of({}, loaded.facts.spec, loaded.facts.score);
-  SpecOutlook outlook = spec_outlook(
-      context, loaded,
-      context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, (draft / "tolerances.json").string()), spec,
-      lenses);
-  layout.lines.push_back(
-      {"can meet the spec", outlook.lenses.empty() ? "not searched" : outlook.lenses,
-       outlook.warning.empty() ? "drawn by tolerances.json, at their best poses; 95 % interval" : outlook.warning});
-  return outlook;
-}
-
-void print_made(Context& context, const fs::path& folder, const lens_files::LensDesign& design,
-                const lens_files::CompleteLens& lens, const lens_files::Layout& layout) {
+void print_made(Context& context, const fs::path& folder, const DesignLens& made, const lens_files::Layout& layout,
+                bool camera, const SpecOutlook& outlook) {
+  const lens_files::LensDesign& design = made.design;
+  const lens_files::CompleteLens& lens = made.lens;
   const std::vector<std::string> remarks = lens_files::remark_lines(design);
   if (context.json) {
     Json result = {{"folder", fs::absolute(folder).lexically_normal().string()},
@@ -193,6 +120,7 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
                    {"elements", lens.lens.elements.size()},
                    {"remarks", remarks}};
     for (const lens_files::LayoutLine& line : layout.lines) result["layout"][line.what] = line.value;
+    if (outlook.yield.lenses > 0) result["can_meet_spec"] = outlook_json(outlook);
     print_result(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
     return;
   }
@@ -203,9 +131,13 @@ void print_made(Context& context, const fs::path& folder, const lens_files::Lens
   text += remarks.empty() ? "The whole file was used.\n" : "Remarks:\n";
   for (const std::string& remark : remarks) text += "  " + remark + "\n";
   print_text(text);
-  const std::string scene = shell_quoted((folder / "scene.json").string());
+  const std::string file = (folder / "scene.json").string(), scene = shell_quoted(file);
+  // As the suite renders it.
+  const std::string rendered =
+      camera ? shell_quoted(Json{{"use", file}, {"parameters", {{"sampler", "lattice"}, {"samples", 8}}}}.dump())
+             : scene;
   std::fprintf(stderr, "Next:\n  %s\n  %s\n  %s\n", own_command("lens info --scene " + scene).c_str(),
-               own_command("render --scene " + scene + " -o reference.png").c_str(),
+               own_command("render --scene " + rendered + " -o reference.png").c_str(),
                own_command("run " + shell_quoted((folder / "suite.json").string())).c_str());
 }
 
@@ -222,7 +154,7 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   if (choices.camera) choices.sensor = lens_files::parse_sensor(arguments.camera, "--camera");
   if (!arguments.sensor.empty()) choices.sensor = lens_files::parse_sensor(arguments.sensor, "--sensor");
   const Json spec = arguments.spec.empty() ? Json() : own_specification(arguments.spec);
-  const Json movement = arguments.stage.empty() ? Json() : movement_of(context, arguments.stage);
+  if (!arguments.stage.empty()) choices.movement = movement_of(context, choices.stage = arguments.stage);
   const fs::path wanted = arguments.out.empty() ? choices.name : arguments.out;
   // Named after the folder, so that two imports of one lens have different results folders.
   choices.suite_name = plain_scene_name(fs::absolute(wanted / "").lexically_normal().parent_path().filename().string());
@@ -237,19 +169,21 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
                                           : "siemens_star",
                 choices, files);
   lens_files::Layout layout = lens_files::lay_out(design, lens, choices);
-  if (!movement.is_null()) lens_files::set_stage(layout, movement, arguments.stage);
   if (!spec.is_null()) lens_files::set_own_specification(layout, spec, arguments.spec);
 
   files.emplace_back("lens.json", lens_files::pretty(lens.json));
   files.emplace_back("scene.json", lens_files::pretty(layout.scene));
   files.emplace_back("tolerances.json", lens_files::pretty(layout.tolerances));
   files.emplace_back("suite.json", lens_files::pretty(layout.suite));
+  watch_for_stop();
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
+  std::string warning;
   SpecOutlook outlook;
-  check_draft(arguments.lens_file, draft, wanted, [&] {
+  check_draft(arguments, draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
-    if (choices.camera) complete_camera(context, draft, layout);
+    if (choices.camera) warning = complete_camera(context, draft, layout);
+    throw_if_stopped();
     // Rendering millions of pixels takes minutes.
     constexpr double kManyPixels = 1e6;
     const bool large = choices.sensor && 1.0 * choices.sensor->columns * choices.sensor->rows > kManyPixels;
@@ -257,12 +191,14 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
     if (!layout.scene.contains("spec"))
       lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft, layout.pitch_mm, mode));
     folder.write({{"scene.json", lens_files::pretty(layout.scene)}});
+    throw_if_stopped();
     if (choices.camera || !spec.is_null()) outlook = outlook_of(context, draft, arguments.lenses, layout);
   });
   folder.write({{"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
-  if (!outlook.warning.empty()) print_warning(wanted.string() + ": " + outlook.warning);
-  print_made(context, wanted, design, lens, layout);
+  for (const std::string& one : {warning, outlook.warning})
+    if (!one.empty()) print_warning(wanted.string() + ": " + one);
+  print_made(context, wanted, made, layout, choices.camera, outlook);
   return kDone;
 }
 
