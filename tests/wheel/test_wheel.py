@@ -115,11 +115,11 @@ class Wheel(unittest.TestCase):
         for made in ("venv", "wheels", "tmp/mine", "tmp/compass_python", "tmp/suite.json"):
             path = root / made
             shutil.rmtree(path) if path.is_dir() else path.unlink()
-        self.assertRegex(inside("/tmp/archive/verify"), r"\b6 of 6\b")
+        self.assertRegex(inside("/bin/bash", "/tmp/archive/verify"), r"\b6 of 6\b")
         records = next((root / "tmp" / "archive" / "results" / "trials").glob("*.jsonl"))
         records.write_text(records.read_text().replace('"step":1', '"step":2', 1))
         with self.assertRaisesRegex(AssertionError, "results/trials/.*FAILED"):
-            inside("/tmp/archive/verify")
+            inside("/bin/bash", "/tmp/archive/verify")
 
 
 if __name__ == "__main__":
