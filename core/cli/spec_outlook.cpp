@@ -1,8 +1,7 @@
 #include "cli/spec_outlook.h"
 
-#include <cmath>
-
 #include "base/error.h"
+#include "base/json_members.h"
 #include "base/text.h"
 #include "cli/interrupt.h"
 #include "cli/progress.h"
@@ -61,7 +60,6 @@ SpecOutlook spec_outlook(Context& context, const LoadedScene& scene, const plugi
 
 Json outlook_json(const SpecOutlook& outlook) {
   const trials::Reachable& design = outlook.yield.design;
-  const auto number_or_null = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
   return {{"lenses", outlook.yield.lenses},
           {"possible", outlook.yield.possible},
           {"design",

@@ -8,6 +8,7 @@
 
 #include "base/displayed_rmse.h"
 #include "base/error.h"
+#include "base/json_members.h"
 #include "base/seeds.h"
 #include "base/text.h"
 #include "cli/text_table.h"
@@ -158,7 +159,6 @@ std::string tolerances_text(const ToleranceTable& table, double spec) {
 
 Json tolerances_json(const ToleranceTable& table, double spec) {
   if (table.offsets.empty()) return {{"lenses", 0}, {"offsets", Json::array()}};
-  const auto number_or_null = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
   Json json = {{"lenses", table.predicted.size()},
                {"outside_travel", table.outside},
                {"error_of_mean_square", table.error},

@@ -145,8 +145,6 @@ std::string inner_folder(ObjectReader& reader) {
   return name;
 }
 
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
 Json to_json(const std::optional<TrainingCost>& training) {
   if (!training) return nullptr;
   Json json = {{"steps", number_or_null(training->steps)},

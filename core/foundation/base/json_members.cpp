@@ -1,8 +1,12 @@
 #include "base/json_members.h"
 
+#include <cmath>
+
 #include "base/text.h"
 
 namespace relign {
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 const Json& member(const Json& object, const char* key) {
   static const Json kNone;

@@ -10,6 +10,8 @@ namespace relign {
 
 using Json = nlohmann::json;
 
+Json number_or_null(double value);  // null if it is not finite
+
 // Members that may be missing or, in a damaged file, have another type. Returned references live as long as `object`.
 const Json& member(const Json& object, const char* key);      // null if missing
 std::string text_of(const Json& object, const char* key);     // "" if missing; other types as JSON text

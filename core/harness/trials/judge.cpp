@@ -143,6 +143,11 @@ FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts&
   return values;
 }
 
+FieldValues design_fields(plugin_host::MountedAssembly& perfect, const SceneFacts& scene, const Criteria& criteria) {
+  if (!criteria.needs(CriterionNeeds::fields)) return {};
+  return measure_fields(perfect, scene, criteria.lp_per_mm, scene.nominal_pose);
+}
+
 const FieldValues& Judge::fields_at(const std::vector<double>& true_pose) {
   auto found = known_.find(true_pose);
   if (found == known_.end())
@@ -172,11 +177,7 @@ const std::vector<double>& Judge::further_scores_at(const std::vector<double>& t
 
 std::vector<double> Judge::deficits(const FieldValues& fields) const {
   std::vector<double> all;
-  for (const Criteria::FieldLimit& limit : criteria_.field_mtf) {
-    const auto& field = fields[limit.field];
-    if (!std::isnan(limit.tangential)) all.push_back(limit.tangential - field.tangential);
-    if (!std::isnan(limit.sagittal)) all.push_back(limit.sagittal - field.sagittal);
-  }
+  for_each_limit(criteria_, [&](double least, auto field, auto mtf) { all.push_back(least - fields[field].*mtf); });
   return all;
 }
 
@@ -199,12 +200,9 @@ ByCriterion<double> Judge::at(const std::vector<double>& true_pose, const std::v
 // The search of optimum(): minimises the largest deficit plus kPerSquaredPixel times the squared shift of the image.
 class Judge::Search {
  public:
-  Search(Judge& judge, const std::vector<double>& start) : judge_(judge), pose_(start) {
-    for (std::size_t i = 0; i < judge.scene_.axes.size(); ++i)
-      if (judge.scene_.axes[i].observable) axes_.push_back(i);
-    for (const Criteria::FieldLimit& limit : judge.criteria_.field_mtf)
-      for (const double least : {limit.tangential, limit.sagittal})
-        if (!std::isnan(least)) limits_.push_back(least);
+  Search(Judge& judge, const std::vector<double>& start)
+      : judge_(judge), pose_(start), axes_(judge.scene_.observable_axes()) {
+    for_each_limit(judge.criteria_, [this](double least, auto, auto) { limits_.push_back(least); });
   }
 
   Optimum run() {
@@ -258,11 +256,9 @@ class Judge::Search {
     const FieldValues& fields = judge_.fields_at(posed(point));
     Eigen::VectorXd values(static_cast<Eigen::Index>(limits_.size()) + 2);
     Eigen::Index next = 0;
-    for (const Criteria::FieldLimit& limit : judge_.criteria_.field_mtf) {
-      const auto& field = fields[limit.field];
-      if (!std::isnan(limit.tangential)) values[next++] = std::log(std::max(field.tangential, kDarkest));
-      if (!std::isnan(limit.sagittal)) values[next++] = std::log(std::max(field.sagittal, kDarkest));
-    }
+    for_each_limit(judge_.criteria_, [&](double, auto field, auto mtf) {
+      values[next++] = std::log(std::max(fields[field].*mtf, kDarkest));
+    });
     const Shift shift = shift_of(fields, judge_.design_);
     values[next] = std::isnan(shift.x_px) ? kUnknownShift_px : shift.x_px;
     values[next + 1] = std::isnan(shift.y_px) ? 0 : shift.y_px;
@@ -373,7 +369,7 @@ class Judge::Search {
   Judge& judge_;
   std::vector<double> pose_;       // of the lens
   std::vector<std::size_t> axes_;  // observable ones
-  std::vector<double> limits_;     // in the order of Judge::deficits
+  std::vector<double> limits_;     // in the order of for_each_limit
 };
 
 std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {

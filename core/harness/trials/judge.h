@@ -2,6 +2,7 @@
 // built (the ability "fields"), so that a step costs milliseconds and no image is rendered.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -34,9 +35,21 @@ Criteria criteria_of(const records::Specification& spec, const SceneFacts& scene
 
 using FieldValues = std::vector<plugin_host::MountedAssembly::FieldValues>;
 
+// Calls body(least, field, MTF: a member of its values) for each limit of MTF by field, in their order.
+template <class Body>
+void for_each_limit(const Criteria& criteria, const Body& body) {
+  using Values = FieldValues::value_type;
+  for (const Criteria::FieldLimit& limit : criteria.field_mtf) {
+    if (!std::isnan(limit.tangential)) body(limit.tangential, limit.field, &Values::tangential);
+    if (!std::isnan(limit.sagittal)) body(limit.sagittal, limit.field, &Values::sagittal);
+  }
+}
+
 // All fields of a lens; throws Error(bad_input) if its scene does not measure them.
 FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts& scene, double lp_per_mm,
                            const std::vector<double>& true_pose);
+// Those of the perfect lens at the nominal pose; empty if the criteria need none.
+FieldValues design_fields(plugin_host::MountedAssembly& perfect, const SceneFacts& scene, const Criteria& criteria);
 
 // Judges poses of one lens.
 class Judge {

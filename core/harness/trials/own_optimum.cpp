@@ -16,10 +16,7 @@ using plugin_host::MountedAssembly;
 class Search {
  public:
   Search(MountedAssembly& assembly, const SceneFacts& scene, std::uint64_t seed)
-      : assembly_(assembly), scene_(scene), seed_(seed), pose_(scene.nominal_pose) {
-    for (std::size_t i = 0; i < scene.axes.size(); ++i)
-      if (scene.axes[i].observable) axes_.push_back(i);
-  }
+      : assembly_(assembly), scene_(scene), seed_(seed), pose_(scene.nominal_pose), axes_(scene.observable_axes()) {}
 
   std::optional<MountedAssembly::Optimum> run() {
     constexpr int kDrawn = 3;

@@ -41,9 +41,7 @@ PossibleYield possible_yield(plugin_host::Scene& scene, const SceneFacts& facts,
                              const std::function<void(std::uint64_t)>& before_each) {
   const Criteria criteria = criteria_of(spec, facts);
   plugin_host::MountedAssembly perfect = scene.mount("{}");
-  const FieldValues design = criteria.needs(CriterionNeeds::fields)
-                                 ? measure_fields(perfect, facts, criteria.lp_per_mm, facts.nominal_pose)
-                                 : FieldValues();
+  const FieldValues design = design_fields(perfect, facts, criteria);
   PossibleYield yield;
   before_each(0);
   yield.design = reachable(perfect, facts, spec, design, 1);

@@ -48,9 +48,7 @@ RunCost measure(plugin_host::Scene& scene, const SceneFacts& facts, const Instan
   std::vector<double> optimum = nominal;
   if (facts.truth)
     if (const auto own = own_optimum(lens, facts, instance.seed)) optimum = own->true_pose;
-  const FieldValues design = criteria.needs(CriterionNeeds::fields)
-                                 ? measure_fields(perfect, facts, criteria.lp_per_mm, nominal)
-                                 : FieldValues();
+  const FieldValues design = design_fields(perfect, facts, criteria);
   cost.instance = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::vector<double>* const poses[] = {&optimum, &instance.perturbations.start};
   for (const std::vector<double>* pose : poses) {

@@ -258,6 +258,13 @@ images::Image picture_of(const SceneFacts& facts, const float* capture) {
   return picture;
 }
 
+std::vector<std::size_t> SceneFacts::observable_axes() const {
+  std::vector<std::size_t> observable;
+  for (std::size_t i = 0; i < axes.size(); ++i)
+    if (axes[i].observable) observable.push_back(i);
+  return observable;
+}
+
 double SceneFacts::measured(const float* pixels, const float* reference) const {
   const std::size_t count = std::size_t{image_width} * image_height;
   if (!score_measure) return images::rmse(pixels, reference, count);

@@ -75,6 +75,7 @@ struct SceneFacts {
 
   // The name of the reading that measures the score, which has a measure.
   const std::string& score_reading() const { return readings[*score_measure % image_width].name; }
+  std::vector<std::size_t> observable_axes() const;
   bool has_image() const { return image_height > (readings.empty() ? 0U : 1U); }
   // Rows of a capture's picture (picture_of).
   unsigned picture_height() const { return has_image() && !readings.empty() ? image_height - 1 : image_height; }
