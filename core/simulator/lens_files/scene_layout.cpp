@@ -12,7 +12,6 @@
 namespace relign::lens_files {
 namespace {
 
-constexpr int kPixels = 200, kMaxPixels = 8000;
 // The paper's scene in shares of its sensor's side: 0.19 sideways and along the axis, 7 degrees.
 constexpr double kMargin = 1.3, kTravelShare = 0.15, kTravelTilt_deg = 7;
 // Of a camera line: the chart's side on the sensor, in shares of the sensor's longer side; tilt of a goniometer; where
@@ -200,7 +199,7 @@ Geometry solve(LensDesign& design, const optics::Prescription& lens, const Layou
   // Extent of the image of a distant object; the finite distance moves it slightly.
   made.field_deg = imaged_field(design, lens, lens.half_field_deg, 0);
   const double default_side = rounded(2 * kMargin * image_height(lens, made.field_deg, 0, lens.image_z_mm), 3);
-  made.sensor = choices.sensor.value_or(SensorSize{kPixels, kPixels, default_side / kPixels});
+  made.sensor = choices.sensor.value_or(SensorSize::square(default_side));
   made.side = choices.sensor ? made.sensor.shorter_side_mm() : default_side;
   made.distance = choose_distance(choices.distance_mm, design.object_distance_mm().value_or(0), made.side, data);
   made.focus = best_focus_z(lens, made.distance.mm);
@@ -257,9 +256,9 @@ OrderedJson scene_of(const Geometry& made, const LensDesign& design, const Layou
        {{"speed_mm_per_s", 5}, {"speed_deg_per_s", 5}, {"settle_ms", 40}, {"exposure_ms", 15}, {"readout_ms", 30}}}};
   if (choices.polychromatic) scene["wavelengths"] = wavelengths_of(design);
   OrderedJson& sensor = scene["sensor"];
-  if (made.sensor.columns == kPixels && made.sensor.rows == kPixels) {
+  if (made.sensor.has_usual_pixels()) {
     sensor["side_mm"] = rounded(made.side, 12);
-    sensor["pixels"] = kPixels;
+    sensor["pixels"] = made.sensor.columns;
   } else {
     sensor["pitch_um"] = rounded(made.sensor.pitch_mm * 1000, 12);
     sensor["pixels"] = {made.sensor.columns, made.sensor.rows};
@@ -338,7 +337,8 @@ std::vector<LayoutLine> lines_of(const Geometry& made, const CompleteLens& compl
     lines.push_back({"cure shift", "0", "of the glue; replace it by yours"});
     lines.push_back({"suite",
                      shortest(layout.suite["instances"]) + " instances, " + shortest(layout.suite["steps"]) + " steps",
-                     join(layout.suite["algorithms"].get<std::vector<std::string>>(), ", ") + "; 8 rays a pixel"});
+                     join(layout.suite["algorithms"].get<std::vector<std::string>>(), ", ") + "; " +
+                         shortest(layout.suite["scenes"][0]["parameters"]["samples"]) + " rays a pixel"});
     if (choices.movement.is_null())
       lines.push_back({"stage", "coupling of axes 0.01", "without play or scatter; choose one by --stage"});
     lines.push_back({"stage's speed",
@@ -400,36 +400,6 @@ void remark_on(const Geometry& made, const optics::Prescription& lens, const Lay
 
 }  // namespace
 
-SensorSize parse_sensor(const std::string& text, const std::string& option) {
-  constexpr double kLargest_mm = 1000;
-  const auto expect = [&](bool met, const std::string& what) {
-    if (!met)
-      refuse(option + " '" + text + "': expected " + what +
-             "; write columns, rows and the pitch in um, such as 1920x1280@3.45, or the side of a square in mm, such "
-             "as 4.8");
-  };
-  const std::size_t cross = text.find('x'), at = text.find('@');
-  if (cross == std::string::npos && at == std::string::npos) {
-    const double side = parse_number(text).value_or(0);
-    expect(side > 0 && side <= kLargest_mm, "a side of up to 1000 mm");
-    return {kPixels, kPixels, side / kPixels};
-  }
-  const auto columns = parse_number(text.substr(0, cross)), rows = parse_number(text.substr(cross + 1, at - cross - 1));
-  std::string pitch = text.substr(at + 1);
-  for (const std::string unit : {"um", "\u00b5m", "\u03bcm"})
-    if (pitch.size() > unit.size() && pitch.compare(pitch.size() - unit.size(), unit.size(), unit) == 0)
-      pitch.resize(pitch.size() - unit.size());
-  while (!pitch.empty() && pitch.back() == ' ') pitch.pop_back();
-  const auto pitch_um = parse_number(pitch);
-  expect(cross < at && at != std::string::npos && columns && rows && pitch_um, "COLUMNSxROWS@PITCH");
-  for (const double count : {*columns, *rows})
-    expect(count >= 1 && count <= kMaxPixels && count == std::floor(count),
-           "1 to " + std::to_string(kMaxPixels) + " pixels a side");
-  const double pitch_mm = *pitch_um / 1000;
-  expect(*pitch_um >= 1e-3 && pitch_mm * std::max(*columns, *rows) <= kLargest_mm, "a sensor of up to 1000 mm");
-  return {static_cast<int>(*columns), static_cast<int>(*rows), pitch_mm};
-}
-
 Layout lay_out(LensDesign& design, const CompleteLens& complete, const LayoutChoices& choices) {
   refuse_mirrors(design);
   try {
@@ -463,13 +433,6 @@ void set_specification(Layout& layout, double rmse) {
 void set_own_specification(Layout& layout, const Json& spec, const std::string& file) {
   layout.scene["spec"] = spec;
   layout.lines.push_back({"spec", shown(spec.dump(), 60), file});
-}
-
-std::string chart_for(const SensorSize& sensor) {
-  constexpr int kMost = 9, kFewest = 2;
-  constexpr double kSquare_px = 42;  // half of the spacing; fields need 40
-  const int squares = static_cast<int>(std::max(sensor.columns, sensor.rows) / (2 * kSquare_px));
-  return "camera_chart:squares=" + std::to_string(std::clamp(squares, kFewest, kMost));
 }
 
 void set_electronics(Layout& layout, double white) {

@@ -6,15 +6,9 @@
 #include <vector>
 
 #include "lens_files/completion.h"
+#include "lens_files/sensor_size.h"
 
 namespace relign::lens_files {
-
-struct SensorSize {
-  int columns = 200, rows = 200;
-  double pitch_mm = 0;
-  double shorter_side_mm() const { return (columns < rows ? columns : rows) * pitch_mm; }
-  double longer_side_mm() const { return (columns < rows ? rows : columns) * pitch_mm; }
-};
 
 struct LayoutChoices {
   std::string name;
@@ -29,9 +23,6 @@ struct LayoutChoices {
   std::string stage;                    // where they are from
 };
 
-// A chart of slanted squares of at least 40 pixels for this sensor, so that fields exist: "camera_chart:squares=7".
-std::string chart_for(const SensorSize& sensor);
-
 // One number of the layout with the reason for it.
 struct LayoutLine {
   std::string what;
@@ -45,10 +36,6 @@ struct Layout {
   std::string grade;    // of the tolerances: "10 um, 3 arcmin"
   double pitch_mm = 0;  // of the sensor's pixels
 };
-
-// "1920x1280@3.45" or "1920x1280@3.45um" (columns, rows, pitch in um) or "4.8" (side of a square in mm, 200 pixels) of
-// `option`. Throws Error(bad_input) for sensors that a scene does not allow.
-SensorSize parse_sensor(const std::string& text, const std::string& option);
 
 // Adds remarks to the design. Throws Error(bad_input) if the lens forms no image.
 Layout lay_out(LensDesign& design, const CompleteLens& lens, const LayoutChoices& choices);

@@ -2,6 +2,7 @@
 
 #include "base/error.h"
 #include "base/json_source.h"
+#include "base/shared_keys.h"
 #include "base/text.h"
 #include "lens_files/scene_layout.h"
 #include "records/specification.h"
@@ -18,27 +19,33 @@ LoadedScene load_draft(Context& context, const fs::path& draft) {
 }
 
 Json own_specification(const std::string& file) {
-  Json spec = JsonSource::from_file(file).root();
-  if (!spec.is_object() || spec.empty())
+  const JsonSource source = JsonSource::from_file(file);
+  if (!source.root().is_object() || source.root().empty())
     throw Error(ErrorKind::bad_input, file + ": expected an object with the limits of a \"spec\", as in a suite");
-  return spec;
+  std::vector<Problem> problems;
+  check_specification(source, "", problems);
+  throw_if_any(problems);
+  return source.root();
 }
 
 Json movement_of(Context& context, const std::string& stage) {
   using plugin_host::Kind;
-  const auto read = [&](const std::string& level) {
-    const plugin_host::Choice choice = context.catalog().resolve_or_throw(Kind::noise_level, level);
-    const std::string& key = choice.plugin->document;
-    const Json file = key.empty() ? Json() : choice.parameters.value(key, Json());
+  const auto resolved = [&](const std::string& level) {
+    return context.catalog().resolve_or_throw(Kind::noise_level, level);
+  };
+  const auto movement_in = [](const plugin_host::Choice& level) {
+    const std::string& key = level.plugin->document;
+    const Json file = key.empty() ? Json() : level.parameters.value(key, Json());
     const Json root = file.is_string() ? JsonSource::from_file(file.get<std::string>()).root() : Json();
     return root.is_object() ? root.value("movement", Json()) : Json();
   };
   if (fs::path(stage).has_parent_path() || fs::path(stage).extension() == ".json") {
-    Json movement = read(stage);
+    const plugin_host::Choice level = resolved(stage);
+    Json movement = movement_in(level);
     if (!movement.is_object())
       throw Error(ErrorKind::bad_input, "--stage: " + stage + ": a tolerance file with 'movement' is needed");
     try {
-      plugin_host::NoiseLevel(context.catalog().resolve_or_throw(Kind::noise_level, stage), context.services(1));
+      plugin_host::NoiseLevel(level, context.services(1));
     } catch (const Error& error) {
       throw Error(ErrorKind::bad_input, "--stage: " + std::string(error.what()));
     }
@@ -47,22 +54,21 @@ Json movement_of(Context& context, const std::string& stage) {
   std::vector<std::string> all, matching;
   for (const auto& plugin : context.catalog().plugins())
     for (const plugin_host::Preset& preset : plugin->presets)
-      if (plugin->kind == Kind::noise_level && !read(preset.id).is_null()) {
+      if (plugin->kind == Kind::noise_level && !movement_in(resolved(preset.id)).is_null()) {
         all.push_back(preset.id);
-        if (preset.id == stage || preset.id.find(stage) != std::string::npos) matching.push_back(preset.id);
+        if (preset.id.find(stage) != std::string::npos) matching.push_back(preset.id);
       }
   if (matching.size() != 1)
     throw Error(ErrorKind::bad_input,
                 "--stage: " + std::string(matching.empty() ? "unknown" : "ambiguous") + " stage '" + stage +
                     "'; known: " + join(all, ", ") +
                     " (a part of the name suffices), or the path of a tolerance file with 'movement'");
-  return read(matching.front());
+  return movement_in(resolved(matching.front()));
 }
 
-std::string complete_camera(Context& context, const fs::path& draft, lens_files::Layout& layout) {
-  const LoadedScene loaded = load_draft(context, draft);
-  lens_files::set_electronics(layout, loaded.facts.image_white);
-  if (loaded.facts.fields.empty())
+std::string complete_camera(const LoadedScene& scene, lens_files::Layout& layout) {
+  lens_files::set_electronics(layout, scene.facts.image_white);
+  if (scene.facts.fields.empty())
     throw Error(
         ErrorKind::bad_input,
         "--camera: this target has no fields, on which MTF could be specified; expected camera_chart or "
@@ -72,24 +78,24 @@ std::string complete_camera(Context& context, const fs::path& draft, lens_files:
   trials::Criteria criteria;
   criteria.lp_per_mm = lens_files::camera_lp_per_mm(layout);
   criteria.judged[Criterion::field_mtf] = true;
-  for (std::size_t field = 0; field < loaded.facts.fields.size(); ++field)
+  for (std::size_t field = 0; field < scene.facts.fields.size(); ++field)
     criteria.field_mtf.push_back({static_cast<std::uint32_t>(field), 1, 1});
-  plugin_host::MountedAssembly design_lens = loaded.scene->mount("{}");
-  const trials::FieldValues design =
-      trials::measure_fields(design_lens, loaded.facts, criteria.lp_per_mm, loaded.facts.nominal_pose);
-  trials::Judge judge(design_lens, loaded.facts, criteria, design, 1);
-  return lens_files::set_camera_specification(layout, 1 - judge.optimum(loaded.facts.nominal_pose)->deficit);
+  plugin_host::MountedAssembly design_lens = scene.scene->mount("{}");
+  const trials::FieldValues design = trials::design_fields(design_lens, scene.facts, criteria);
+  trials::Judge judge(design_lens, scene.facts, criteria, design, 1);
+  return lens_files::set_camera_specification(layout, 1 - judge.optimum(scene.facts.nominal_pose)->deficit);
 }
 
-SpecOutlook outlook_of(Context& context, const fs::path& draft, unsigned lenses, lens_files::Layout& layout) {
-  const LoadedScene loaded = load_draft(context, draft);
-  const records::Specification spec = records::specification_of({}, loaded.facts.spec, loaded.facts.score);
-  suites::Suite judged;  // by the scene's specification
-  runner::check_mtf(judged, loaded.facts.name, *loaded.scene, loaded.facts);
-  runner::check_criteria(judged, loaded.facts.name, *loaded.scene, loaded.facts);
-  for (const std::string& warning : runner::mtf_warnings(spec, loaded.facts)) print_warning(warning);
+SpecOutlook outlook_of(Context& context, const LoadedScene& scene, const fs::path& draft, unsigned lenses,
+                       lens_files::Layout& layout) {
+  suites::Suite judged;  // by the specification that the scene has, or will have
+  if (scene.facts.spec.is_null()) judged.spec = layout.scene["spec"];
+  const records::Specification spec = records::specification_of(judged.spec, scene.facts.spec, scene.facts.score);
+  runner::check_mtf(judged, scene.facts.name, *scene.scene, scene.facts);
+  runner::check_criteria(judged, scene.facts.name, *scene.scene, scene.facts);
+  for (const std::string& warning : runner::mtf_warnings(spec, scene.facts)) print_warning(warning);
   SpecOutlook outlook = spec_outlook(
-      context, loaded,
+      context, scene,
       context.catalog().resolve_or_throw(plugin_host::Kind::noise_level, (draft / "tolerances.json").string()), spec,
       lenses);
   if (!outlook.lenses.empty())

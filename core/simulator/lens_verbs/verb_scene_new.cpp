@@ -1,6 +1,7 @@
 // relign-bench scene new: creates a scene from the file of a design program.
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "base/displayed_rmse.h"
 #include "base/error.h"
@@ -76,15 +77,14 @@ void throw_if_stopped() {
 
 // Runs `body` on the draft; errors name the wanted folder instead of the draft, and the file that it is made from.
 template <class Body>
-void check_draft(const NewSceneArguments& given, const fs::path& draft, const fs::path& wanted, Body&& body) {
+void check_draft(const std::string& made_from, const fs::path& draft, const fs::path& wanted, Body&& body) {
   try {
     body();
   } catch (const Error& error) {
     std::string text = error.what();
     for (std::size_t at = text.find(draft.string()); at != std::string::npos; at = text.find(draft.string(), at))
       text.replace(at, draft.string().size(), wanted.string());
-    const bool of_spec = !given.spec.empty() && text.find("spec") != std::string::npos;
-    throw Error(error.kind(), (of_spec ? given.spec : given.lens_file) + ": " + text + "\nnothing was written");
+    throw Error(error.kind(), made_from + ": " + text + "\nnothing was written");
   }
 }
 
@@ -102,6 +102,7 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& draft, double pit
   plugin_host::MountedAssembly assembly = loaded.scene->mount("{}");
   double mse = 0;
   for (std::uint64_t seed = 1; seed <= kRepeats; ++seed) {
+    throw_if_stopped();
     progress.done = seed;
     printer.update(progress);
     mse += assembly.noise_free_mse(pose, seed).mse / kRepeats;
@@ -110,7 +111,7 @@ double rmse_off_by_one_pixel(Context& context, const fs::path& draft, double pit
 }
 
 void print_made(Context& context, const fs::path& folder, const DesignLens& made, const lens_files::Layout& layout,
-                bool camera, const SpecOutlook& outlook) {
+                const SpecOutlook& outlook) {
   const lens_files::LensDesign& design = made.design;
   const lens_files::CompleteLens& lens = made.lens;
   const std::vector<std::string> remarks = lens_files::remark_lines(design);
@@ -133,9 +134,10 @@ void print_made(Context& context, const fs::path& folder, const DesignLens& made
   print_text(text);
   const std::string file = (folder / "scene.json").string(), scene = shell_quoted(file);
   // As the suite renders it.
-  const std::string rendered =
-      camera ? shell_quoted(Json{{"use", file}, {"parameters", {{"sampler", "lattice"}, {"samples", 8}}}}.dump())
-             : scene;
+  Json entry = layout.suite["scenes"][0];
+  entry.erase("name");
+  entry["use"] = file;
+  const std::string rendered = entry.contains("parameters") ? shell_quoted(entry.dump()) : scene;
   std::fprintf(stderr, "Next:\n  %s\n  %s\n  %s\n", own_command("lens info --scene " + scene).c_str(),
                own_command("render --scene " + rendered + " -o reference.png").c_str(),
                own_command("run " + shell_quoted((folder / "suite.json").string())).c_str());
@@ -179,10 +181,11 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
   NewFolder folder(wanted);
   const fs::path draft = folder.write(files);
   std::string warning;
-  SpecOutlook outlook;
-  check_draft(arguments, draft, wanted, [&] {
+  std::optional<LoadedScene> loaded;
+  check_draft(arguments.lens_file, draft, wanted, [&] {
     imaging::read_scene_file(draft / "scene.json", {});
-    if (choices.camera) warning = complete_camera(context, draft, layout);
+    if (choices.camera || !spec.is_null()) loaded = load_draft(context, draft);
+    if (choices.camera) warning = complete_camera(*loaded, layout);
     throw_if_stopped();
     // Rendering millions of pixels takes minutes.
     constexpr double kManyPixels = 1e6;
@@ -191,14 +194,18 @@ int new_scene(Context& context, const NewSceneArguments& arguments) {
     if (!layout.scene.contains("spec"))
       lens_files::set_specification(layout, rmse_off_by_one_pixel(context, draft, layout.pitch_mm, mode));
     folder.write({{"scene.json", lens_files::pretty(layout.scene)}});
+    imaging::read_scene_file(draft / "scene.json", {});
     throw_if_stopped();
-    if (choices.camera || !spec.is_null()) outlook = outlook_of(context, draft, arguments.lenses, layout);
+  });
+  SpecOutlook outlook;
+  check_draft(spec.is_null() ? arguments.lens_file : arguments.spec, draft, wanted, [&] {
+    if (loaded) outlook = outlook_of(context, *loaded, draft, arguments.lenses, layout);
   });
   folder.write({{"README.md", lens_files::readme(design, lens, choices, layout)}});
   folder.keep();
   for (const std::string& one : {warning, outlook.warning})
     if (!one.empty()) print_warning(wanted.string() + ": " + one);
-  print_made(context, wanted, made, layout, choices.camera, outlook);
+  print_made(context, wanted, made, layout, outlook);
   return kDone;
 }
 
