@@ -51,7 +51,7 @@ class Bits(unittest.TestCase):
         self.assertEqual([line.split()[0] for line, other in zip(here, there) if line != other], [])
         self.assertEqual(len(here), len(there))
 
-    @unittest.skipUnless((CROSS / "bin" / "relign-bench").exists(), "there is no build for aarch64 (./quickstart aarch64)")
+    @unittest.skipUnless((CROSS / "bin" / "relign-bench").exists(), "the program was not built for aarch64 (./quickstart aarch64)")
     def test_trials_give_the_same_bytes(self):
         root = TREE / "build" / "aarch64-root" / "root"
         with tempfile.TemporaryDirectory() as scratch:
