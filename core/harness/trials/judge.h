@@ -51,6 +51,14 @@ FieldValues measure_fields(plugin_host::MountedAssembly& lens, const SceneFacts&
 // Those of the perfect lens at the nominal pose; empty if the criteria need none.
 FieldValues design_fields(plugin_host::MountedAssembly& perfect, const SceneFacts& scene, const Criteria& criteria);
 
+// How an image lies against the design's, over the fields that both show. NaN without a field, or with one for the
+// rotation.
+struct FieldShift {
+  double x_px = kUnknown, y_px = kUnknown, rotation = kUnknown;  // radians
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+};
+FieldShift shift_of(const FieldValues& fields, const FieldValues& design);
+
 // Judges poses of one lens.
 class Judge {
  public:
@@ -64,21 +72,14 @@ class Judge {
     std::vector<double> true_pose;
     double deficit = 0;
   };
-  // The lens's own optimum under a limit of MTF by field: the pose where the largest deficit, plus 1e-4 per squared
-  // pixel of the image's shift, is lowest. The second term decides between poses of equal MTF, since a shift alone
-  // hardly changes it. Over the observable axes, from `start`, by quadratic models of the logarithms of the MTFs in
-  // ever smaller neighbourhoods: at a quarter and at half of the frequency, where the MTF still falls steadily with
-  // blur, then at the frequency. Rounded to 1e-5 of the travel. Nothing without such a limit.
+  // The lens's own optimum under a limit of MTF by field (criterion_optimum.h). Nothing without such a limit.
   std::optional<Optimum> optimum(const std::vector<double>& start);
-  // Measurements of all fields that optimum() makes, for five axes. For estimates of run time.
-  static constexpr int kTypicalMeasurements = 160;
 
   // own_optimum: empty if unknown. Each pose is measured once. Values that are not wanted, or that no light determines,
   // are NaN. Throws Error(plugin_failed) for a further score that is declared and not offered, or below 0.
   ByCriterion<double> at(const std::vector<double>& true_pose, const std::vector<double>& own_optimum);
 
  private:
-  class Search;
   const FieldValues& fields_at(const std::vector<double>& true_pose);
   const std::vector<double>& further_scores_at(const std::vector<double>& true_pose);
   std::vector<double> deficits(const FieldValues& fields) const;
@@ -87,8 +88,7 @@ class Judge {
   const Criteria& criteria_;
   const FieldValues& design_;
   std::uint64_t seed_;
-  double lp_per_mm_ = criteria_.lp_per_mm;
-  std::map<std::vector<double>, FieldValues> known_;                  // at that frequency
+  std::map<std::vector<double>, FieldValues> known_;
   std::map<std::vector<double>, std::vector<double>> known_further_;  // scores, in the scene's order
 };
 

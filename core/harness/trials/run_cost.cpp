@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/seeds.h"
+#include "trials/criterion_optimum.h"
 #include "trials/instance.h"
 #include "trials/own_optimum.h"
 
@@ -64,7 +65,7 @@ RunCost measure(plugin_host::Scene& scene, const SceneFacts& facts, const Instan
     for (const std::vector<double>* pose : poses)
       cost.judging += seconds_of([&] { judge.at(*pose, optimum); }) / std::size(poses);
     // The search itself takes minutes with diffraction.
-    if (!criteria.field_mtf.empty()) cost.instance += Judge::kTypicalMeasurements * cost.judging;
+    if (!criteria.field_mtf.empty()) cost.instance += kTypicalMeasurements * cost.judging;
   }
   return cost;
 }
