@@ -257,6 +257,9 @@ int run_suite(Context& context, const RunArguments& arguments) {
                  duration_text(summary.seconds).c_str(), reused.c_str(), sealed ? "" : ", or watch one trial",
                  own_command("report " + shell_quoted(options.results.string()) + " --open").c_str(),
                  sealed ? "" : ("  " + hint + "\n").c_str());
+    if (summary.failed > 0)
+      std::fprintf(stderr, "Failed trials are kept. To run them again:\n  %s --retry-failed\n",
+                   context.typed_command().c_str());
   }
   if (refuted) return kGateTripped;
   return summary.failed > 0 ? kTrialsFailed : kDone;

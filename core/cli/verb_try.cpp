@@ -182,7 +182,15 @@ int run_try(Context& context, const TryArguments& given) {
       print_result((step.step == 0 ? header(scene.facts.axes.size()) : "") + row(step, scene.facts.score));
     if (!arguments.frames.empty()) save_frame(arguments.frames, step.step, scene.facts, pixels);
   };
-  return end_of_trial(context, arguments, run_guarded(setup, context.json), scene.facts);
+  trials::TrialResult result;
+  try {
+    result = run_guarded(setup, context.json);
+  } catch (const Error& error) {
+    if (!services.stop->load()) throw;
+    print_warning(error.what());  // of a process that the host no longer waits for
+    result.end = trials::End::stopped;
+  }
+  return end_of_trial(context, arguments, result, scene.facts);
 }
 
 }  // namespace

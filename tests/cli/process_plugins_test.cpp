@@ -433,5 +433,52 @@ TEST(CliProcessPlugins, CtrlCStopsHangingTry) {
   EXPECT_THAT(stopped.err, HasSubstr("Stopped. To run the trial again from step 0"));
 }
 
+// Never comes back from a move by itself; SIGTERM stops its motors.
+const char* const kSlowStation = R"("""A station whose move takes an hour."""
+import array, signal, sys, time
+from relign_bench.plugin import Station, serve
+
+def stop_motors(number, frame):
+    open("stopped", "w").close()
+    sys.exit(0)
+
+class SlowStation(Station):
+    id = "slow-station"
+    def describe(self):
+        axes = [{"name": name, "unit": "mm", "lower": -1, "upper": 1} for name in "xy"]
+        return {"name": "slow station", "axes": axes, "image": {"width": 2, "height": 2, "white": 1}}
+    def reference(self): return array.array("f", [0, 0, 0, 1])
+    def begin(self, seed): pass
+    def move_by(self, delta):
+        signal.signal(signal.SIGTERM, stop_motors)
+        open("thinking", "w").close()
+        time.sleep(3600)
+    def capture(self): return array.array("f", [0, 0, 0, 1]), 0.5
+if __name__ == "__main__": serve(SlowStation)
+)";
+
+TEST(CliProcessPlugins, AStoppedStationIsAskedToStopItsMotors) {
+  RELIGN_NEEDS_PYTHON();
+  for (const bool tried : {true, false}) {
+    const Workplace place;
+    place.write("slow.py", kSlowStation);
+    place.write("suite.json", R"({"scenes": ["./slow.py"], "noise_levels": ["none"], "algorithms": ["random"],
+                                  "instances": 1, "steps": 3})");
+    Options options;
+    options.environment["RELIGN_STOP_SECONDS"] = "0.3";
+    std::vector<std::string> command = {RELIGN_PROGRAM, "run", "suite.json"};
+    if (tried) command = {RELIGN_PROGRAM, "try", "random", "--scene", "./slow.py", "--noise-level", "none"};
+    Running run(place, command, options);
+    ASSERT_TRUE(wait_for(place.path("thinking"), run)) << run.wait().err;
+    run.send(SIGINT);
+    const Outcome stopped = run.wait();
+    EXPECT_EQ(stopped.exit_code, 130) << stopped.err;
+    EXPECT_TRUE(fs::exists(place.path("stopped"))) << stopped.err;
+    if (tried) {
+      EXPECT_THAT(stopped.err, HasSubstr("was told to stop, and it did not answer within 0.3 s of that"));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace relign::cli_test

@@ -308,6 +308,11 @@ void ChildProcess::take_output_line(std::string line) {
 
 // ---- the end ----------------------------------------------------------------------------------
 
+void ChildProcess::terminate(double timeout_seconds) {
+  if (process_ >= 0) ::kill(process_, SIGTERM);
+  end(timeout_seconds);
+}
+
 void ChildProcess::end(double timeout_seconds) {
   if (process_ < 0) return;
   messages_.reset();

@@ -80,6 +80,10 @@ class ChildProcess {
   // Closes the connection, gives the child `timeout_seconds` to end by itself, collects its remaining output, kills
   // the group and reaps the child. Has no effect when called again.
   void end(double timeout_seconds);
+  // The same for a child that hangs, after SIGTERM: a station stops its motors.
+  void terminate(double timeout_seconds);
+  // Whether a wait has noticed the flag `stop`.
+  bool was_stopped() const { return stop_deadline_.has_value(); }
 
   // After end: "ended with exit status 3", "was killed by SIGSEGV", "was ended by the sandbox: more than 64 processes".
   const std::string& how_it_ended() const { return how_it_ended_; }
