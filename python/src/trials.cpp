@@ -50,6 +50,7 @@ class Trials {
       job.merit = *wanted;
     }
     job.mtf_limits = runner::limits_of(records::specification_of(Json(), job.facts.spec, job.facts.score));
+    job.criteria = trials::criteria_of(records::Specification(), job.facts);  // further scores alone
     job.limits = limits_of(limits);
 
     const std::size_t pixels = std::size_t{job.facts.image_width} * job.facts.image_height;

@@ -16,7 +16,7 @@ sys.path.insert(0, str(FOLDER))
 import beam  # noqa: E402
 
 CHEETAH = importlib.util.find_spec("cheetah") is not None
-NEEDED = "Cheetah is not installed: pip install cheetah-accelerator"
+NEEDED = "Cheetah is not installed: tests/python/requirements-others.txt pins it"
 
 
 def plane(k1, length):

@@ -171,7 +171,7 @@ class Datasets(unittest.TestCase):
 
     def test_images_that_are_not_those_of_the_record_are_refused(self):
         with mock.patch.object(dataset, "frame_seed", lambda seed, step: 7):
-            self.assertIn("cannot be rendered again: the image of step 0 has an RMSE of", self.refused("results"))
+            self.assertIn("cannot be rendered again: the image of step 0 has a score of", self.refused("results"))
         for key, value, why in (("seed", 2, "has another seed than the suite's instance"),
                                 ("scenes", None, "is a station, whose images cannot be rendered again")):
             changed = self.place / "changed"

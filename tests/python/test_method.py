@@ -224,6 +224,7 @@ class Generators(unittest.TestCase):
         def measure(point, **_):
             return {"f": (point["x"] - 0.2) ** 2 + (point["y"] - 2) ** 2}
 
+        self.addCleanup(os.chdir, os.getcwd())  # libEnsemble leaves the process in its folder
         with tempfile.TemporaryDirectory() as folder:
             ensemble = Ensemble(
                 libE_specs=LibeSpecs(nworkers=1, comms="threads", gen_on_manager=True, disable_log_files=True,

@@ -13,7 +13,7 @@ from support import relign_bench
 
 FOLDER = pathlib.Path(__file__).resolve().parents[2] / "examples" / "telescope"
 BATOID = importlib.util.find_spec("batoid") is not None
-NEEDED = "batoid is not installed: pip install batoid"
+NEEDED = "batoid is not installed: tests/python/requirements-others.txt pins it"
 F_NUMBER, FOCAL_LENGTH_M = 1.234, 10.31  # of the Rubin telescope (LSST Science Book, 2009)
 sys.path.insert(0, str(FOLDER))
 import telescope  # noqa: E402
