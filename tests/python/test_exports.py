@@ -98,6 +98,18 @@ class Ioh(Exports):
         self.assertIn("commanded", (self.place / "ioh" / "README.txt").read_text())
 
 
+class Texts(Exports):
+    def test_no_text_has_an_unfilled_placeholder(self):
+        for error in ("recommended", "commanded", "measured"):
+            folder = self.place / error
+            printed = self.export("--ioh", folder / "ioh", "--coco", folder / "coco", "--error", error)
+            self.assertIn("RMSE", printed)
+            texts = {path.name: path.read_text() for path in folder.rglob("*") if path.is_file()}
+            self.assertGreater(len(texts), 10)
+            for name, text in {**texts, "printed": printed, "help": cli.make_parser().format_help()}.items():
+                self.assertNotRegex(text, r"\{[a-z_]*\}", name)
+
+
 class Coco(Exports):
     def test_cocopp_processes_the_archive(self):
         cocopp = package("cocopp")
@@ -153,7 +165,7 @@ class Figures(Exports):
             self.assertAlmostEqual(value, expected, delta=1e-8)
 
     def test_every_group_is_a_pdf_and_an_svg_with_its_methods(self):
-        self.export("--figures", self.place / "figures")
+        self.assertNotIn("{", self.export("--figures", self.place / "figures"))
         names = sorted(path.name for path in (self.place / "figures").iterdir())
         scenes = ("dim_spot", "gaussian_spot")
         self.assertEqual(names, [f"{scene}_rho0_paper.{kind}" for scene in scenes for kind in ("pdf", "svg")])
