@@ -12,7 +12,7 @@ import time
 import numpy as np
 from channel_access import STOP_S, AreaDetector, Channels, Motors
 from genicam import GenICam
-from layout import Layout
+from layout import Layout, golden_image
 
 from relign_bench.plugin import Moved, Station, parameter, serve
 
@@ -37,11 +37,13 @@ class EpicsStation(Station):
         self.facts = Layout(self.layout, self.prefix)
         self.channels = self.motors = self.camera = None  # made in the first trial: `validate` needs no machine
         self.at_rest = True
-        self.longest_s = 2 * (self.move_timeout_s + self.timeout_s)
+        start, image = 2 * (self.move_timeout_s + self.timeout_s), self.facts.camera["exposure_s"] + 2 * self.timeout_s
+        self.longest_s = max(start, image)
         limit, longest = float(os.environ.get("RELIGN_CALL_SECONDS", "60")), self.longest_s + 3 * STOP_S
         if longest >= limit:
+            what, members = ("a start", "two 'move_timeout_s'") if start >= image else ("an image", "'exposure_s'")
             raise ValueError(
-                f"a start may take {longest:g} s, with two 'move_timeout_s' and two 'timeout_s', but relign-bench kills this "
+                f"{what} may take {longest:g} s, with {members} and two 'timeout_s', but relign-bench kills this "
                 f"process after {limit:g} s, and nothing stops the motors then: raise RELIGN_CALL_SECONDS, or lower the limits"
             )
 
@@ -57,12 +59,7 @@ class EpicsStation(Station):
         }
 
     def reference(self):
-        image, size = np.load(self.golden_image), (self.facts.camera["height"], self.facts.camera["width"])
-        if image.shape != size or image.dtype != np.float32:
-            raise ValueError(
-                f"{self.golden_image} has {image.dtype} values of shape {image.shape}, expected float32 of shape {size}"
-            )
-        return image
+        return golden_image(self.golden_image, self.facts.camera)
 
     def begin(self, seed):
         """Loads a lens where the layout has a loader, and moves to the start. Equal seeds request the same."""

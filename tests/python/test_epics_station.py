@@ -194,9 +194,20 @@ class Refusals(StationCase):
 
     def test_refuses_time_limits_beyond_the_benchmarks(self):
         self.write_layout()
-        with mock.patch.dict("os.environ", {"RELIGN_CALL_SECONDS": "60"}), \
-                self.assertRaisesRegex(ValueError, "raise RELIGN_CALL_SECONDS, or lower the limits"):
-            self.make_station(move_timeout_s=30.0)
+        with mock.patch.dict("os.environ", {"RELIGN_CALL_SECONDS": "60"}):
+            with self.assertRaisesRegex(ValueError, "raise RELIGN_CALL_SECONDS, or lower the limits"):
+                self.make_station(move_timeout_s=30.0)
+            self.write_layout(camera={"exposure_s": 100})
+            with self.assertRaisesRegex(ValueError, "an image may take 1[0-9]* s, with 'exposure_s' and two 'timeout_s'"):
+                self.make_station(move_timeout_s=10.0, timeout_s=5.0)
+
+    def test_refuses_a_golden_image_that_is_not_finite(self):
+        self.write_layout()
+        image = epics.np.zeros((SIZE, SIZE), epics.np.float32)
+        image[1, 2] = float("nan")
+        epics.np.save(self.folder / "golden.npy", image)
+        with self.assertRaisesRegex(ValueError, "golden.npy has pixels without a finite value"):
+            self.make_station().reference()
 
     def test_explains_mistakes_in_the_layout(self):
         cases = (
@@ -205,6 +216,16 @@ class Refusals(StationCase):
             ({"axes": {1: {"high": "1"}}}, "axis 2: 'high' is '1', expected float"),
             ({"axes": {1: {"start": 1.5}}}, "axis 2: 'start' is 1.5 and must be in the box of -1 to 1"),
             ({"axes": {1: {"tolerance": 0}}}, "axis 2: 'tolerance' is 0 and must be positive"),
+            ({"axes": {1: {"tolerance": 1e9}}}, "axis 2: 'tolerance' is 1e+09 and must be less than the box's width, 2"),
+            ({"axes": {1: {"tolerance": "1"}}}, "axis 2: 'tolerance' is '1', expected float"),
+            ({"axes": {4: {"pv": "$(P)m4"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
+            ({"axes": {4: {"pv": "RELIGN:m4.VAL"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
+            ({"load": "$(P)m1"}, "axis 'x' and 'load' have the same record, 'RELIGN:m1'"),
+            ({"camera": {"exposure_s": -1}}, "camera: 'exposure_s' is -1 and must be positive"),
+            ({"camera": {"exposure_s": 0}}, "camera: 'exposure_s' is 0 and must be positive"),
+            ({"camera": {"counts_at_1": -100}}, "camera: 'counts_at_1' is -100 and must be positive"),
+            ({"camera": {"counts_at_1": 0}}, "camera: 'counts_at_1' is 0 and must be positive"),
+            ({"camera": {"white": None}}, "camera: 'white' is None, expected float"),
             ({"camera": {"exposure": 1}}, "camera: unknown key 'exposure'"),
             ({"start_spread": 2}, "'start_spread' is 2 and must be from 0 to 1"),
         )
