@@ -16,6 +16,7 @@ from layout import Layout, golden_image
 
 from relign_bench.plugin import Moved, Station, parameter, serve
 
+ENDS = (signal.SIGTERM, signal.SIGINT)
 LEAST_SHARE = 1e-9  # of the travel: less is rounding, and no move
 
 
@@ -86,7 +87,8 @@ class EpicsStation(Station):
         self.channels.deadline = self.deadline
         self.motors = Motors(self.facts.axes, self.channels, self.move_timeout_s)
         self.camera = kind(self.facts.camera, self.channels, self.timeout_s)
-        signal.signal(signal.SIGTERM, end)
+        for number in ENDS:
+            signal.signal(number, end)
         EpicsStation.connected.append(self)
 
     def move_by(self, delta):
@@ -144,16 +146,26 @@ class EpicsStation(Station):
 
 
 def end(signal_number, frame):
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    """Handles SIGTERM, which the process also gets when relign-bench closes the connection during a call, and SIGINT."""
+    ignore_ends()
+    text = f"the process was ended by {signal.Signals(signal_number).name}"
     for station in EpicsStation.connected:
-        station.channels.ended = True
+        station.channels.ended = text
     if not EpicsStation.busy:  # else the call ends itself: an exception here could cut a message to the IOC in two
-        raise SystemExit("the process was ended by SIGTERM")
+        raise SystemExit(text)
+
+
+def ignore_ends():
+    for number in ENDS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 if __name__ == "__main__":
     try:
         serve(EpicsStation)
     finally:  # not atexit: by then the client's threads have ended
-        for station in EpicsStation.connected:
-            station.stop()
+        try:
+            ignore_ends()  # an exception of `end` would cut the STOP short
+        finally:
+            for station in EpicsStation.connected:
+                station.stop()
