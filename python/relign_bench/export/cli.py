@@ -54,8 +54,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             count = write_figures(given.results, given.figures, given.error, given.only)
             print(f"{count} figures as PDF and SVG; {given.error}: {meaning_of(given.error)}")
         if given.archive:
-            count = write_archive(given.results, given.archive, given.plugin, given.wheel, given.suite_folder)
+            count, others = write_archive(given.results, given.archive, given.plugin, given.wheel, given.suite_folder)
             print(f"{count} files; {given.archive}/verify replays the results without a network")
+            if others:
+                print(f"left out of --suite-folder, as results or wheels: {', '.join(others)}", file=sys.stderr)
         if given.minari:
             datasets, left_out = write_minari(given.results, given.minari, given.only)
             for name, episodes in datasets.items():
