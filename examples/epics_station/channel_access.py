@@ -34,7 +34,7 @@ class Channels:
     def __init__(self, names, timeout_s):
         self.timeout_s = timeout_s
         self.lost = []
-        self.deadline, self.ended = float("inf"), False
+        self.deadline, self.ended = float("inf"), ""
         self.parent = os.getppid()
         self.context = Context()
         pvs = self.context.get_pvs(*names, timeout=timeout_s, connection_state_callback=self._changed)
@@ -68,7 +68,7 @@ class Channels:
         if os.getppid() != self.parent:
             raise RuntimeError("relign-bench has ended; this process does so, too")
         if self.ended:
-            raise RuntimeError("the process was ended by SIGTERM")
+            raise RuntimeError(self.ended)
         if time.monotonic() > self.deadline:
             raise RuntimeError("the IOC answers too slowly for the time limits; check its load and the network")
 
@@ -265,9 +265,13 @@ class Motors:
                 late = moving_still
             time.sleep(POLL_S)
         axis, target = moving[late[0]]
+        position = self.field(axis, "RBV")
+        if abs(position - target) <= axis.tolerance:
+            raise RuntimeError(f"{axis} is at its target, {target:g} {axis.unit}, but its record did not report the end of the "
+                               f"move (DMOV) within {self.timeout_s:g} s; check its IOC, or raise 'move_timeout_s'")
         raise RuntimeError(
             f"{axis} did not reach {target:g} {axis.unit} within {self.timeout_s:g} s and is at "
-            f"{self.field(axis, 'RBV'):g}; check its drive and amplifier, or raise 'move_timeout_s'"
+            f"{position:g}; check its drive and amplifier, or raise 'move_timeout_s'"
         )
 
     def arrived(self, axis, target):

@@ -9,7 +9,7 @@ import threading
 
 import numpy as np
 from channel_access import AreaDetector, Motors, finite
-from layout import Layout
+from layout import Layout, golden_image
 from ophyd import Component, EpicsMotor, EpicsSignalRO, FormattedComponent
 from ophyd.areadetector import CamBase, DetectorBase, ImagePlugin, SingleTrigger
 from ophyd.areadetector.trigger_mixins import ADTriggerStatus
@@ -202,12 +202,10 @@ def connect(layout="station.json", golden="golden.npy", prefix="RELIGN:", timeou
         TimeoutError: A record does not answer.
         ValueError: The layout or the image is not valid.
     """
-    facts, image = Layout(layout, prefix), np.load(golden)
+    facts = Layout(layout, prefix)
+    image = golden_image(golden, facts.camera)
     if "genicam" in facts.camera:
         raise ValueError(f"{layout}: serve the camera by areaDetector (ADAravis) and name its records 'cam' and 'image'")
-    if image.shape != (facts.camera["height"], facts.camera["width"]):
-        raise ValueError(f"{golden} has shape {image.shape}, the layout's images have {facts.camera['height']} rows of "
-                         f"{facts.camera['width']} pixels")
     with contextlib.suppress(RuntimeError):  # a session that has devices already keeps its own limits
         EpicsSignalBase.set_defaults(timeout=timeout_s, connection_timeout=timeout_s)
     records = Records(timeout_s)

@@ -12,10 +12,11 @@ import time
 import numpy as np
 from channel_access import STOP_S, AreaDetector, Channels, Motors
 from genicam import GenICam
-from layout import Layout
+from layout import Layout, golden_image
 
 from relign_bench.plugin import Moved, Station, parameter, serve
 
+ENDS = (signal.SIGTERM, signal.SIGINT)
 LEAST_SHARE = 1e-9  # of the travel: less is rounding, and no move
 
 
@@ -37,11 +38,13 @@ class EpicsStation(Station):
         self.facts = Layout(self.layout, self.prefix)
         self.channels = self.motors = self.camera = None  # made in the first trial: `validate` needs no machine
         self.at_rest = True
-        self.longest_s = 2 * (self.move_timeout_s + self.timeout_s)
+        start, image = 2 * (self.move_timeout_s + self.timeout_s), self.facts.camera["exposure_s"] + 2 * self.timeout_s
+        self.longest_s = max(start, image)
         limit, longest = float(os.environ.get("RELIGN_CALL_SECONDS", "60")), self.longest_s + 3 * STOP_S
         if longest >= limit:
+            what, members = ("a start", "two 'move_timeout_s'") if start >= image else ("an image", "'exposure_s'")
             raise ValueError(
-                f"a start may take {longest:g} s, with two 'move_timeout_s' and two 'timeout_s', but relign-bench kills this "
+                f"{what} may take {longest:g} s, with {members} and two 'timeout_s', but relign-bench kills this "
                 f"process after {limit:g} s, and nothing stops the motors then: raise RELIGN_CALL_SECONDS, or lower the limits"
             )
 
@@ -57,12 +60,7 @@ class EpicsStation(Station):
         }
 
     def reference(self):
-        image, size = np.load(self.golden_image), (self.facts.camera["height"], self.facts.camera["width"])
-        if image.shape != size or image.dtype != np.float32:
-            raise ValueError(
-                f"{self.golden_image} has {image.dtype} values of shape {image.shape}, expected float32 of shape {size}"
-            )
-        return image
+        return golden_image(self.golden_image, self.facts.camera)
 
     def begin(self, seed):
         """Loads a lens where the layout has a loader, and moves to the start. Equal seeds request the same."""
@@ -89,7 +87,8 @@ class EpicsStation(Station):
         self.channels.deadline = self.deadline
         self.motors = Motors(self.facts.axes, self.channels, self.move_timeout_s)
         self.camera = kind(self.facts.camera, self.channels, self.timeout_s)
-        signal.signal(signal.SIGTERM, end)
+        for number in ENDS:
+            signal.signal(number, end)
         EpicsStation.connected.append(self)
 
     def move_by(self, delta):
@@ -147,16 +146,26 @@ class EpicsStation(Station):
 
 
 def end(signal_number, frame):
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)
+    """Handles SIGTERM, which the process also gets when relign-bench closes the connection during a call, and SIGINT."""
+    ignore_ends()
+    text = f"the process was ended by {signal.Signals(signal_number).name}"
     for station in EpicsStation.connected:
-        station.channels.ended = True
+        station.channels.ended = text
     if not EpicsStation.busy:  # else the call ends itself: an exception here could cut a message to the IOC in two
-        raise SystemExit("the process was ended by SIGTERM")
+        raise SystemExit(text)
+
+
+def ignore_ends():
+    for number in ENDS:
+        signal.signal(number, signal.SIG_IGN)
 
 
 if __name__ == "__main__":
     try:
         serve(EpicsStation)
     finally:  # not atexit: by then the client's threads have ended
-        for station in EpicsStation.connected:
-            station.stop()
+        try:
+            ignore_ends()  # an exception of `end` would cut the STOP short
+        finally:
+            for station in EpicsStation.connected:
+                station.stop()

@@ -1,5 +1,6 @@
 """A station as a scene of the benchmark: a hexapod, a camera and a loader behind a line protocol over TCP."""
 import array
+import math
 import socket
 import struct
 import sys
@@ -86,7 +87,10 @@ class BenchStation(Station):
         if data[:6] != b"\x93NUMPY" or b"'<f4'" not in data[:128]:
             raise ValueError(f"{self.golden_image}: expected an .npy file of float32 values")
         (header,) = struct.unpack_from("<H", data, 8)
-        return array.array("f", data[10 + header :])
+        pixels = array.array("f", data[10 + header :])
+        if not all(map(math.isfinite, pixels)):
+            raise ValueError(f"{self.golden_image} has pixels without a finite value")
+        return pixels
 
     def begin(self, seed):
         """Loads the next lens and moves to a start pose. The time for it does not count."""

@@ -73,8 +73,9 @@ class Method:
         # The search box is half a travel to both sides of the start, so the farther bound decides the travel.
         reach = self._bounds - self._start[:, None]
         self._travel = 2 * np.abs(reach).max(axis=1)
-        self._goal = np.array([[goal]], np.float32) if reference is None else np.asarray(reference, np.float32)
-        if self._goal.ndim != 2 or not np.isfinite(self._goal).all():
+        self._lowest = float(goal)  # subtracted before anything is rounded to float32
+        self._goal = np.zeros((1, 1), np.float32) if reference is None else np.asarray(reference, np.float32)
+        if self._goal.ndim != 2 or not np.isfinite(self._goal).all() or not math.isfinite(self._lowest):
             raise ValueError("reference must be a finite image of shape (height, width), and goal a finite number")
         self._scalar = reference is None
         self.best: tuple[dict[str, float], float] | None = None
@@ -114,7 +115,8 @@ class Method:
         if self._pending is None:
             raise RuntimeError("no pose waits for a value: call ask() before tell()")
         with np.errstate(over="ignore"):  # an infinite value is refused below
-            pixels = np.atleast_2d(np.asarray(measured, np.float64)).astype(np.float32)
+            exact = np.atleast_2d(np.asarray(measured, np.float64)) - (self._lowest if self._scalar else 0.0)
+            pixels = exact.astype(np.float32)
         if pixels.shape != self._goal.shape:
             raise ValueError(f"expected {'a number' if self._scalar else f'an image of shape {self._goal.shape}'}, found "
                              f"shape {np.shape(measured)}")
@@ -122,8 +124,8 @@ class Method:
             raise ValueError("the measurement is not finite; tell a large value where nothing could be measured")
         if not (math.isfinite(seconds) and seconds >= 0):
             raise ValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
-        if self._scalar and pixels < self._goal:
-            raise ValueError(f"{measured!r} is below the goal {self._goal[0, 0]:g}: set goal to the lowest possible value")
+        if self._scalar and pixels < 0:
+            raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest possible value")
         value = float(np.asarray(measured)) if self._scalar else float(np.sqrt(np.mean((pixels - self._goal) ** 2.0)))
         if self.best is None or value < self.best[1]:
             self.best = (self._pending, value)

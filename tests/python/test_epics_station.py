@@ -4,6 +4,10 @@ import itertools
 import json
 import re
 import signal
+import socket
+import subprocess
+import sys
+import time
 import unittest
 from unittest import mock
 
@@ -97,6 +101,33 @@ class EndOfProcess(IocCase):
         self.assert_all_stop()
         output, _ = host.communicate(timeout=epics.PATIENCE_S)
         self.assertIn(f"the process was ended by SIGTERM; {ALL_STOPPED}", output)
+
+    def test_closed_connection_stops_all_motors(self):
+        """A host that lives on, but has closed the connection during a move."""
+        self.start_ioc("--speed", "0.0005")
+        self.write_layout()
+        ours, theirs = socket.socketpair()
+        number = str(theirs.fileno())
+        plugin = subprocess.Popen(
+            [sys.executable, "station.py"], cwd=self.folder, pass_fds=[theirs.fileno()], start_new_session=True,
+            env={**epics.os.environ, "RELIGN_TO_HOST_FD": number, "RELIGN_FROM_HOST_FD": number})
+        self.addCleanup(plugin.wait)
+        self.addCleanup(plugin.kill)
+        theirs.close()
+        with ours, ours.makefile("rw") as lines:
+            for request in (
+                {"message": "hello", "protocols": [1], "id": "epics_station", "needs": []},
+                {"message": "create", "parameters": {"layout": str(self.folder / "station.json"), "golden_image": "golden.npy",
+                                                     "prefix": "RELIGN:", "timeout_s": 60.0, "move_timeout_s": 60.0}},
+                {"message": "begin", "seed": 1}, {"message": "move_by", "delta": [0.1] * 5},
+            ):
+                print(json.dumps(request), file=lines, flush=True)
+                if request["message"] != "move_by":
+                    self.assertIn(json.loads(lines.readline())["message"], ("hello", "created", "ok"))
+            eventually(lambda: len(re.findall(r"m\d moves to -?\d+\.\d*[1-9]", self.log())) >= 5, "the move")
+        began = time.monotonic()
+        self.assert_all_stop()
+        self.assertLess(time.monotonic() - began, 5, "before SIGKILL")
 
     def test_death_of_the_benchmark_stops_all_motors(self):
         host, _ = self.start_slow_trial()
@@ -194,9 +225,20 @@ class Refusals(StationCase):
 
     def test_refuses_time_limits_beyond_the_benchmarks(self):
         self.write_layout()
-        with mock.patch.dict("os.environ", {"RELIGN_CALL_SECONDS": "60"}), \
-                self.assertRaisesRegex(ValueError, "raise RELIGN_CALL_SECONDS, or lower the limits"):
-            self.make_station(move_timeout_s=30.0)
+        with mock.patch.dict("os.environ", {"RELIGN_CALL_SECONDS": "60"}):
+            with self.assertRaisesRegex(ValueError, "raise RELIGN_CALL_SECONDS, or lower the limits"):
+                self.make_station(move_timeout_s=30.0)
+            self.write_layout(camera={"exposure_s": 100})
+            with self.assertRaisesRegex(ValueError, "an image may take 1[0-9]* s, with 'exposure_s' and two 'timeout_s'"):
+                self.make_station(move_timeout_s=10.0, timeout_s=5.0)
+
+    def test_refuses_a_golden_image_that_is_not_finite(self):
+        self.write_layout()
+        image = epics.np.zeros((SIZE, SIZE), epics.np.float32)
+        image[1, 2] = float("nan")
+        epics.np.save(self.folder / "golden.npy", image)
+        with self.assertRaisesRegex(ValueError, "golden.npy has pixels without a finite value"):
+            self.make_station().reference()
 
     def test_explains_mistakes_in_the_layout(self):
         cases = (
@@ -205,6 +247,16 @@ class Refusals(StationCase):
             ({"axes": {1: {"high": "1"}}}, "axis 2: 'high' is '1', expected float"),
             ({"axes": {1: {"start": 1.5}}}, "axis 2: 'start' is 1.5 and must be in the box of -1 to 1"),
             ({"axes": {1: {"tolerance": 0}}}, "axis 2: 'tolerance' is 0 and must be positive"),
+            ({"axes": {1: {"tolerance": 1e9}}}, "axis 2: 'tolerance' is 1e+09 and must be less than the box's width, 2"),
+            ({"axes": {1: {"tolerance": "1"}}}, "axis 2: 'tolerance' is '1', expected float"),
+            ({"axes": {4: {"pv": "$(P)m4"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
+            ({"axes": {4: {"pv": "RELIGN:m4.VAL"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
+            ({"load": "$(P)m1"}, "axis 'x' and 'load' have the same record, 'RELIGN:m1'"),
+            ({"camera": {"exposure_s": -1}}, "camera: 'exposure_s' is -1 and must be positive"),
+            ({"camera": {"exposure_s": 0}}, "camera: 'exposure_s' is 0 and must be positive"),
+            ({"camera": {"counts_at_1": -100}}, "camera: 'counts_at_1' is -100 and must be positive"),
+            ({"camera": {"counts_at_1": 0}}, "camera: 'counts_at_1' is 0 and must be positive"),
+            ({"camera": {"white": None}}, "camera: 'white' is None, expected float"),
             ({"camera": {"exposure": 1}}, "camera: unknown key 'exposure'"),
             ({"start_spread": 2}, "'start_spread' is 2 and must be from 0 to 1"),
         )
@@ -236,6 +288,13 @@ class Faults(StationCase):
         self.assertNotIn("m2", message)
         self.assertEqual(self.stops(), ["m1", "m2", "m3", "m4", "m5"])
         eventually(lambda: self.channel("RELIGN:m1.DMOV") == 1, "the end of the move")
+
+    def test_motor_at_its_target_whose_record_reports_no_end(self):
+        station = self.begin(move_timeout_s=4.0)
+        number = station.channels.number
+        station.channels.number = lambda name, **how: 0.0 if name == "RELIGN:m1.DMOV" else number(name, **how)
+        self.assert_fails(lambda: station.move_by([0.05, 0, 0, 0, 0]), "RELIGN:m1 (x) is at its target, 0.1 mm, but its record "
+                          "did not report the end of the move (DMOV) within 4 s; check its IOC", ALL_STOPPED)
 
     def test_readback_that_disagrees(self):
         station = self.begin("--fault", "readback:1")
@@ -295,18 +354,23 @@ class Faults(StationCase):
         self.assert_fails(lambda: station.move_by([0.2] * 5), "was lost", ALL_STOPPED)
         self.assertEqual(self.stops(), ["m1", "m2", "m3", "m4", "m5"])
 
-    def test_sigterm_in_a_call_ends_it_between_messages(self):
-        station = self.begin()
-        self.channel("RELIGN:m1.VELO", 0.001)
-        start = station.channels.start
+    def test_sigterm_and_sigint_in_a_call_end_it_between_messages(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with self.subTest(number=number):
+                station = self.begin()
+                self.channel("RELIGN:m1.VELO", 0.001)
+                start = station.channels.start
 
-        def start_and_end(name, value, limit_s):
-            done = start(name, value, limit_s)
-            epics.os.kill(epics.os.getpid(), signal.SIGTERM)
-            return done
+                def start_and_end(name, value, limit_s, start=start, number=number):
+                    done = start(name, value, limit_s)
+                    epics.os.kill(epics.os.getpid(), number)
+                    return done
 
-        station.channels.start = start_and_end
-        self.assert_fails(lambda: station.move_by([0.2, 0, 0, 0, 0]), "the process was ended by SIGTERM", ALL_STOPPED)
+                station.channels.start = start_and_end
+                self.assert_fails(lambda made=station: made.move_by([0.2, 0, 0, 0, 0]),
+                                  f"the process was ended by {number.name}", ALL_STOPPED)
+                self.end_ioc()
+                self.module.EpicsStation.connected.clear()
 
     def test_lost_connection(self):
         station = self.begin("--fault", "disconnect:1")

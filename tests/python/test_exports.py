@@ -98,6 +98,18 @@ class Ioh(Exports):
         self.assertIn("commanded", (self.place / "ioh" / "README.txt").read_text())
 
 
+class Texts(Exports):
+    def test_no_text_has_an_unfilled_placeholder(self):
+        for error in ("recommended", "commanded", "measured"):
+            folder = self.place / error
+            printed = self.export("--ioh", folder / "ioh", "--coco", folder / "coco", "--error", error)
+            self.assertIn("RMSE", printed)
+            texts = {path.name: path.read_text() for path in folder.rglob("*") if path.is_file()}
+            self.assertGreater(len(texts), 10)
+            for name, text in {**texts, "printed": printed, "help": cli.make_parser().format_help()}.items():
+                self.assertNotRegex(text, r"\{[a-z_]*\}", name)
+
+
 class Coco(Exports):
     def test_cocopp_processes_the_archive(self):
         cocopp = package("cocopp")
@@ -153,7 +165,7 @@ class Figures(Exports):
             self.assertAlmostEqual(value, expected, delta=1e-8)
 
     def test_every_group_is_a_pdf_and_an_svg_with_its_methods(self):
-        self.export("--figures", self.place / "figures")
+        self.assertNotIn("{", self.export("--figures", self.place / "figures"))
         names = sorted(path.name for path in (self.place / "figures").iterdir())
         scenes = ("dim_spot", "gaussian_spot")
         self.assertEqual(names, [f"{scene}_rho0_paper.{kind}" for scene in scenes for kind in ("pdf", "svg")])
@@ -308,17 +320,56 @@ class Problems(Exports):
         method, wheel = suite / "method.py", suite / "relign_bench-0-py3-none-any.whl"
         for file in (method, wheel):
             file.write_text(file.name)
-        count = write_archive(PLACE / "merged", self.place / "archive", [method], [wheel], suite)
+        count, left_out = write_archive(PLACE / "merged", self.place / "archive", [method], [wheel])
+        self.assertEqual(left_out, [])
         lines = (self.place / "archive" / "SHA256SUMS").read_text().splitlines()
         self.assertEqual(len(lines), count)
         self.assertLessEqual({"plugins/method.py", "wheels/relign_bench-0-py3-none-any.whl", "results/manifest.json",
-                              "suite/method.py", "verify"}, {line.split("  ")[1] for line in lines})
-        self.assertIn('--plugin "$here/plugins/method.py"', (self.place / "archive" / "verify").read_text())
+                              "verify"}, {line.split("  ")[1] for line in lines})
+        self.assertIn('--plugin "$here"/plugins/method.py', (self.place / "archive" / "verify").read_text())
         for plugins, wheels, problem in (([method, method], [wheel], "the same name"), ([], [method], "needs the wheel")):
             with self.assertRaisesRegex(ValueError, problem):
                 write_archive(PLACE / "merged", self.place / "other", plugins, wheels)
         with self.assertRaisesRegex(ValueError, "cannot be inside"):
             write_archive(PLACE / "merged", suite / "other", [], [wheel], suite)
+
+    def test_an_archive_of_the_current_folder_can_be_verified(self):
+        """The suite names a plugin that is given as --plugin, too; results and wheels lie beside it."""
+        suite = {**SUITE, "scenes": ["gaussian_spot"], "algorithms": ["./my guess.py"], "instances": 1, "steps": 2}
+        (self.place / "suite.json").write_text(json.dumps(suite))
+        (self.place / "my guess.py").write_text(
+            "from relign_bench.plugin import Optimizer, serve\n\n\nclass Guess(Optimizer):\n"
+            "    'Guesses.'\n\n    def run(self, trial):\n        trial.step([0.5] * len(trial.axes))\n\n\n"
+            "if __name__ == '__main__':\n    serve(Guess)\n")
+        wheel = self.place / "relign_bench-0-py3-none-any.whl"
+        wheel.touch()
+        environment = {**os.environ, "RELIGN_PYTHON": sys.executable}
+        program = os.environ["RELIGN_PROGRAM"]
+        subprocess.run([program, "run", "suite.json", "-o", "results"], check=True, cwd=self.place, capture_output=True,
+                       env=environment)
+        with tempfile.TemporaryDirectory() as other:
+            archive = pathlib.Path(other) / "archive"
+            _, left_out = write_archive(self.place / "results", archive, [self.place / "my guess.py"], [wheel], self.place)
+            self.assertEqual(sorted(left_out), [str(wheel), str(self.place / "results")])
+            self.assertEqual(sorted(path.name for path in (archive / "suite").iterdir()), ["my guess.py", "suite.json"])
+            self.assertEqual(list((archive / "plugins").iterdir()), [])
+            # The script as it is, with programs in place of those that install the wheel.
+            tools = pathlib.Path(other) / "tools"
+            tools.mkdir()
+            for name, text in {
+                "python3": "mkdir -p \"$3/bin\"; cp \"$0\" \"$3/bin/python\"; cp \"${0%/*}/relign-bench\" \"$3/bin\"",
+                "relign-bench": f"env > '{other}/seen'; export RELIGN_PYTHON='{sys.executable}' "
+                                f"PYTHONPATH='{environment['PYTHONPATH']}'; exec '{program}' \"$@\"",
+            }.items():
+                (tools / name).write_text(f"#!/bin/sh\n[ \"$2\" = pip ] && exit 0\n{text}\n")
+                (tools / name).chmod(0o755)
+            done = subprocess.run([archive / "verify"], capture_output=True, text=True, check=False, env={
+                **environment, "PATH": f"{tools}{os.pathsep}{os.environ['PATH']}", "PYTHONHOME": "/mine",
+                "RELIGN_PLUGIN_PATH": "/mine"})
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            seen = pathlib.Path(other, "seen").read_text().splitlines()
+            for name in ("PYTHONPATH", "PYTHONHOME", "RELIGN_PYTHON", "RELIGN_PLUGIN_PATH"):
+                self.assertEqual([line for line in seen if line.startswith(name + "=")], [])
 
     def test_file_names_differ_and_stay_in_their_folder(self):
         names = file_names(["../up", "a b", "a_b", "A_B", "..", "métrique"])

@@ -67,6 +67,11 @@ class Loop(unittest.TestCase):
                 method.tell(frame)
             self.assertIsNone(method.ask())
 
+    def test_a_large_goal_costs_no_precision(self):
+        plain, shifted = Method("nlopt-bobyqa", AXES, steps=30), Method("nlopt-bobyqa", AXES, steps=30, goal=2.0**20)
+        self.assertEqual(poses_of(plain, lambda **pose: round(measure(**pose) * 2**20) / 2**20),
+                         poses_of(shifted, lambda **pose: round(measure(**pose) * 2**20) / 2**20 + 2.0**20))
+
     def test_asking_twice_and_two_methods_at_once(self):
         one, other = Method("nlopt-sbplx", AXES, steps=5), Method("random", {"a": (0, 1)}, steps=5)
         for _ in range(6):

@@ -25,6 +25,7 @@ using Clock = plugin_host::ProcessClock;
 
 constexpr double kSecondsToStart = 120;
 constexpr double kSecondsAfterStop = 5;
+constexpr double kSecondsToLeave = kSecondsToExit + 1;  // of a worker whose connection is closed: it ends its children
 constexpr double kStopPollSeconds = 0.1;
 constexpr double kMemoryPollSeconds = 1;
 constexpr int kMaxLosses = 3;
@@ -252,7 +253,7 @@ std::optional<Json> ProcessWorker::receive(Attempt& attempt) {
     if (attempt.stop_sent && elapsed(*attempt.stop_sent) > kSecondsAfterStop) {
       attempt.worked.stopped = true;
       attempt.fate = Fate::stopped;
-      stop_worker(0);
+      stop_worker(kSecondsToLeave);
       return std::nullopt;
     }
     if (elapsed(attempt.clock) > limits_.trial_seconds) {
@@ -370,7 +371,7 @@ void ProcessWorker::end_by(Attempt& attempt, const std::string& end, const std::
   worked.record.end = end;
   worked.record.message = message + (message.empty() ? "" : attempt.after_steps());
   if (end == "out_of_memory") worked.record.message = memory_message(attempt);
-  stop_worker(0);
+  stop_worker(end == "timeout" ? kSecondsToLeave : 0);
 }
 
 std::string ProcessWorker::memory_message(const Attempt& attempt) const {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pathlib
+import shlex
 import shutil
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,8 @@ VERIFY = """#!/bin/sh
 # Installs the wheels of this archive in a new environment and replays its results, without a network. Needs Python with
 # venv, for which the wheels were built. Arguments are those of relign-bench verify, such as --sample 20.
 set -eu
+# This archive's packages and plugins alone, whatever the caller works with.
+unset PYTHONPATH PYTHONHOME RELIGN_PYTHON RELIGN_PLUGIN_PATH
 here=$(cd "$(dirname "$0")" && pwd)
 environment=${RELIGN_ENVIRONMENT:-$(mktemp -d)/environment}
 (cd "$here" && sha256sum --quiet --check SHA256SUMS)
@@ -29,18 +32,19 @@ exec "$environment/bin/relign-bench" verify "$environment/results" --suite-folde
 
 def write_archive(results: str | os.PathLike[str], folder: str | os.PathLike[str],
                   plugins: Sequence[str | os.PathLike[str]] = (), wheels: Sequence[str | os.PathLike[str]] = (),
-                  suite_folder: str | os.PathLike[str] | None = None) -> int:
+                  suite_folder: str | os.PathLike[str] | None = None) -> tuple[int, list[str]]:
     """Writes an archive with a script `verify`, which replays the results in a bare system with Python.
 
     Args:
         results: A results folder.
         folder: Folder to create.
-        plugins: Folders or scripts of the methods, scenes and noise levels that are not in the wheel of relign-bench.
+        plugins: Folders or scripts of the methods, scenes and noise levels that are not in the wheel of relign-bench; those in
+            `suite_folder` are copied with it alone.
         wheels: The wheel of relign-bench and those that the plugins need, for one version of Python.
-        suite_folder: Folder with the files that the suite names.
+        suite_folder: Folder with the files that the suite names. Results folders and wheels in it are left out.
 
     Returns:
-        Number of files.
+        Number of files, and what was left out of `suite_folder`.
 
     Raises:
         ValueError: The wheel of relign-bench is missing, two plugins have one name, or `folder` is inside a folder to copy.
@@ -48,30 +52,47 @@ def write_archive(results: str | os.PathLike[str], folder: str | os.PathLike[str
     """
     if not any(pathlib.Path(wheel).name.startswith("relign_bench-") for wheel in wheels):
         raise ValueError("an archive needs the wheel of relign-bench (./quickstart wheel); give --wheel FILE")
-    names = [pathlib.Path(plugin).resolve().name for plugin in plugins]
-    if len(set(names)) < len(names):
+    suite = None if suite_folder is None else pathlib.Path(suite_folder).resolve()
+    places = {}  # of plugins in the archive
+    for plugin in (pathlib.Path(plugin).resolve() for plugin in plugins):
+        inside = suite is not None and plugin.is_relative_to(suite)
+        places[plugin] = f"suite/{plugin.relative_to(suite).as_posix()}" if suite and inside else f"plugins/{plugin.name}"
+    if len(set(places.values())) < len(plugins):
         raise ValueError("two plugins of an archive have the same name; rename the folder of one")
     for source in (results, *plugins, *([] if suite_folder is None else [suite_folder])):
         if pathlib.Path(folder).resolve().is_relative_to(pathlib.Path(source).resolve()):
             raise ValueError(f"an archive cannot be inside '{source}', which it copies; choose another folder")
+    left_out: list[str] = []
+
+    def ignored_of_suite(directory: str, names: list[str]) -> set[str]:
+        others = {name for name in names if name.endswith(".whl") or _is_results(pathlib.Path(directory, name))}
+        left_out.extend(sorted(str(pathlib.Path(directory, name)) for name in others))
+        return others | ignored(directory, names)
+
     with new_folder(folder) as target:
         ignored = shutil.ignore_patterns("__pycache__", "verify.json")
         shutil.copytree(results, target / "results", ignore=ignored)
         (target / "suite").mkdir()
         if suite_folder is not None:
-            shutil.copytree(suite_folder, target / "suite", ignore=ignored, dirs_exist_ok=True)
-        for kind, sources in (("plugins", plugins), ("wheels", wheels)):
-            (target / kind).mkdir()
-            for source in map(pathlib.Path, sources):
-                place = target / kind / source.resolve().name
-                if source.is_dir():
-                    shutil.copytree(source, place, ignore=ignored)
-                else:
-                    shutil.copy2(source, place)
+            shutil.copytree(suite_folder, target / "suite", ignore=ignored_of_suite, dirs_exist_ok=True)
+        (target / "plugins").mkdir()
+        (target / "wheels").mkdir()
+        for source, place in [*places.items(), *((wheel, f"wheels/{wheel.name}") for wheel in map(pathlib.Path, wheels))]:
+            if place.startswith("suite/"):
+                continue
+            if source.is_dir():
+                shutil.copytree(source, target / place, ignore=ignored)
+            else:
+                shutil.copy2(source, target / place)
         script = target / "verify"
-        script.write_text(VERIFY.replace("PLUGINS", "".join(f' --plugin "$here/plugins/{name}"' for name in names)))
+        options = "".join(f' --plugin "$here"/{shlex.quote(place)}' for place in places.values())
+        script.write_text(VERIFY.replace("PLUGINS", options), encoding="utf-8")
         script.chmod(0o755)
         files = sorted(path for path in target.rglob("*") if path.is_file())
         (target / "SHA256SUMS").write_text("".join(
             f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.relative_to(target).as_posix()}\n" for path in files))
-    return len(files)
+    return len(files), left_out
+
+
+def _is_results(folder: pathlib.Path) -> bool:
+    return (folder / "manifest.json").is_file() and (folder / "trials").is_dir()

@@ -12,7 +12,7 @@ from .coco import write_coco
 from .dataset import write_minari
 from .figures import write_figures
 from .ioh import write_ioh
-from .runs import ERRORS, ONLY_KEYS, read_study
+from .runs import ERRORS, ONLY_KEYS, meaning_of, read_study
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,10 +52,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _write_runs(given)
         if given.figures:
             count = write_figures(given.results, given.figures, given.error, given.only)
-            print(f"{count} figures as PDF and SVG; {given.error}: {ERRORS[given.error]}")
+            print(f"{count} figures as PDF and SVG; {given.error}: {meaning_of(given.error)}")
         if given.archive:
-            count = write_archive(given.results, given.archive, given.plugin, given.wheel, given.suite_folder)
+            count, others = write_archive(given.results, given.archive, given.plugin, given.wheel, given.suite_folder)
             print(f"{count} files; {given.archive}/verify replays the results without a network")
+            if others:
+                print(f"left out of --suite-folder, as results or wheels: {', '.join(others)}", file=sys.stderr)
         if given.minari:
             datasets, left_out = write_minari(given.results, given.minari, given.only)
             for name, episodes in datasets.items():
@@ -77,7 +79,7 @@ def _write_runs(given: argparse.Namespace) -> None:
             write(study, folder)
     runs = sum(map(len, study.runs.values()))
     print(f"{runs} runs of {len(study.algorithms)} methods on {len(study.functions)} functions; "
-          f"{given.error}: {ERRORS[given.error]}")
+          f"{given.error}: {meaning_of(given.error, study.score)}")
     if study.left_out:
         print(f"left out: {study.left_out} failed trials", file=sys.stderr)
     if study.missing:
@@ -107,7 +109,7 @@ def make_parser() -> argparse.ArgumentParser:
                         help="for --archive: wheels to install for the replay, with their dependencies")
     parser.add_argument("--suite-folder", metavar="DIR", help="for --archive: folder with the files that the suite names")
     parser.add_argument("--error", choices=tuple(ERRORS), default="recommended",
-                        help="; ".join(f"{name}: {meaning}" for name, meaning in ERRORS.items()) + " [default: %(default)s]")
+                        help="; ".join(f"{name}: {meaning_of(name)}" for name in ERRORS) + " [default: %(default)s]")
     parser.add_argument("--only", metavar="KEY=VALUE", action="append", default=[],
                         help=f"export only these trials; keys: {', '.join(ONLY_KEYS)}; repeatable")
     return parser

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from .runs import ERRORS, file_names, new_folder, readme
+from .runs import file_names, meaning_of, new_folder, readme
 
 if TYPE_CHECKING:
     import os
@@ -77,8 +77,8 @@ def _write_function(study: Study, algorithm: str, function: Function, runs: list
         function_name=function.name,
         maximization=False,
         algorithm={"name": algorithm, "info": "relign-bench"},
-        # Texts of ours alone: iohinspector evaluates these values as Python.
-        experiment_attributes=[{"relign_error": study.error}, {"relign_raw_y": ERRORS[study.error]}],
+        # Texts of ours alone, without the scene's name of its score: iohinspector evaluates these values as Python.
+        experiment_attributes=[{"relign_error": study.error}, {"relign_raw_y": meaning_of(study.error)}],
         attributes=["evaluations", "raw_y", "machine_seconds"],
         scenarios=[{"dimension": axes, "path": data.relative_to(place).as_posix(), "runs": [
             {"instance": run.instance, "evals": len(run.errors),

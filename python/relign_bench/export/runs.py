@@ -194,10 +194,20 @@ def _run(closing: dict[str, Any], steps: list[dict[str, Any]], error: str, score
 
 def readme(study: Study, template: str, prefix: str = "", **more: Any) -> str:
     """A format's README: its template, with the study's facts, and the functions, whose numbers have a prefix."""
-    meaning = ERRORS[study.error].format(score=study.score)
+    meaning = meaning_of(study.error, study.score)
     text = template.format(suite=study.suite, meaning=meaning, error=study.error, left_out=study.left_out, **more)
     return text + "".join(f"{prefix + str(function.number):<8}  {function.scene}, {function.noise_level}\n"
                           for function in study.functions)
+
+
+def meaning_of(error: str, score: str = "score") -> str:
+    """What the exported number is.
+
+    Args:
+        error: One of ERRORS.
+        score: Name and unit of the score, where the scenes have the same one.
+    """
+    return ERRORS[error].format(score=score)
 
 
 def file_names(names: Sequence[str], kept: str = ".+-") -> dict[str, str]:

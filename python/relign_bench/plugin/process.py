@@ -33,6 +33,9 @@ class Host:
     Args:
         to_host: Descriptor that messages are written to.
         from_host: Descriptor that messages are read from.
+
+    Attributes:
+        awaits_answer: Whether the plugin is handling a request.
     """
 
     def __init__(self, to_host: int, from_host: int) -> None:
@@ -41,6 +44,7 @@ class Host:
         self._to_host = to_host
         self._from_host = open(from_host, "rb")  # noqa: SIM115 (open until the process ends)
         self._read_line = self._from_host.readline
+        self.awaits_answer = False
 
     def send_line(self, line: str) -> None:
         """Sends one line, which ends with a newline."""
@@ -129,6 +133,7 @@ def _serve_host(cls: type[Plugin], host: Host) -> int:
         name = message["message"]
         if name == "bye":
             return 0
+        host.awaits_answer = True
         try:
             if name == "create":
                 handler = handler_of(create(cls, message["parameters"]), host)
@@ -137,8 +142,10 @@ def _serve_host(cls: type[Plugin], host: Host) -> int:
                 handle = getattr(handler, "on_" + name, None)
                 answer = handle(message) if handle else {"message": "unsupported"}
             sys.stdout.flush()
+            host.awaits_answer = False
             host.send(**answer)
         except BaseException as error:  # SystemExit and KeyboardInterrupt too: the host must get an answer
+            host.awaits_answer = False
             if not isinstance(error, (SystemExit, ModuleNotFoundError)):  # of which the host says it all
                 print(_authors_traceback(error), end="", file=sys.stderr)
             sys.stdout.flush()
@@ -147,14 +154,16 @@ def _serve_host(cls: type[Plugin], host: Host) -> int:
             return 1
 
 
-def _end_after_host(from_host: int) -> None:
-    """Kills this process some seconds after the host is gone.
+def _end_after_host(from_host: int, host: Host) -> None:
+    """Kills this process some seconds after the host is gone. A handler of SIGTERM runs at once, so that stations stop.
 
     A plugin that waits for a message sees the end of the connection by itself; one in an endless loop does not.
     """
     gone = select.poll()
     gone.register(from_host, 0)  # POLLHUP is reported without being requested
     gone.poll()
+    if host.awaits_answer and callable(signal.getsignal(signal.SIGTERM)):
+        os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(GRACE_SECONDS)
     if os.getpgrp() == os.getpid():  # as the host starts it: the group has all processes that the plugin started
         os.killpg(0, signal.SIGKILL)
@@ -189,9 +198,10 @@ def serve(cls: type[Plugin]) -> None:
         sys.exit(2)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # the log of a process that dies is complete
-    threading.Thread(target=_end_after_host, args=(int(from_host),), daemon=True).start()
+    host = Host(int(to_host), int(from_host))
+    threading.Thread(target=_end_after_host, args=(int(from_host), host), daemon=True).start()
     try:
-        status = _serve_host(cls, Host(int(to_host), int(from_host)))
+        status = _serve_host(cls, host)
     except BrokenPipeError:
         status = 1
     sys.exit(status)
