@@ -331,6 +331,8 @@ def main():
     parser.add_argument("--fault", default="", metavar="KIND:N",
                         help=f"after N images, let a fault begin with the next move or image: {', '.join(FAULTS)}")
     options = parser.parse_args()
+    if "{" in options.prefix or "}" in options.prefix:
+        parser.error("--prefix: caproto takes braces for its macros; choose a prefix without them")
     if options.fault.partition(":")[0] not in ("", *FAULTS):
         parser.error(f"unknown fault '{options.fault}'; faults: {', '.join(FAULTS)}")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))

@@ -55,7 +55,7 @@ class Method:
         seed: Seed of the method. Equal seeds and equal measurements give equal poses.
         parameters: Parameters of the algorithm.
         reference: Image of a perfect machine, shape (height, width), for methods that observe images; then values are images.
-        goal: The lowest possible value.
+        goal: The lowest value that can be measured, noise included: methods take it for the best that can be.
 
     Attributes:
         best: (pose, value) of the lowest value so far; for images the value is the RMSE. None before the first.
@@ -121,11 +121,13 @@ class Method:
             raise ValueError(f"expected {'a number' if self._scalar else f'an image of shape {self._goal.shape}'}, found "
                              f"shape {np.shape(measured)}")
         if not np.isfinite(pixels).all():
-            raise ValueError("the measurement is not finite; tell a large value where nothing could be measured")
+            raise ValueError("the measurement is not finite, or farther than 3.4e38 from the goal; tell a large value where "
+                             "nothing could be measured")
         if not (math.isfinite(seconds) and seconds >= 0):
             raise ValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
         if self._scalar and pixels < 0:
-            raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest possible value")
+            raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest value that can be "
+                             "measured, noise included")
         value = float(np.asarray(measured)) if self._scalar else float(np.sqrt(np.mean((pixels - self._goal) ** 2.0)))
         if self.best is None or value < self.best[1]:
             self.best = (self._pending, value)
