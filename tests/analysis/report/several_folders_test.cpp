@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdlib>
+
 #include "base/error.h"
 #include "report/made_pictures.h"
 #include "report/report.h"
@@ -77,15 +79,18 @@ TEST_F(SeveralFolders, CompareTheSameInstancesInOneGroup) {
 
 TEST_F(SeveralFolders, RemoveTheTemporaryFolder) {
   const fs::path ours = made("ours", "set A", "compass", 0.01), theirs = made("theirs", "set A", "sbplx", 0.02);
-  const auto temporary = [] {
-    std::set<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(fs::temp_directory_path()))
-      if (entry.path().filename().string().rfind("relign-report-", 0) == 0) found.insert(entry.path());
-    return found.size();
-  };
-  const std::size_t before = temporary();
+  // A folder of its own, because other tests make reports at the same time.
+  const fs::path temporary = folder_ / "temporary";
+  fs::create_directory(temporary);
+  const char* const given = std::getenv("TMPDIR");
+  const std::string before = given ? given : "";
+  ::setenv("TMPDIR", temporary.c_str(), 1);
   { EXPECT_THAT(Report({ours, theirs}).html(), HasSubstr("sbplx")); }
-  EXPECT_EQ(temporary(), before);
+  if (given)
+    ::setenv("TMPDIR", before.c_str(), 1);
+  else
+    ::unsetenv("TMPDIR");
+  EXPECT_TRUE(fs::is_empty(temporary));
 }
 
 TEST_F(SeveralFolders, HaveSeparateGroupsForOtherInstances) {
