@@ -224,14 +224,15 @@ Json ProcessPlugin::receive(const char* during, Deadline deadline, const char* w
   const ChildProcess::Got got = child_->receive(line, deadline);
   const bool late = got == ChildProcess::Got::late || got == ChildProcess::Got::late_within_line;
   if (late) child_->terminate(kSecondsToExit);
-  const bool ended = got == ChildProcess::Got::end || got == ChildProcess::Got::end_within_line;
-  const std::string stopped =
-      "the program was told to stop, and it did not answer within " + shortest(timeouts_.stop_seconds) + " s of that";
-  if (got != ChildProcess::Got::line)
+  if (got != ChildProcess::Got::line) {
+    const bool ended = got == ChildProcess::Got::end || got == ChildProcess::Got::end_within_line;
+    const std::string stopped =
+        "the program was told to stop, and it did not answer within " + shortest(timeouts_.stop_seconds) + " s of that";
     fail(during, got_text(got, late && child_->was_stopped() ? stopped : what_is_late),
          late    ? Cause::timeout
          : ended ? Cause::ended
                  : Cause::malformed_message);
+  }
   const auto malformed = [&](const char* why) { fail(during, "malformed message " + excerpt(line) + ": " + why); };
   if (nesting(line) > kMaxNesting) malformed("nested too deep");
   Json message = parsed_json(line);

@@ -100,25 +100,26 @@ class FocusModel {
  public:
   FocusModel(Objective& objective, const Point& start, std::size_t z) : objective_(objective), start_(start), z_(z) {
     for (int place = -kPlaces; place <= kPlaces; ++place) curves_.push_back(objective.at(moved({{z, kStep * place}})));
-    for (std::size_t axis = 0; axis < objective.axes(); ++axis)
-      if (axis != z) tilts_.push_back({axis, slopes(axis)});
+    for (std::size_t axis = 0; axis < objective.axes(); ++axis) {
+      if (axis == z) continue;
+      const Tilt tilt{axis, slopes(axis)};
+      if (tilt.largest() > kLeastSlope) tilts_.push_back(tilt);
+    }
     std::sort(tilts_.begin(), tilts_.end(), [](const Tilt& a, const Tilt& b) { return a.largest() > b.largest(); });
-    const auto moves = [](const Tilt& tilt) { return tilt.largest() > kLeastSlope; };
-    tilts_.erase(std::find_if_not(tilts_.begin(), tilts_.end(), moves), tilts_.end());
-    tilts_.resize(std::min<std::size_t>(tilts_.size(), 2), Tilt{0, {}});
+    if (tilts_.size() > Cell().size()) tilts_.erase(tilts_.begin() + Cell().size(), tilts_.end());
   }
 
   // The lowest local optimum, and others that may be the lowest in truth; the best first.
   std::vector<Point> optima() const {
-    const int rows = tilts_.size() > 0 ? kGrid : 0, columns = tilts_.size() > 1 ? kGrid : 0;
-    std::map<std::pair<int, int>, Focus> grid;
+    const int rows = tilts_.empty() ? 0 : kGrid, columns = tilts_.size() < 2 ? 0 : kGrid;
+    std::map<Cell, Focus> grid;
     for (int row = -rows; row <= rows; ++row)
       for (int column = -columns; column <= columns; ++column) grid[{row, column}] = focused({row, column});
     std::vector<std::pair<double, Point>> found;
     for (const auto& [cell, focus] : grid) {
       bool lowest = true;
-      for (const int row : {cell.first - 1, cell.first, cell.first + 1})
-        for (const int column : {cell.second - 1, cell.second, cell.second + 1})
+      for (const int row : {cell[0] - 1, cell[0], cell[0] + 1})
+        for (const int column : {cell[1] - 1, cell[1], cell[1] + 1})
           if (const auto other = grid.find({row, column}); other != grid.end() && other->second.deficit < focus.deficit)
             lowest = false;
       if (lowest) found.emplace_back(focus.deficit, tilted(cell, focus.z));
@@ -139,7 +140,7 @@ class FocusModel {
   static constexpr std::size_t kMostOptima = 4;
   static constexpr double kErrorOfModel = 0.02;  // of MTF: ten times what was seen
 
-  using Cell = std::pair<int, int>;
+  using Cell = std::array<int, 2>;  // steps of each tilt
   struct Focus {
     double deficit = kInfinity, z = 0;
   };
@@ -158,8 +159,7 @@ class FocusModel {
   }
   Point tilted(const Cell& cell, double z) const {
     Point there = moved({{z_, z}});
-    if (tilts_.size() > 0) there[tilts_[0].axis] += cell.first * tilts_[0].step();
-    if (tilts_.size() > 1) there[tilts_[1].axis] += cell.second * tilts_[1].step();
+    for (std::size_t i = 0; i < tilts_.size(); ++i) there[tilts_[i].axis] += cell[i] * tilts_[i].step();
     for (double& place : there) place = std::clamp(place, 0.0, 1.0);
     return there;
   }
@@ -207,8 +207,8 @@ class FocusModel {
   Focus focused(const Cell& cell) const {
     const auto n = static_cast<Eigen::Index>(objective_.limits().size());
     Eigen::VectorXd aside = Eigen::VectorXd::Zero(n);
-    if (tilts_.size() > 0 && cell.first != 0) aside += cell.first * tilts_[0].step() * tilts_[0].slope;
-    if (tilts_.size() > 1 && cell.second != 0) aside += cell.second * tilts_[1].step() * tilts_[1].slope;
+    for (std::size_t i = 0; i < tilts_.size() && i < cell.size(); ++i)
+      aside += cell[i] * tilts_[i].step() * tilts_[i].slope;
     Focus best;
     for (int place = -kPlaces * kFiner; place <= kPlaces * kFiner; ++place) {
       const double z = place * kStep / kFiner;

@@ -190,8 +190,10 @@ ByCriterion<double> Judge::at(const std::vector<double>& true_pose, const std::v
 
 std::optional<Judge::Optimum> Judge::optimum(const std::vector<double>& start) {
   if (criteria_.field_mtf.empty()) return std::nullopt;
-  return criterion_optimum([this](const std::vector<double>& pose) { return fields_at(pose); }, scene_, criteria_,
-                           design_, start);
+  const auto measure = [this](const std::vector<double>& pose) {
+    return measure_fields(lens_, scene_, criteria_.lp_per_mm, pose);
+  };
+  return criterion_optimum(measure, scene_, criteria_, design_, start);
 }
 
 }  // namespace relign::trials
