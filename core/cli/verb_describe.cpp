@@ -111,6 +111,10 @@ std::string pretraining_text(const Manifest& plugin) {
          " steps each, once per scene, noise level and protocol";
 }
 
+std::int64_t version_of(const Manifest& plugin, const Preset* preset) {
+  return preset == nullptr ? plugin.version : preset->version;
+}
+
 std::string page(const Manifest& plugin, const Preset* preset) {
   const std::string id = preset == nullptr ? plugin.id : preset->id;
   std::string text =
@@ -120,6 +124,7 @@ std::string page(const Manifest& plugin, const Preset* preset) {
     text += "observes      " + (plugin.observes.empty() ? "nothing" : join(plugin.observes, ", ")) +
             (plugin.oracle ? " (an oracle: observes the true start under every protocol)" : "") + "\n";
   if (!plugin.prepare.is_null()) text += "pretraining   " + pretraining_text(plugin) + "\n";
+  text += "version       " + std::to_string(version_of(plugin, preset)) + "\n";
   text += "reproducible  " +
           std::string(plugin.reproducible == "this_cpu" ? "on the same kind of processor" : "on any machine") + "\n";
   if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
@@ -166,6 +171,7 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
   return {{"id", preset == nullptr ? plugin.id : preset->id},
           {"plugin", plugin.id},
           {"kind", plugin_host::kind_name(plugin.kind)},
+          {"version", version_of(plugin, preset)},
           {"summary", preset == nullptr ? plugin.summary : preset->summary},
           {"observes", plugin.observes},
           {"prepare", plugin.prepare},

@@ -28,9 +28,13 @@ bool (*kind_filter(const std::string& name))(Kind) {
 Json to_json(const Manifest& plugin) {
   Json presets = Json::array();
   for (const plugin_host::Preset& preset : plugin.presets)
-    presets.push_back({{"id", preset.id}, {"summary", preset.summary}, {"parameters", preset.parameters}});
+    presets.push_back({{"id", preset.id},
+                       {"version", preset.version},
+                       {"summary", preset.summary},
+                       {"parameters", preset.parameters}});
   return {{"id", plugin.id},
           {"kind", plugin_host::kind_name(plugin.kind)},
+          {"version", plugin.version},
           {"summary", plugin.summary},
           {"presets", presets}};
 }

@@ -23,9 +23,9 @@ class Release(unittest.TestCase):
         ):
             self.assertEqual(set(found(file, pattern)), {version}, file)
 
-    def test_changelog_begins_with_unreleased_or_the_version(self):
+    def test_changelog_begins_with_the_version(self):
         (version,) = found("CMakeLists.txt", r"^project\(relign-bench VERSION (\S+)")
-        self.assertRegex(found("CHANGELOG.md", r"^## (.*)")[0], rf"^(Unreleased|{re.escape(version)}\b.*)$")
+        self.assertRegex(found("CHANGELOG.md", r"^## (.*)")[0], rf"^{re.escape(version)}\b.*$")
 
 
 if __name__ == "__main__":

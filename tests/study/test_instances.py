@@ -15,6 +15,16 @@ TREE = pathlib.Path(__file__).resolve().parents[2]
 GOLDEN = TREE / "tests" / "golden" / "published_instances.json"
 PROGRAM = shlex.split(os.environ["RELIGN_BENCH"])  # behind an emulator, too
 SUITES = ("agents_elsewhere", "domain_gap", "paper")
+VERSIONS = "versions"  # of scenes and noise levels, in the golden file
+
+
+def versions():
+    """Of all scenes and noise levels and their presets, by id, those above 1."""
+    found = {}
+    for kind in ("scenes", "noise-levels"):
+        listed = json.loads(subprocess.check_output([*PROGRAM, "list", kind, "--json"]))
+        found.update({one["id"]: one["version"] for plugin in listed for one in (plugin, *plugin["presets"])})
+    return {name: version for name, version in found.items() if version > 1}
 
 
 def first_instances(name, folder):
@@ -51,6 +61,13 @@ class Instances(unittest.TestCase):
     def test_published_instances_keep_their_bits(self):
         with tempfile.TemporaryDirectory() as scratch:
             found = {name: first_instances(name, pathlib.Path(scratch)) for name in SUITES}
+        found[VERSIONS] = versions()
+        golden = json.loads(GOLDEN.read_text())
+        raised = {name for name, version in found[VERSIONS].items() if version > golden[VERSIONS].get(name, 1)}
+        for suite in SUITES:
+            for cell in golden[suite].keys() & found[suite].keys():
+                if golden[suite][cell]["steps"] != found[suite][cell]["steps"]:
+                    self.assertTrue(raised & set(cell.split(" ", 1)), f"{suite}: {cell} changed: raise the version of one of them")
         if os.environ.get("RELIGN_UPDATE_GOLDEN"):
             GOLDEN.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n")
         self.assertEqual(found, json.loads(GOLDEN.read_text()))

@@ -116,6 +116,15 @@ void refuse_near_misses(Kind kind, const fs::path& path) {
                                           "; did you mean " + document.string() + "?");
 }
 
+// `wanted` is what follows '@' in a name.
+void require_version(const std::string& id, std::int64_t version, const std::string& wanted) {
+  const std::string here = std::to_string(version);
+  if (wanted == here) return;
+  throw Error(ErrorKind::bad_input, "'" + id + "@" + wanted + "' is not available: '" + id + "' has version " + here +
+                                        " here, which gives other numbers; use '" + id + "@" + here + "' or '" + id +
+                                        "', or a release with version " + wanted);
+}
+
 }  // namespace
 
 // The result of looking up a name or path, before parameters are applied.
@@ -124,6 +133,8 @@ struct Catalog::Found {
   const Preset* preset = nullptr;
   std::string id;
   fs::path document;  // empty: none
+
+  std::int64_t version() const { return preset ? preset->version : plugin->version; }
 };
 
 std::shared_ptr<const Manifest> Catalog::add(const fs::path& plugin) { return add_plugin(plugin); }
@@ -229,8 +240,13 @@ std::string Catalog::unknown_text(Kind kind, const std::string& name) const {
 Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs::path& relative_to,
                              bool documents_allowed) {
   const bool names_a_path = id_or_path.find('/') != std::string::npos;
-  if (!names_a_path)
-    if (Found found = find_name(kind, id_or_path); found.plugin) return found;
+  if (!names_a_path) {
+    const std::size_t at = id_or_path.find('@');  // "ID@VERSION"
+    if (Found found = find_name(kind, id_or_path.substr(0, at)); found.plugin) {
+      if (at != std::string::npos) require_version(found.id, found.version(), id_or_path.substr(at + 1));
+      return found;
+    }
+  }
   const fs::path path = absolute_path(relative_to / id_or_path);
   std::error_code error;
   if (id_or_path.empty() || !fs::exists(path, error)) {
@@ -302,7 +318,8 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
     algorithms[parameter.name] = inner;
   }
   if (problems.size() != problems_before) return {};
-  const Json identity = {{"kind", kind_name(plugin.kind)}, {"parameters", effective.identity}, {"plugin", plugin.id}};
+  Json identity = {{"kind", kind_name(plugin.kind)}, {"parameters", effective.identity}, {"plugin", plugin.id}};
+  if (found.version() > 1) identity["version"] = found.version();
   return {found.plugin, found.id, effective.values, canonical_json(identity), std::move(algorithms)};
 }
 
@@ -343,7 +360,7 @@ Choice with_changes(const Choice& choice, const Json& changes) {
   throw_if_any(problems);
   Choice changed = choice;
   changed.parameters = effective.values;
-  Json identity = {{"kind", kind_name(choice.plugin->kind)}, {"plugin", choice.plugin->id}};
+  Json identity = valid_json(choice.identity);
   identity["parameters"] = effective.identity;
   for (const auto& [name, inner] : choice.algorithms) identity["parameters"][name] = valid_json(inner->identity);
   changed.identity = canonical_json(identity);

@@ -179,6 +179,11 @@ std::string check_model_parameter(const Parameter& parameter, const Json& value)
   return "";
 }
 
+std::int64_t read_version(ObjectReader& reader, std::int64_t fallback) {
+  constexpr std::int64_t kHighest = 1000000;
+  return reader.integer("version", fallback, 1, kHighest);
+}
+
 void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& manifest, std::vector<Problem>& problems) {
   const Json* object = reader.get("presets");
   if (!object) return;
@@ -196,6 +201,7 @@ void read_presets(const JsonSource& source, ObjectReader& reader, Manifest& mani
     ObjectReader one(source, pointer, problems);
     Preset preset;
     preset.id = id;
+    preset.version = read_version(one, manifest.version);
     preset.summary = one.string("summary", "");
     preset.parameters = read_values(one, "parameters", manifest, pointer, source, problems);
     one.reject_unknown();
@@ -288,6 +294,7 @@ Manifest read_checked(const JsonSource& source, const std::filesystem::path& fil
   manifest.summary = reader.required_string("summary");
   if (reader.has("summary") && manifest.summary.empty())
     reader.complain("summary", "expected one sentence, found an empty string");
+  manifest.version = read_version(reader, 1);
   manifest.license = reader.string("license", "");
   manifest.citation = reader.string("citation", "");
   manifest.reproducible = reader.string("reproducible", "anywhere");

@@ -15,6 +15,8 @@
 // Further keys:
 // "library" (default ID.so), or "command": ["python3", "compass.py"] for a plugin that runs as a process in the
 // manifest's folder (docs/process_plugins.md);
+// "version": 2 (default 1), of the plugin or of a preset: raised when the same parameters and seed give other numbers
+// than in a release, so that a suite can require "ID@1" (docs/releasing.md);
 // "oracle": true, for an algorithm that gets the true start under every protocol (dashed in figures);
 // "document": "scene": a JSON file with "use" may replace the plugin's id; its path becomes that parameter;
 // "prepare": {"sources": 10, "steps": 100}, for an algorithm with pretraining on source instances (docs/services.md);
@@ -24,6 +26,7 @@
 // {"other_scenes": true}, parameters with which `plugin check` runs it on synthetic trials.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -56,6 +59,7 @@ struct Parameter {
 
 struct Preset {
   std::string id;
+  std::int64_t version = 1;  // the plugin's, unless the preset has its own
   std::string summary;
   Json parameters;  // object, checked
 };
@@ -63,6 +67,7 @@ struct Preset {
 struct Manifest {
   std::string id;
   Kind kind = Kind::optimizer;
+  std::int64_t version = 1;  // raised when the same parameters and seed give other numbers than in a release
   std::string summary;
   std::vector<Parameter> parameters;
   std::vector<Preset> presets;

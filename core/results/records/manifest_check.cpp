@@ -78,7 +78,7 @@ std::optional<std::string> name_in_suite(const Json& entry) {
   };
   if (use.find('/') != std::string::npos || ends_with(".json") || ends_with(".py") || ends_with(".so"))
     return std::nullopt;
-  return use;
+  return use.substr(0, use.find('@'));  // without the version of "ID@VERSION"
 }
 
 void check_places(std::vector<std::string>& found, const Json& suite, const char* key,

@@ -19,7 +19,7 @@ summary, and these class attributes add the rest:
                   "history"
     presets       {"guess-wide": {"first_stride": 0.3}}
     prepare       {"sources": 10, "steps": 100}: an algorithm with pretraining on other instances (trial.pretraining())
-    id, summary, license, citation, reproducible ("anywhere" or "this_cpu")
+    id, version, summary, license, citation, reproducible ("anywhere" or "this_cpu")
 
 Optimizer and Agent are algorithms; Scene is a simulator, Station a scene that owns its stage; NoiseLevel draws the
 perturbations. A path is accepted wherever an id is: `--scene ./bench.py`, `--noise-level ./tight.py`, or in a suite.

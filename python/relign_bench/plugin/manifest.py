@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 # Class attributes that the manifest has besides parameters, under the same key; "observes" is its key "observes".
 ATTRIBUTES = ("id", "kind", "summary", "observes", "presets", "license", "citation", "reproducible", "oracle", "training",
-              "prepare")
+              "prepare", "version")
 SUGGESTIONS = {**{name: name for name in ATTRIBUTES}, "observes": "observes"}
 
 
@@ -68,7 +68,7 @@ def manifest_of(cls: type) -> dict[str, Any]:
     presets = getattr(cls, "presets", None)
     if presets:
         manifest["presets"] = {name: {"parameters": dict(values)} for name, values in presets.items()}
-    for key in ("license", "citation", "reproducible", "oracle", "training", "prepare"):
+    for key in ("license", "citation", "reproducible", "oracle", "training", "prepare", "version"):
         value = getattr(cls, key, None)
         if value is not None:
             manifest[key] = value

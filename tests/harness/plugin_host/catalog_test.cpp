@@ -234,6 +234,24 @@ TEST_F(CatalogTest, ResolvesPathsToPlugins) {
   EXPECT_THAT(problems(Kind::optimizer, "./roots"), HasSubstr("has no relign-plugin.json"));
 }
 
+TEST_F(CatalogTest, RequiresAVersion) {
+  EXPECT_EQ(resolve(Kind::scene, "relign_od@1").identity, resolve(Kind::scene, "relign_od").identity);
+  EXPECT_THAT(problems(Kind::scene, "relign-od@2"),
+              HasSubstr("'relign_od@2' is not available: 'relign_od' has version 1 here"));
+  EXPECT_THAT(problems(Kind::scene, "relign_od@"), HasSubstr("use 'relign_od@1' or 'relign_od'"));
+  EXPECT_THAT(problems(Kind::scene, "relign_of@1"), HasSubstr("did you mean 'relign_od'?"));
+
+  plugin("drawn", R"({"id": "drawn", "kind": "noise-level", "summary": "s", "version": 2,
+    "parameters": {"n": {"type": "integer", "default": 1}}, "presets": {"late": {"version": 3}, "early": {}}})",
+         "drawn.so");
+  catalog_.add(folder_ / "drawn");
+  const Choice early = resolve(Kind::noise_level, "early@2"), late = resolve(Kind::noise_level, "late@3");
+  EXPECT_EQ(early.identity, R"({"kind":"noise-level","parameters":{"n":1},"plugin":"drawn","version":2})");
+  EXPECT_NE(late.identity, early.identity);
+  EXPECT_EQ(with_changes(early, {{"n", 1}}).identity, early.identity);
+  EXPECT_THAT(problems(Kind::noise_level, "late@2"), HasSubstr("'late' has version 3 here"));
+}
+
 TEST_F(CatalogTest, ResolvesDocumentsToTheirPlugin) {
   write("my/lens.json", R"({"use": "lens-system", "anything": [1, 2]})");
   const Choice document = resolve(Kind::scene, "my/lens.json", {{"threads", 4}});
