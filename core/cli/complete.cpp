@@ -10,8 +10,8 @@ namespace {
 
 // Completions by the name of the value in the help; other values are numbers and free text.
 const std::map<std::string, std::string> kIds = {
-    {"SCENE", "scenes"}, {"LEVEL", "noise-levels"}, {"ALGORITHM", "algorithms"}, {"ID", ""}};
-const std::set<std::string> kFiles = {"FILE", "PATH", "LENSFILE", "RAYS"};
+    {"SCENE", "scenes"}, {"LEVEL", "noise-levels"}, {"ALGORITHM", "algorithms"}, {"ID", ""}, {"SUITE", "suites"}};
+const std::set<std::string> kFiles = {"FILE", "PATH", "LENSFILE", "RAYS", "SUITE"};
 const std::set<std::string> kFolders = {"DIR", "FOLDER", "A", "B"};
 
 bool begins_with(const std::string& text, const std::string& beginning) {

@@ -1,7 +1,6 @@
 #include "cli/shared_files.h"
 
 #include <algorithm>
-#include <vector>
 
 #include "base/error.h"
 #include "base/text.h"
@@ -16,15 +15,21 @@ fs::path shared_folder(const std::string& name) {
   return program.parent_path().parent_path() / "share" / "relign-bench" / name;
 }
 
-fs::path suite_file(const std::string& argument) {
+std::vector<std::string> installed_suites() {
   std::error_code error;
-  // A results folder may have the name of an installed suite.
-  if (fs::exists(argument, error) && !fs::is_directory(argument, error)) return argument;
   std::vector<std::string> installed;
   for (fs::directory_iterator entry(shared_folder("suites"), error), end; !error && entry != end;
        entry.increment(error))
     if (entry->path().extension() == ".json") installed.push_back(entry->path().stem().string());
   std::sort(installed.begin(), installed.end());
+  return installed;
+}
+
+fs::path suite_file(const std::string& argument) {
+  std::error_code error;
+  // A results folder may have the name of an installed suite.
+  if (fs::exists(argument, error) && !fs::is_directory(argument, error)) return argument;
+  const std::vector<std::string> installed = installed_suites();
   if (std::find(installed.begin(), installed.end(), argument) != installed.end())
     return shared_folder("suites") / (argument + ".json");
   const std::string nearest = nearest_name(fs::path(argument).stem().string(), installed);

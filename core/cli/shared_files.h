@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace relign::cli {
 
@@ -11,6 +12,9 @@ std::filesystem::path shared_folder(const std::string& name);
 
 inline constexpr const char* kSuiteHelp =
     "suite file (JSON: scenes, noise levels, algorithms), or the name of an installed one, such as quick";
+
+// Names of the installed suites, sorted.
+std::vector<std::string> installed_suites();
 
 // The path of a suite argument. A name without folder and extension that is not a file, such as "quick", is looked up
 // among the installed suites. Throws Error(bad_input) for neither.

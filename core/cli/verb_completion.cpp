@@ -5,6 +5,7 @@
 #include "cli/app.h"
 #include "cli/complete.h"
 #include "cli/completion_scripts.h"
+#include "cli/shared_files.h"
 
 namespace relign::cli {
 namespace {
@@ -23,8 +24,12 @@ bool is_of_kind(const std::string& kind, plugin_host::Kind plugin) {
 }
 
 std::vector<Candidate> ids_of(Context& context, const std::string& kind, const std::vector<std::string>& plugins) {
-  context.plugin_paths = plugins;
   std::vector<Candidate> ids;
+  if (kind == "suites") {
+    for (const std::string& suite : installed_suites()) ids.push_back({suite, "installed suite"});
+    return ids;
+  }
+  context.plugin_paths = plugins;
   for (const auto& plugin : context.catalog().plugins()) {
     if (!is_of_kind(kind, plugin->kind)) continue;
     ids.push_back({plugin->id, plugin->summary});

@@ -1,5 +1,6 @@
 // relign-bench explain: exit codes of the program and ends of trials.
 #include <algorithm>
+#include <cstring>
 #include <span>
 
 #include "base/error.h"
@@ -42,8 +43,15 @@ Json entry_json(const CodeKind& kind, const Explanation& entry) {
           {"next", entry.next}};
 }
 
+// The meaning of a code that a user has seen: of 137, "ended by signal 9 (Killed)".
+std::string meaning_of(const Explanation& entry, const std::string& seen) {
+  if (entry.code != "128+N" || seen == entry.code) return std::string(entry.meaning);
+  const int signal = std::stoi(seen) - kFirstSignalCode;
+  return "ended by signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
+}
+
 std::string entry_text(const CodeKind& kind, const Explanation& entry, const std::string& seen) {
-  std::string text = wrapped(seen + " (" + kind.name + "): " + std::string(entry.meaning), 0) + "\n";
+  std::string text = wrapped(seen + " (" + kind.name + "): " + meaning_of(entry, seen), 0) + "\n";
   if (!entry.causes.empty()) text += "\nUsual causes:\n  " + wrapped(std::string(entry.causes), 2) + "\n";
   if (!entry.next.empty()) text += "\nNext:\n  " + wrapped(std::string(entry.next), 2) + "\n";
   return text;

@@ -81,7 +81,7 @@ void add_plan(CLI::App& app, Context& context) {
                      "run, merge, validate"});
   PlanArguments& arguments = add_action(verb, context, make_plan, "Stopped; no plan was written.");
   arguments.out = "plan.json";
-  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->required()->type_name("FILE");
+  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->required()->type_name("SUITE");
   verb.add_option("-o,--out", arguments.out, "plan file; plugins and data files are not copied into it")
       ->type_name("FILE")
       ->capture_default_str();

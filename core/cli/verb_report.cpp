@@ -5,6 +5,7 @@
 #include "base/error.h"
 #include "base/files.h"
 #include "base/json_members.h"
+#include "base/own_command.h"
 #include "cli/app.h"
 #include "cli/browser.h"
 #include "cli/plan_check.h"
@@ -104,7 +105,28 @@ int write_text(Context& context, const ReportArguments& arguments) {
   return reports.exit_code();
 }
 
-int write_reports(Context& context, const ReportArguments& arguments) {
+// The folder in results/ with the latest manifest.
+std::string latest_results() {
+  fs::path latest;
+  fs::file_time_type latest_time = fs::file_time_type::min();
+  std::error_code error;
+  for (fs::directory_iterator entry("results", error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code none;
+    const fs::file_time_type time = fs::last_write_time(entry->path() / "manifest.json", none);
+    if (none || time <= latest_time) continue;
+    latest = entry->path();
+    latest_time = time;
+  }
+  if (latest.empty())
+    throw Error(ErrorKind::bad_input,
+                "DIR is required: the folder 'results' here has no results; run a suite first: '" +
+                    own_command("run quick") + "'");
+  return latest.string();
+}
+
+int write_reports(Context& context, const ReportArguments& given) {
+  ReportArguments arguments = given;
+  if (arguments.folders.empty()) arguments.folders = {latest_results()};
   const bool to_file = arguments.format == "html" && arguments.out != kStandardOutput;
   if (arguments.open && !to_file)
     throw Error(ErrorKind::bad_input, "--open: requires a page in a file, found " +
@@ -162,14 +184,15 @@ int write_reports(Context& context, const ReportArguments& arguments) {
 void add_report(CLI::App& app, Context& context) {
   CLI::App& verb =
       add_verb(app, {"report", "Write the report of results folders. Exit code 4 if a check of the records failed.",
-                     "relign-bench report results/quick --open\n"
+                     "relign-bench report --open\n"
                      "relign-bench report results/quick --figures paper\n"
                      "relign-bench report results/quick results/more --format csv -o ranking.csv\n"
                      "relign-bench report results/quick --format json | jq '.results[].groups[].rows[]'\n"
                      "relign-bench report results/mine results/published -o both.html",
                      "run, merge, compare"});
   ReportArguments& arguments = add_action(verb, context, write_reports);
-  verb.add_option("DIR", arguments.folders, "one or more results folders")->required()->type_name("DIR");
+  verb.add_option("DIR", arguments.folders, "one or more results folders [default: the latest in results/]")
+      ->type_name("DIR");
   verb.add_option("-o,--out", arguments.out,
                   "write only this file (- for standard output); several folders make one page [default: html: "
                   "DIR/report.html, with tables beside it; md, csv, json: standard output]")

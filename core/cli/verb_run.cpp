@@ -10,6 +10,7 @@
 #include "base/shell_words.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/expected_time.h"
 #include "cli/interrupt.h"
 #include "cli/plan_check.h"
 #include "cli/progress.h"
@@ -179,6 +180,19 @@ int print_shard(Context& context, const fs::path& results, const runner::RunSumm
   return summary.failed > 0 ? kTrialsFailed : kDone;
 }
 
+// Tells a person who waits at a terminal how long it will take. Not for a run that is resumed or partial, whose share
+// of the suite is not known here.
+void announce_time(Context& context, const runner::PreparedPlan& prepared, const runner::RunOptions& options,
+                   ProgressPrinter& progress) {
+  if (context.progress_mode() != ProgressMode::line || !options.only.empty() || fs::exists(options.results)) return;
+  runner::Progress measuring;
+  measuring.doing = "timing the scenes";
+  progress.update(measuring);
+  const unsigned workers = options.workers == 0 ? core_count() : options.workers;
+  const ExpectedTime expected = expected_time(context, prepared.plan.suite, prepared.scenes, workers);
+  progress.message("expected time: " + expected.text());
+}
+
 int run_suite(Context& context, const RunArguments& arguments) {
   runner::RunOptions options;
   options.only = parse_only(arguments.only);
@@ -224,6 +238,7 @@ int run_suite(Context& context, const RunArguments& arguments) {
     progress.finish();
     return print_shard(context, "", {});
   }
+  if (!attempt) announce_time(context, prepared, options, progress);
   const runner::RunSummary summary = runner::run(prepared, options);
   progress.finish();
 
@@ -274,7 +289,7 @@ void add_run(CLI::App& app, Context& context) {
                                   "validate, try, report, plan, verify"});
   RunArguments& arguments =
       add_action(verb, context, run_suite, "Stopped before the first trial. To start again, run the same command:");
-  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->type_name("FILE");
+  verb.add_option("SUITE", arguments.suite, kSuiteHelp)->type_name("SUITE");
   verb.add_option("-o,--out", arguments.out,
                   "results folder; with --plan, the folder of the shards' folders [default: results/NAME, with the "
                   "suite's name]")

@@ -3,8 +3,8 @@
 #include "base/own_command.h"
 #include "base/text.h"
 #include "cli/app.h"
+#include "cli/expected_time.h"
 #include "cli/interrupt.h"
-#include "cli/progress.h"
 #include "cli/shared_files.h"
 #include "cli/spec_outlook.h"
 #include "cli/workbench.h"
@@ -15,24 +15,9 @@
 #include "runner/spec_check.h"
 #include "runner/stations.h"
 #include "suites/suite.h"
-#include "trials/run_cost.h"
 
 namespace relign::cli {
 namespace {
-
-// Of a method that recommends poses where it has been; the error of a pose is computed once. Methods with a model take
-// up to 2.
-constexpr double kNoiseFreePerStep = 1.3;
-
-// The baseline that moves once, whatever its budget.
-bool moves_once(const suites::AlgorithmEntry& algorithm) { return algorithm.choice.plugin->id == "home"; }
-
-// The workers' warnings would repeat those of the scene that is checked.
-plugin_host::HostServices quiet_services(Context& context) {
-  plugin_host::HostServices services = context.services(1);
-  services.log = [](int, const std::string&) {};
-  return services;
-}
 
 struct ValidateArguments {
   std::string file;
@@ -66,11 +51,7 @@ int checked(Context& context, const ValidateArguments& arguments) {
   context.start_sandbox("");
   if (arguments.lenses > 0) watch_for_stop();
   const suites::Suite suite = suites::read_suite(suite_file(arguments.file), context.catalog());
-  const std::size_t instances_per_algorithm = suite.levels.size() * suite.instances;
-  std::size_t trials = 0, frames = 0;
-  double seconds = 0;
   std::vector<trials::SceneFacts> facts;
-  bool station = false;
   std::string mistakes, design_mtf, memory;
   Json memory_bytes = Json::object();
   for (const suites::SceneEntry& entry : suite.scenes) {
@@ -113,54 +94,25 @@ int checked(Context& context, const ValidateArguments& arguments) {
   for (const std::string& note :
        runner::check_levels(suite, facts, [&context](const std::string&) { return context.services(1); }))
     print_warning(note);
-  for (std::size_t i = 0; i < suite.scenes.size(); ++i) {
-    const bool owns_stage = facts[i].owns_stage;
-    station = station || owns_stage;
-    const trials::Criteria criteria =
-        trials::criteria_of(records::specification_of(suite.spec, facts[i].spec, facts[i].score), facts[i]);
-    // Does not move hardware.
-    const trials::RunCost cost = owns_stage
-                                     ? trials::RunCost{}
-                                     : trials::measure_run_cost(suite.scenes[i].choice, suite.levels.front().choice,
-                                                                criteria, quiet_services(context), core_count());
-    if (!suite.algorithms.empty()) seconds += static_cast<double>(instances_per_algorithm) * cost.instance;
-    for (const suites::AlgorithmEntry& algorithm : suite.algorithms) {
-      if (!runner::can_run_on(algorithm, facts[i])) continue;
-      trials += instances_per_algorithm;
-      frames += instances_per_algorithm * (std::size_t{algorithm.steps} + 1);
-      const unsigned steps = moves_once(algorithm) ? 1 : algorithm.steps;
-      seconds += static_cast<double>(instances_per_algorithm) * (steps + 1.0) *
-                 (cost.capture + kNoiseFreePerStep * cost.noise_free + cost.judging);
-    }
-  }
+  const ExpectedTime expected = expected_time(context, suite, facts, core_count());
   suites::Suite runnable = suite;
   for (const std::string& note : runner::leave_out_told_methods(runnable, facts)) print_warning(note);
   std::string possible;
   const Json can_meet = arguments.lenses > 0 ? outlooks(context, suite, arguments.lenses, possible) : Json::array();
-  const unsigned cores = core_count();
-  seconds /= cores;
-  const Json expected = station ? Json() : Json(seconds);
   if (context.json) {
     Json result = {{"suite", suite.name},
-                   {"trials", trials},
-                   {"frames", frames},
-                   {"cores", cores},
-                   {"expected_seconds", expected},
+                   {"trials", expected.trials},
+                   {"frames", expected.frames},
+                   {"cores", expected.workers},
+                   {"expected_seconds", expected.seconds ? Json(*expected.seconds) : Json()},
                    {"scene_memory_bytes", memory_bytes}};
     if (arguments.lenses > 0) result["can_meet_spec"] = can_meet;
     print_result(result.dump(2) + "\n");
     return kDone;
   }
-  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(trials) +
-               "\nframes         " + std::to_string(frames) + "\nexpected time  " +
-               (station
-                    ? "unknown: set by the hardware station (one trial at a time)\n"
-                    : "about " + duration_text(seconds) + " on " + std::to_string(cores) +
-                          (cores == 1 ? " core" : " cores") +
-                          " (captures, ground truth and optima, timed now with all cores busy; without the algorithms' "
-                          "own time, pretraining, pictures and the report)\n" +
-                          memory + design_mtf) +
-               possible);
+  print_result("suite          " + printable(suite.name) + "\ntrials         " + std::to_string(expected.trials) +
+               "\nframes         " + std::to_string(expected.frames) + "\nexpected time  " + expected.text() + "\n" +
+               (expected.seconds ? memory + design_mtf : "") + possible);
   return kDone;
 }
 
@@ -181,7 +133,7 @@ void add_validate(CLI::App& app, Context& context) {
       add_verb(app, {"validate", "Check a suite: print all its mistakes, or its trials, frames and expected run time.",
                      "relign-bench validate suites/quick.json", "run, list, describe"});
   ValidateArguments& given = add_action(verb, context, validate);
-  verb.add_option("SUITE", given.file, kSuiteHelp)->required()->type_name("FILE");
+  verb.add_option("SUITE", given.file, kSuiteHelp)->required()->type_name("SUITE");
   verb.add_option("--lenses", given.lenses,
                   "also draw this many lenses from each noise level, at most 1,000, none of them an instance of the "
                   "suite, and count those that can meet the specification at their best poses")

@@ -76,6 +76,13 @@ TEST(Completion, CompletesOptionsOfTheVerbAndOfTheProgram) {
   EXPECT_THAT(bash_completions(place, {"run", "--", "--w"}), IsEmpty());
 }
 
+TEST(Completion, CompletesInstalledSuitesAndFiles) {
+  const Workplace place;
+  place.write("quiet.json", "{}");
+  EXPECT_THAT(bash_completions(place, {"run", "qui"}), UnorderedElementsAre("quick", "quiet.json"));
+  EXPECT_THAT(bash_completions(place, {"validate", "optimizers_"}), ElementsAre("optimizers_blind"));
+}
+
 TEST(Completion, CompletesIds) {
   const Workplace place;
   EXPECT_THAT(bash_completions(place, {"try", "nlopt-sb"}), ElementsAre("nlopt-sbplx")) << "a preset";

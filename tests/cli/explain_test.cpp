@@ -53,7 +53,7 @@ TEST(Explain, TakesCodesAsTheyArePrinted) {
   EXPECT_THAT(crash.out, HasSubstr("\nUsual causes:\n  SIGSEGV"));
   const Outcome killed = relign_bench(Workplace(), {"explain", "137"});
   EXPECT_EQ(killed.exit_code, 0);
-  EXPECT_THAT(killed.out, StartsWith("137 (exit code): ended by signal number N"));
+  EXPECT_THAT(killed.out, StartsWith("137 (exit code): ended by signal 9 (Killed)"));
 }
 
 TEST(Explain, RejectsUnknownCode) {

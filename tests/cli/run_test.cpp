@@ -153,6 +153,31 @@ void stop_and_resume(int signal, int exit_code) {
 TEST(CliRun, ResumesAfterCtrlC) { stop_and_resume(SIGINT, 130); }
 TEST(CliRun, ResumesAfterSigterm) { stop_and_resume(SIGTERM, 75); }
 
+TEST(CliRun, TellsTheExpectedTimeOnATerminalBeforeANewRun) {
+  const Workplace place;
+  place.write("tiny.json", R"({"scenes": ["relign_od"], "noise_levels": ["none"], "algorithms": ["random"],
+                               "instances": 1, "steps": 2})");
+  const std::string run = "TERM=xterm script -qec '" RELIGN_PROGRAM " run tiny.json' /dev/null";
+  const Outcome first = shell(place, run), again = shell(place, run);
+  EXPECT_EQ(first.exit_code, 0) << first.out;
+  EXPECT_THAT(first.out, HasSubstr("expected time: about "));
+  EXPECT_THAT(again.out, AllOf(HasSubstr("reused"), Not(HasSubstr("expected time"))));
+}
+
+TEST(CliRun, AcceptsTheVersionOfAScene) {
+  const Workplace place;
+  place.write("tiny.json", R"({"scenes": ["relign_od@1"], "noise_levels": ["none@1"], "algorithms": ["random@1"],
+                               "instances": 1, "steps": 2})");
+  EXPECT_EQ(relign_bench(place, {"run", "tiny.json"}).exit_code, 0);
+  const Outcome report = relign_bench(place, {"report"});  // of the latest folder in results/
+  EXPECT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_EQ(report.out, "results/tiny/report.html\n");
+  place.write("later.json", R"({"scenes": ["relign_od@2"], "noise_levels": ["none"], "algorithms": ["random"]})");
+  const Outcome refused = relign_bench(place, {"run", "later.json"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("'relign_od' has version 1 here"));
+}
+
 TEST(CliRun, RunsPluginFromFolder) {
   const Workplace place;
   place.write("own.json", R"({"scenes": ["relign_od"], "noise_levels": ["rho0"], "instances": 2, "steps": 6,
