@@ -67,7 +67,8 @@ class Instances(unittest.TestCase):
         for suite in SUITES:
             for cell in golden[suite].keys() & found[suite].keys():
                 if golden[suite][cell]["steps"] != found[suite][cell]["steps"]:
-                    self.assertTrue(raised & set(cell.split(" ", 1)), f"{suite}: {cell} changed: raise the version of one of them")
+                    changed = f"{suite}: {cell} changed: raise the version of one of them"
+                    self.assertTrue(raised & set(cell.split(" ", 1)), changed)
         if os.environ.get("RELIGN_UPDATE_GOLDEN"):
             GOLDEN.write_text(json.dumps(found, indent=1, sort_keys=True) + "\n")
         self.assertEqual(found, json.loads(GOLDEN.read_text()))
