@@ -1,4 +1,4 @@
-"""The tables of README.md, from instances.csv and the files of focus.py beside this script.
+"""The tables of README.md, from instances.csv and the files of focus.py and third_run.py beside this script.
 
     python3 reports/camera_module/table.py           prints them
     python3 reports/camera_module/table.py --write   puts them into README.md
@@ -8,7 +8,9 @@ Standard library only.
 """
 
 import csv
+import math
 import pathlib
+import random
 import statistics
 import sys
 
@@ -18,6 +20,7 @@ import pages  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 LIMITS = {"field_mtf_deficit": 0, "centre_px": 4, "pose_um": 20, "tilt_arcmin": 15}  # of suites/camera_module.json
 CLOSE_UM, CLOSE_ARCMIN = 2, 2
+BATCH = 12  # modules, of the third run (plan.py)
 HEADER = (
     "| modules | method | in specification | within 2 µm | within 2′ | within both | position, µm | tilt, ′ | alignment, s |\n"
     "|---|---|---|---|---|---|---|---|---|\n"
@@ -38,7 +41,30 @@ def share(rows, condition):
     return f"{sum(map(condition, rows))} of {len(rows)}"
 
 
-def line(level, method, rows):
+def share_95(rows, condition):
+    """The share with its 95 % interval in per cent (Clopper and Pearson)."""
+    hits, n = sum(map(condition, rows)), len(rows)
+
+    def tail(p, least, most):
+        return sum(math.comb(n, k) * p**k * (1 - p) ** (n - k) for k in range(least, most + 1))
+
+    def bound(is_below):
+        low, high = 0.0, 1.0
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if is_below(middle) else (low, middle)
+        return 100 * low
+
+    low = bound(lambda p: tail(p, hits, n) < 0.025) if hits else 0
+    high = bound(lambda p: tail(p, 0, hits) > 0.025) if hits < n else 100
+    return f"{hits} of {n} ({low:.0f} to {high:.0f} %)"
+
+
+def is_in_spec(row):
+    return all(value(row, column) <= limit for column, limit in LIMITS.items())
+
+
+def line(level, method, rows, count=share):
     def middle(column, digits):
         return f"{statistics.median(value(row, column) for row in rows):.{digits}f}"
 
@@ -47,7 +73,7 @@ def line(level, method, rows):
 
     cells = [
         level, method,
-        share(rows, lambda row: all(value(row, column) <= limit for column, limit in LIMITS.items())),
+        count(rows, is_in_spec),
         share(rows, lambda row: value(row, "pose_um") <= CLOSE_UM),
         share(rows, lambda row: value(row, "tilt_arcmin") <= CLOSE_ARCMIN),
         share(rows, is_close),
@@ -64,7 +90,8 @@ def table():
         for method in dict.fromkeys(row["algorithm"] for row in here):
             text += line(level, method, [row for row in here if row["algorithm"] == method])
         own = [row for row in here if row["algorithm"] == here[0]["algorithm"]]
-        text += f"| {level} | *optimum* | {share(own, lambda row: value(row, 'criterion_optimum_deficit') <= 0)} | | | | | | |\n"
+        possible = share(own, lambda row: value(row, "criterion_optimum_deficit") <= 0)
+        text += f"| {level} | *optimum* | {possible} | | | | | | |\n"
     return text
 
 
@@ -155,6 +182,63 @@ def bounds_table():
     return text
 
 
+def third_classes():
+    rows = read("third_instances.csv")
+    for name in dict.fromkeys(row["class"] for row in rows):
+        group = [row for row in rows if row["class"] == name]
+        yield name.replace("_", ", "), {
+            method: [row for row in group if row["algorithm"] == method]
+            for method in dict.fromkeys(row["algorithm"] for row in group)
+        }
+
+
+def third_table():
+    text = HEADER
+    for name, methods in third_classes():
+        for method, rows in methods.items():
+            text += line(name, method, rows, share_95)
+        possible = share_95(next(iter(methods.values())), lambda row: float(row["criterion_optimum_deficit"]) <= 0)
+        text += f"| {name} | *optimum* | {possible} | | | | | | |\n"
+    return text
+
+
+def aiming_table():
+    """Paired by module; the interval of the difference from 10,000 draws of whole batches."""
+    text = "| modules | both in specification | only with aiming off | only without | difference of yields (95 %) |\n"
+    text += "|---" * 5 + "|\n"
+    for name, methods in third_classes():
+        usual, aimed = ({row["instance"]: is_in_spec(row) for row in methods[method]}
+                        for method in ("field-focus with limits", "the same, aiming off"))  # fmt: skip
+        gains, batches = [aimed[module] - usual[module] for module in usual], {}
+        for module in usual:
+            batches.setdefault(int(module) // BATCH, []).append(aimed[module] - usual[module])
+        draw = random.Random(1)
+        drawn = []
+        for _ in range(10_000):
+            some = [gain for batch in draw.choices(list(batches.values()), k=len(batches)) for gain in batch]
+            drawn.append(100 * sum(some) / len(some))
+        low, *_, high = statistics.quantiles(drawn, n=40)
+        both = sum(usual[module] and aimed[module] for module in usual)
+        text += (f"| {name} | {both} | {gains.count(1)} | {gains.count(-1)} | {100 * sum(gains) / len(gains):.1f} % "
+                 f"({low:.1f} to {high:.1f}) |\n")  # fmt: skip
+    return text
+
+
+def plane_table():
+    text = "| modules | z, µm | tilt, ′ | within 2 µm | within 2′ | both |\n" + "|---" * 6 + "|\n"
+    for name, methods in third_classes():
+        rows = methods["field-focus to the plane"]
+        near = [
+            share_95(rows, lambda row, limits=limits: all(float(row[column]) <= limit for column, limit in limits))
+            for limits in ([("plane_um", CLOSE_UM)], [("plane_arcmin", CLOSE_ARCMIN)],
+                           [("plane_um", CLOSE_UM), ("plane_arcmin", CLOSE_ARCMIN)])
+        ]  # fmt: skip
+        middle = (f"{statistics.median(floats(rows, f'plane_{column}')):.1f}" for column in ("z_um", "arcmin"))
+        text += "| " + " | ".join([name, *middle, *near]) + " |\n"
+    return text
+
+
 if __name__ == "__main__":
-    made = {"yields": table(), "modules": modules_table(), "poses": poses_table(), "bounds": bounds_table()}
+    made = {"yields": table(), "modules": modules_table(), "poses": poses_table(), "bounds": bounds_table(),
+            "third": third_table(), "aiming": aiming_table(), "plane": plane_table()}  # fmt: skip
     sys.exit(pages.main(sys.argv[1:], __doc__, [HERE / "README.md"], made))
