@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import operator
 from collections.abc import Iterable
 from typing import Any
@@ -54,6 +55,21 @@ def require_integer(number: Any, name: str, least: int, most: int = LARGEST_INTE
         allowed = f"an integer from {least} to {most}" if value > most else (
             "a positive integer" if least else "a non-negative integer")
         raise ValueError(f"{name} must be {allowed}, not {number!r}")
+    return value
+
+
+def require_number(number: Any, name: str) -> float:
+    """`number` as a float.
+
+    Raises:
+        ValueError: It is a text or something else that does not convert to a float, or it is not finite.
+    """
+    try:
+        value = math.nan if isinstance(number, (str, bytes, bytearray)) else float(number)
+    except (TypeError, ValueError, OverflowError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError(f"{name} must be a finite number, not {number!r}")
     return value
 
 

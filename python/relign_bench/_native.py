@@ -7,6 +7,7 @@ import os
 import pathlib
 import sys
 import threading
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 try:
@@ -17,10 +18,10 @@ except ImportError as problem:
         f"CMake and put BUILD_FOLDER/python on PYTHONPATH ({problem})"
     ) from problem
 
-from ._errors import require_integer
+from ._errors import require_integer, unknown_name
 
 if TYPE_CHECKING:
-    from ._typing import Parameters
+    from ._typing import Parameters, Plugin
 
 # Plugins in Python run with this interpreter, so that they find the packages installed beside this one.
 os.environ.setdefault("RELIGN_PYTHON", sys.executable or "python3")
@@ -56,6 +57,33 @@ def catalog() -> _core.Catalog:
         if _catalog is None:
             _catalog = _core.Catalog([str(root) for root in plugin_roots()])
         return _catalog
+
+
+def chosen_plugin(kind: str, plugin: Plugin, parameters: Parameters | None = None) -> tuple[str, dict[str, Any]]:
+    """Name and parameters of a plugin that is chosen by its name, or by an object as in a suite.
+
+    Args:
+        kind: "scene", "noise level" or "algorithm", for messages.
+        plugin: Id, preset or path, or {"use": id, preset or path, "parameters": {...}}.
+        parameters: Parameters beside a name.
+
+    Raises:
+        ValueError: It is neither, the object has other keys, or there are parameters in it and beside it.
+    """
+    use: object = plugin
+    if isinstance(plugin, Mapping):
+        for key in plugin:
+            if key not in ("use", "parameters"):
+                raise ValueError(f"{kind} {dict(plugin)!r}: {unknown_name('key', key, ('use', 'parameters'))}")
+        if parameters and plugin.get("parameters"):
+            raise ValueError(f"{kind} {dict(plugin)!r} has parameters of its own: give no others, not {parameters!r}")
+        use, parameters = plugin.get("use"), plugin.get("parameters") or parameters
+    if not isinstance(use, (str, os.PathLike)):
+        raise ValueError(f"{kind} must be an id, a preset, a path, or an object {{'use': ..., 'parameters': {{...}}}}, "
+                         f"not {plugin!r}")
+    if not isinstance(parameters or {}, Mapping):
+        raise ValueError(f"parameters of the {kind} must be an object (a dict), not {parameters!r}")
+    return os.fspath(use), dict(parameters or {})
 
 
 def parameters_text(parameters: Parameters | None) -> str:

@@ -24,7 +24,7 @@ from .conventions import LARGEST_MOVE
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from ._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation, Parameters, Slots
+    from ._typing import AnyArray, BoolArray, Float32Array, Float64Array, Observation, Parameters, Plugin, Slots
 
 FLOAT_WHITES = 30.0  # upper bound of float32 observations, in white pixels
 
@@ -39,8 +39,8 @@ LARGEST_BINNING = 10  # that the message for a wrong observation_size lists
 class Settings:
     """The keywords of the environments, which `AlignmentEnv` documents; checked when they are made."""
 
-    scene: str = "relign_od"
-    noise_level: str = "rho0.25"
+    scene: Plugin = "relign_od"
+    noise_level: Plugin = "rho0.25"
     reward: str = "paper"
     score: str = "combined"
     observation: str | None = None

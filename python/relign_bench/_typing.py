@@ -1,5 +1,6 @@
 """Type aliases of the package. Import them under TYPE_CHECKING: nothing here is needed at run time."""
 
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Union
 
@@ -17,6 +18,9 @@ Observation = Union[AnyArray, dict[str, AnyArray]]
 
 Parameters = Mapping[str, Any]
 """Parameters of a scene, noise level or algorithm, as in a suite."""
+
+Plugin = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+"""Id, preset or path of a scene, noise level or algorithm, or an object as in a suite: {"use": ..., "parameters": ...}."""
 
 Slots = Sequence[int]
 """Indices of slots of a batch, each at most once."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
-    from ._typing import BoolArray, Float32Array, Float64Array, Parameters, Slots
+    from ._typing import BoolArray, Float32Array, Float64Array, Parameters, Plugin, Slots
 
 
 class Batch:
@@ -26,8 +26,8 @@ class Batch:
 
     Args:
         slots: How many instances are held at once.
-        scene: Id, preset or path of a scene, as in a suite.
-        noise_level: Id, preset or path of a noise level.
+        scene: Id, preset or path of a scene, or an object as in a suite: {"use": ..., "parameters": {...}}.
+        noise_level: A noise level, likewise.
         clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
         suite_seed: Seed of the instances, as in a suite.
         size: Columns of the sensor, for scenes whose sensor can be chosen; None keeps the scene's own.
@@ -56,12 +56,14 @@ class Batch:
             as `relign-bench doctor`.
     """
 
-    def __init__(self, slots: int, scene: str = "relign_od", noise_level: str = "rho0.25", clipping: str = "soft",
+    def __init__(self, slots: int, scene: Plugin = "relign_od", noise_level: Plugin = "rho0.25", clipping: str = "soft",
                  suite_seed: int = 1, size: int | None = None, scene_parameters: Parameters | None = None,
                  noise_level_parameters: Parameters | None = None, threads: int | None = None,
                  device: str = "cpu") -> None:
         if device == "cuda":
             _cuda.find_compiler()
+        scene, scene_parameters = _native.chosen_plugin("scene", scene, scene_parameters)
+        noise_level, noise_level_parameters = _native.chosen_plugin("noise level", noise_level, noise_level_parameters)
         self._core = _native.make_batch(
             scene, _native.sized_parameters(scene, scene_parameters, size), noise_level, noise_level_parameters,
             clipping, require_integer(suite_seed, "suite_seed", 0), require_integer(slots, "slots", 1, 2**31 - 1),

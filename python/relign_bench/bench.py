@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import pandas
 
-    from ._typing import Float32Array, Float64Array, Parameters
+    from ._typing import Float32Array, Float64Array, Parameters, Plugin
 
 LARGEST_BUDGET = 100_000  # steps, as of suites (core/foundation/base/limits.h)
 TRACKS = ("recommended", "commanded", "measured")
@@ -48,8 +48,8 @@ class Bench:
     The suite seed and an instance's number mean the same as in suites: equal instances, equal captures.
 
     Args:
-        scene: Id, preset or path of a scene, as in a suite.
-        noise_level: Id, preset or path of a noise level.
+        scene: Id, preset or path of a scene, or an object as in a suite: {"use": ..., "parameters": {...}}.
+        noise_level: A noise level, likewise.
         suite_seed: Seed of the instances, as in a suite.
         clipping: "soft" stops every axis at its own limit, "hard" stops the whole move at the first limit.
         scene_parameters: Parameters of the scene.
@@ -67,13 +67,14 @@ class Bench:
         ValueError: A name, parameter or size is not valid.
     """
 
-    def __init__(self, scene: str = "relign_od", noise_level: str = "rho0.25", suite_seed: int = 1,
+    def __init__(self, scene: Plugin = "relign_od", noise_level: Plugin = "rho0.25", suite_seed: int = 1,
                  clipping: str = "soft", scene_parameters: Parameters | None = None,
                  noise_level_parameters: Parameters | None = None, size: int | None = None,
                  threads: int | None = None) -> None:
-        self._scene, self._noise_level, self._clipping, self._suite_seed = scene, noise_level, clipping, suite_seed
-        self._scene_parameters, self._noise_level_parameters = scene_parameters, noise_level_parameters
-        self._size = size
+        self._scene, self._scene_parameters = _native.chosen_plugin("scene", scene, scene_parameters)
+        self._noise_level, self._noise_level_parameters = _native.chosen_plugin("noise level", noise_level,
+                                                                                noise_level_parameters)
+        self._clipping, self._suite_seed, self._size = clipping, suite_seed, size
         self._threads = _native.chosen_threads(threads)
         self._trials: Any = None  # made by the first run
         batch = self.batch(1)
@@ -107,12 +108,12 @@ class Bench:
         """
         return Instance(self.batch(1), number, instances)
 
-    def run(self, algorithm: str, instance: int = 0, steps: int = 50, protocol: str = "paper", merit: str | None = None,
+    def run(self, algorithm: Plugin, instance: int = 0, steps: int = 50, protocol: str = "paper", merit: str | None = None,
             parameters: Parameters | None = None, keep_frames: bool = False) -> Trial:
         """Runs one trial on a benchmark instance, as `relign-bench run` does.
 
         Args:
-            algorithm: Id, preset or path of an algorithm.
+            algorithm: Id, preset or path of an algorithm, or an object as in a suite.
             instance: Number of the benchmark instance.
             steps: Budget, in steps after the capture at the start pose; at most 100,000, as in suites.
             protocol: "paper" or "blind".
@@ -126,12 +127,13 @@ class Bench:
         Raises:
             ValueError: An argument is not valid.
         """
+        algorithm, parameters = _native.chosen_plugin("algorithm", algorithm, parameters)
         instance, steps = require_integer(instance, "instance", 0), require_integer(steps, "steps", 1, LARGEST_BUDGET)
         if self._trials is None:
             scene_parameters = _native.sized_parameters(self._scene, self._scene_parameters, self._size)
             self._trials = _native.make_trials(self._scene, scene_parameters, self._noise_level,
                                                self._noise_level_parameters, int(self._suite_seed), self._threads)
-        lines, pixels = self._trials.run(str(algorithm), _native.parameters_text(parameters), instance, protocol,
+        lines, pixels = self._trials.run(algorithm, _native.parameters_text(parameters), instance, protocol,
                                          merit or "", self._clipping, steps, bool(keep_frames))
         frames = None if pixels is None else np.frombuffer(pixels, np.float32).reshape(-1, *self.reference.shape)
         return trial_of(lines, frames, score_of(self.description))

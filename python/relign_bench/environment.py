@@ -13,7 +13,7 @@ from ._task import AlignmentTask, Settings, choose_instance, takes_settings
 from .rendering import Window, draw_frame
 
 if TYPE_CHECKING:
-    from ._typing import AnyArray, ByteArray, Observation
+    from ._typing import AnyArray, ByteArray, Observation, Plugin
 
 RENDER_MODES = ("rgb_array", "human")
 
@@ -67,8 +67,8 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
     whose reward does reads it at every step.
 
     Args:
-        scene: Id, preset or path of a scene, as in a suite.
-        noise_level: Id, preset or path of a noise level.
+        scene: Id, preset or path of a scene, or an object as in a suite: {"use": ..., "parameters": {...}}.
+        noise_level: A noise level, likewise.
         render_mode: "rgb_array": sensor image, reference and true pose; "human": the same in a window (needs pygame).
         reward: Name of the reward.
         score: Name of the score.
@@ -100,7 +100,7 @@ class AlignmentEnv(gymnasium.Env["Observation", "AnyArray"]):
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 4}
 
-    def __init__(self, scene: str = "relign_od", noise_level: str = "rho0.25", render_mode: str | None = None,
+    def __init__(self, scene: Plugin = "relign_od", noise_level: Plugin = "rho0.25", render_mode: str | None = None,
                  **settings: Any) -> None:
         if render_mode is not None:
             check_name(render_mode, RENDER_MODES, "render mode")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import pathlib
 import shutil
@@ -12,6 +11,7 @@ import socket
 import tempfile
 import threading
 import weakref
+from collections.abc import Mapping
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from typing import TYPE_CHECKING, Any
@@ -19,19 +19,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
-from ._errors import require_integer
+from ._errors import require_integer, require_number
 from .bench import LARGEST_BUDGET, trial_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterator, Sequence
 
     import numpy.typing as npt
 
-    from ._typing import Parameters
+    from ._typing import Float64Array, Parameters, Plugin
     from .bench import Trial
 
 STATION = pathlib.Path(__file__).with_name("_loop_station.py")
 WAIT_VARIABLE = "RELIGN_CALL_SECONDS"
+LARGEST_AXES = 64  # as of scenes (core/foundation/base/limits.h)
+LARGEST_BOUND = 1e300
+FINEST_RANGE = 1e-12  # of the larger bound, which leaves some thousand numbers between the bounds
 LONGEST_WAIT_S = 7 * 24 * 3600  # for a measurement; the host's own limit for an answer of a station is a minute
 
 
@@ -48,8 +51,9 @@ class Method:
     goal: abs(value - goal), or the RMSE between image and reference. One method object is one alignment.
 
     Args:
-        algorithm: Id, preset or path of an algorithm; not one that needs the design or the true start.
-        axes: (lower, upper) by name, in your units.
+        algorithm: Id, preset or path of an algorithm, or an object as in a suite; not one that needs the design or the true
+            start.
+        axes: (lower, upper) by name, in your units; at most 64 axes, and bounds within 1e300.
         steps: Budget, in steps after the start pose; at most 100,000.
         start: Start pose by name; by default the middle of all axes.
         seed: Seed of the method. Equal seeds and equal measurements give equal poses.
@@ -66,17 +70,20 @@ class Method:
         ValueError: An argument is not valid.
     """
 
-    def __init__(self, algorithm: str, axes: Mapping[str, tuple[float, float]], steps: int = 50,
+    def __init__(self, algorithm: Plugin, axes: Mapping[str, tuple[float, float]], steps: int = 50,
                  start: Mapping[str, float] | None = None, seed: int = 1, parameters: Parameters | None = None,
                  reference: npt.ArrayLike | None = None, goal: float = 0.0) -> None:
-        self._names, self._bounds, self._start = _bounds(axes, start)
+        algorithm, parameters = _native.chosen_plugin("algorithm", algorithm, parameters)
+        self._names, self._bounds = _bounds(axes)
+        self._start = _start_pose(self._names, self._bounds, start)
         # The search box is half a travel to both sides of the start, so the farther bound decides the travel.
         reach = self._bounds - self._start[:, None]
         self._travel = 2 * np.abs(reach).max(axis=1)
-        self._lowest = float(goal)  # subtracted before anything is rounded to float32
-        self._goal = np.zeros((1, 1), np.float32) if reference is None else np.asarray(reference, np.float32)
-        if self._goal.ndim != 2 or not np.isfinite(self._goal).all() or not math.isfinite(self._lowest):
-            raise ValueError("reference must be a finite image of shape (height, width), and goal a finite number")
+        self._lowest = require_number(goal, "goal")  # subtracted before anything is rounded to float32
+        self._goal = np.zeros((1, 1), np.float32) if reference is None else _numbers(reference, "reference").astype(np.float32)
+        if self._goal.ndim != 2 or not self._goal.size or not np.isfinite(self._goal).all():
+            raise ValueError("reference must be a finite image of shape (height, width), found shape "
+                             f"{self._goal.shape}{'' if np.isfinite(self._goal).all() else ' with other values'}")
         self._scalar = reference is None
         self.best: tuple[dict[str, float], float] | None = None
         self.recommended: dict[str, float] | None = None
@@ -109,13 +116,13 @@ class Method:
             seconds: Machine time that the move and the measurement took.
 
         Raises:
-            ValueError: It is not finite, below the goal, or has another shape. The pose still waits for its value.
+            ValueError: It is not a finite number, below the goal, or has another shape. The pose still waits for its value.
             RuntimeError: No pose waits for its value.
         """
         if self._pending is None:
             raise RuntimeError("no pose waits for a value: call ask() before tell()")
         with np.errstate(over="ignore"):  # an infinite value is refused below
-            exact = np.atleast_2d(np.asarray(measured, np.float64)) - (self._lowest if self._scalar else 0.0)
+            exact = np.atleast_2d(_numbers(measured, "a measurement")) - (self._lowest if self._scalar else 0.0)
             pixels = exact.astype(np.float32)
         if pixels.shape != self._goal.shape:
             raise ValueError(f"expected {'a number' if self._scalar else f'an image of shape {self._goal.shape}'}, found "
@@ -123,12 +130,13 @@ class Method:
         if not np.isfinite(pixels).all():
             raise ValueError("the measurement is not finite, or farther than 3.4e38 from the goal; tell a large value where "
                              "nothing could be measured")
-        if not (math.isfinite(seconds) and seconds >= 0):
+        if require_number(seconds, "seconds") < 0:
             raise ValueError(f"seconds must be a finite number of at least 0, not {seconds!r}")
         if self._scalar and pixels < 0:
             raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest value that can be "
                              "measured, noise included")
-        value = float(np.asarray(measured)) if self._scalar else float(np.sqrt(np.mean((pixels - self._goal) ** 2.0)))
+        value = (np.asarray(measured, np.float64).item() if self._scalar else
+                 float(np.sqrt(np.mean((pixels - self._goal) ** 2.0))))
         if self.best is None or value < self.best[1]:
             self.best = (self._pending, value)
         self._pending = None
@@ -162,24 +170,55 @@ class Method:
         return dict(zip(self._names, np.clip(pose, *self._bounds.T).tolist()))
 
 
-def _bounds(axes: Mapping[str, tuple[float, float]], start: Mapping[str, float] | None) -> tuple[list[str], Any, Any]:
-    """(names, bounds of shape (axes, 2), start pose)."""
-    names = list(axes)
-    bounds = np.array([axes[name] for name in names], np.float64)
-    if bounds.shape != (len(names), 2) or not names:
-        raise ValueError(f"axes must be (lower, upper) by name, not {axes!r}")
-    for name, (lower, upper) in zip(names, bounds.tolist()):
-        if not (math.isfinite(lower) and math.isfinite(upper) and lower < upper):
-            raise ValueError(f"axis '{name}' must have finite bounds, lower below upper, not {axes[name]!r}")
+def _numbers(values: npt.ArrayLike, what: str) -> Float64Array:
+    """Numbers as an array; texts are refused, of which numpy would make numbers."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "biufO":
+            raise TypeError
+        return array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ValueError(f"{what} must be {'a number' if np.ndim(values) == 0 else 'numbers'}, not {values!r}") from None
+
+
+def _bounds(axes: Mapping[str, tuple[float, float]]) -> tuple[list[str], Float64Array]:
+    """(names, bounds of shape (axes, 2))."""
+    if not isinstance(axes, Mapping) or not axes:
+        raise ValueError(f"axes must be (lower, upper) by name, such as {{'x': (-0.5, 0.5)}}, not {axes!r}")
+    if len(axes) > LARGEST_AXES:
+        raise ValueError(f"a method moves at most {LARGEST_AXES} axes, not {len(axes)}")
+    bounds = []
+    for name, pair in axes.items():
+        if not isinstance(name, str) or not name:
+            raise ValueError(f"axes must be (lower, upper) by name; a name must be a text of at least one letter, not {name!r}")
+        try:
+            first, second = pair
+        except (TypeError, ValueError):
+            raise ValueError(f"axes must be (lower, upper) by name; axis '{name}' has {pair!r}") from None
+        lower, upper = require_number(first, f"a bound of axis '{name}'"), require_number(second, f"a bound of axis '{name}'")
+        if lower >= upper:
+            raise ValueError(f"axis '{name}' must have its lower bound below its upper one, not {pair!r}")
+        largest = max(abs(lower), abs(upper))
+        if largest > LARGEST_BOUND:
+            raise ValueError(f"axis '{name}' must have bounds from -{LARGEST_BOUND:g} to {LARGEST_BOUND:g}, not {pair!r}: "
+                             "choose another unit")
+        if upper - lower < FINEST_RANGE * largest:
+            raise ValueError(f"axis '{name}' must have bounds that differ by at least {FINEST_RANGE:g} of the larger one, not "
+                             f"{pair!r}: choose another origin")
+        bounds.append((lower, upper))
+    return list(axes), np.array(bounds)
+
+
+def _start_pose(names: list[str], bounds: Float64Array, start: Mapping[str, float] | None) -> Float64Array:
     if start is None:
-        return names, bounds, bounds.mean(axis=1)
-    if set(start) != set(names):
-        raise ValueError(f"start must have a value for each of {', '.join(names)}, not {start!r}")
-    pose = np.array([start[name] for name in names], np.float64)
-    for name, value, (lower, upper) in zip(names, pose.tolist(), bounds.tolist()):
+        return bounds.mean(axis=1)
+    if not isinstance(start, Mapping) or set(start) != set(names):
+        raise ValueError(f"start must have a value for each of {', '.join(names)}, by name, not {start!r}")
+    pose = [require_number(start[name], f"start of axis '{name}'") for name in names]
+    for name, value, (lower, upper) in zip(names, pose, bounds.tolist()):
         if not lower <= value <= upper:
             raise ValueError(f"start of axis '{name}' must be from {lower:g} to {upper:g}, not {value:g}")
-    return names, bounds, pose
+    return np.array(pose)
 
 
 class _Trial:

@@ -19,7 +19,7 @@ from .rendering import draw_frame
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ._typing import AnyArray, BoolArray, ByteArray, Float64Array, Observation, Slots
+    from ._typing import AnyArray, BoolArray, ByteArray, Float64Array, Observation, Plugin, Slots
 
 
 @takes_settings
@@ -50,7 +50,7 @@ class AlignmentVectorEnv(VectorEnv["Observation", "AnyArray", "AnyArray"]):
 
     metadata: dict[str, Any] = dict(AlignmentEnv.metadata)
 
-    def __init__(self, num_envs: int = 1, scene: str = "relign_od", noise_level: str = "rho0.25",
+    def __init__(self, num_envs: int = 1, scene: Plugin = "relign_od", noise_level: Plugin = "rho0.25",
                  render_mode: str | None = None, autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
                  device: str = "cpu", **settings: Any) -> None:
         if render_mode is not None:

@@ -103,6 +103,47 @@ class Trials(unittest.TestCase):
             relign_bench.AlignmentEnv("gaussian_spot", "rho0", instances="bench")
 
 
+class Plugins(unittest.TestCase):
+    """A scene, noise level or algorithm as an object, as in a suite."""
+
+    def test_an_object_is_the_plugin_with_its_parameters(self):
+        spot = {"use": "gaussian_spot", "parameters": {"photons": 1000}}
+        level = {"use": "rho0", "parameters": {"movement_std": 0.1}}
+        named = Bench("gaussian_spot", "rho0", scene_parameters=spot["parameters"], noise_level_parameters=level["parameters"])
+        other, plain = Bench(spot, level), Bench("gaussian_spot", {"use": "rho0"})
+        one, same, different = (bench.instance(3) for bench in (named, other, plain))
+        self.assertEqual(one.distortion.tolist(), same.distortion.tolist())
+        self.assertNotEqual(one.distortion.tolist(), different.distortion.tolist())
+        np.testing.assert_array_equal(one.capture([0.5] * 5), same.capture([0.5] * 5))
+        self.assertGreater(np.abs(same.capture([0.5] * 5) - different.capture([0.5] * 5)).max(), 0)
+        search = {"use": "cma-es", "parameters": {"first_stride": 0.3}}
+        self.assertEqual(other.run(search, steps=6).steps, named.run("cma-es", steps=6, parameters=search["parameters"]).steps)
+        self.assertNotEqual(other.run("cma-es", steps=6).steps, other.run(search, steps=6).steps)
+        first, _ = relign_bench.AlignmentEnv(spot, level).reset(seed=1)
+        expected, _ = relign_bench.AlignmentEnv("gaussian_spot", "rho0", scene_parameters=spot["parameters"],
+                                                noise_level_parameters=level["parameters"]).reset(seed=1)
+        np.testing.assert_array_equal(first, expected)
+
+    def test_anything_else_is_refused(self):
+        for arguments, why in (
+            ((None,), "scene must be an id, a preset, a path, or an object .*, not None"),
+            (("gaussian_spot", None), "noise level must be an id, .*, not None"),
+            (("gaussian_spot", 0.25), "noise level must be an id, .*, not 0.25"),
+            (("gaussian_spot", {"level": 0.25}), "unknown key 'level'; keys: use, parameters"),
+            (("gaussian_spot", {"parameters": {"level": 0.25}}), "noise level must be an id"),
+            (("gaussian_spot", {"use": "rho", "parameters": [1]}), r"parameters of the noise level must be .*, not \[1\]"),
+            (("gaussian_spot", {"use": "rho", "parameters": {"lvl": 1}}), "has no parameter 'lvl'"),
+        ):
+            with self.subTest(arguments=arguments), self.assertRaisesRegex(ValueError, why):
+                Bench(*arguments)
+        with self.assertRaisesRegex(ValueError, "has parameters of its own: give no others, not {'level': 0.5}"):
+            Bench("gaussian_spot", {"use": "rho", "parameters": {"level": 0.75}}, noise_level_parameters={"level": 0.5})
+        with self.assertRaisesRegex(ValueError, "algorithm must be an id, .*, not None"):
+            Bench("gaussian_spot", "rho0").run(None)
+        with self.assertRaisesRegex(ValueError, "scene must be an id"):
+            relign_bench.AlignmentEnv(None)
+
+
 class Results(unittest.TestCase):
     def test_tables_are_data_frames(self):
         try:

@@ -51,6 +51,20 @@ class Loop(unittest.TestCase):
                 if start is None:  # and use them
                     self.assertGreater(max(values) - min(values), 0.9 * (upper - lower))
 
+    def test_axes_as_many_and_as_large_as_allowed(self):
+        for axes in ({f"a{k}": (-1, 1) for k in range(64)}, {"x": (-1e300, 1e300)}):
+            for start in (None, {name: lower for name, (lower, _) in axes.items()}):
+                poses = poses_of(Method("random", axes, steps=20, start=start), lambda **_: 1.0)
+                self.assertEqual((len(poses), len(poses[0])), (21, len(axes)))
+                shares = [(pose[name] - lower) / (upper - lower) for pose in poses for name, (lower, upper) in axes.items()]
+                self.assertTrue(all(0 <= share <= 1 for share in shares))
+
+    def test_an_algorithm_as_an_object_of_a_suite(self):
+        one, other = (poses_of(Method(algorithm, AXES, steps=12, parameters=parameters)) for algorithm, parameters in (
+            ({"use": "cma-es", "parameters": {"first_stride": 0.3}}, None), ("cma-es", {"first_stride": 0.3})))
+        self.assertEqual(one, other)
+        self.assertNotEqual(one, poses_of(Method("cma-es", AXES, steps=12)))
+
     def test_seeds(self):
         one, same, other = (poses_of(Method("cma-es", AXES, steps=12, seed=seed)) for seed in (1, 1, 2))
         self.assertEqual(one, same)
@@ -99,8 +113,21 @@ class Mistakes(unittest.TestCase):
             (("nlopt-bobyqqa", AXES), "did you mean 'nlopt-bobyqa'"),
             (("home", AXES), "requires the true start pose"),
             (("random", {}), "axes must be"),
-            (("random", {"x": (1, 0)}), "lower below upper"),
-            (("random", {"x": (0, float("inf"))}), "finite bounds"),
+            (("random", {"x": (1, 0)}), "lower bound below its upper one"),
+            (("random", {"x": (0, float("inf"))}), "bound of axis 'x' must be a finite number, not inf"),
+            (("random", [(0, 1), (0, 1)]), r"axes must be \(lower, upper\) by name, such as .*, not \[\(0, 1\), \(0, 1\)\]"),
+            (("random", {"x": 5}), "by name; axis 'x' has 5"),
+            (("random", {3: (0, 1)}), "a name must be a text of at least one letter, not 3"),
+            (("random", {f"a{k}": (0, 1) for k in range(65)}), "at most 64 axes, not 65"),
+            (("random", {"x": (-1e308, 1e308)}), r"bounds from -1e\+300 to 1e\+300, not .* another unit"),
+            (("random", {"x": (1e16, 1e16 + 2)}), "differ by at least 1e-12 of the larger one, .* another origin"),
+            (("random", {"x": ("0", "1")}), "bound of axis 'x' must be a finite number, not '0'"),
+            (("random", AXES, 5, [0.0, 0.0, 1.0]), "start must have a value for each of x, y, z, by name"),
+            (("random", {"x": (0, 1)}, 5, {"x": "0.5"}), "start of axis 'x' must be a finite number, not '0.5'"),
+            (("random", AXES, 5, None, 1, [1]), r"parameters of the algorithm must be an object \(a dict\), not \[1\]"),
+            (("random", AXES, 5, None, 1, None, "image.png"), "reference must be a number, not 'image.png'"),
+            (("random", AXES, 5, None, 1, None, None, "0"), "goal must be a finite number, not '0'"),
+            ((None, AXES), "algorithm must be an id, a preset, a path, or an object .*, not None"),
             (("random", AXES, 0), "steps"),
             (("random", AXES, 5, {"x": 0.0}), "start must have a value"),
             (("random", {"x": (0, 1)}, 5, {"x": 2.0}), "from 0 to 1, not 2"),
@@ -116,9 +143,12 @@ class Mistakes(unittest.TestCase):
             method.tell(1.0)
         method.ask()
         for value, message in ((float("nan"), "not finite"), (1e60, "not finite"), ([1.0, 2.0], "expected a number"),
+                               ("1.0", "a measurement must be a number, not '1.0'"), (1j, "must be a number, not 1j"),
                                (-1.5, "below the goal -1")):
             with self.assertRaisesRegex(ValueError, message):
                 method.tell(value)
+        with self.assertRaisesRegex(ValueError, "seconds must be a finite number, not '3'"):
+            method.tell(-0.5, "3")
         method.tell(-0.5)  # nothing is lost
         self.assertEqual(method.best[1], -0.5)
 
