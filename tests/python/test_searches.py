@@ -8,15 +8,17 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import zipfile
 
 from support import relign_bench
 
 METHODS = pathlib.Path(__file__).resolve().parents[2] / "examples" / "methods"
 PACKAGES = {"optuna": ["optuna", "cmaes"], "nevergrad": ["nevergrad"], "cma": ["cma"], "scipy": ["scipy"],
             "pybobyqa": ["pybobyqa"], "cobyqa": ["cobyqa"], "xopt": ["xopt"], "ax": ["ax"],
-            "libensemble": ["libensemble", "mpmath", "scipy"]}
+            "libensemble": ["libensemble", "mpmath", "scipy"], "botorch": ["botorch"]}
+PARAMETERS = {"botorch": {"initial": 3}}  # so that few steps use the model
 
-SLOW = ("xopt", "ax")  # seconds a step
+SLOW = ("xopt", "ax", "botorch")  # seconds a step
 NUMBERS = itertools.count()
 INSTANCE_INSIDE = 4  # its start pose is in the box to search; that of instance 0 is not
 
@@ -192,7 +194,8 @@ class Packages(Trials):
             for preset, parameters in self.presets(path).items():
                 with self.subTest(method=preset):
                     steps = 6 if name in SLOW else 12
-                    trials = [self.bench.run(str(path), steps=steps, parameters=parameters) for _ in range(2)]
+                    chosen = {**PARAMETERS.get(name, {}), **parameters}
+                    trials = [self.bench.run(str(path), steps=steps, parameters=chosen) for _ in range(2)]
                     self.assertIn(trials[0].end, ("budget_spent", "finished"), trials[0].message)
                     self.assertGreater(len(trials[0].steps), 5)
                     self.assertEqual(trials[0].steps, trials[1].steps)
@@ -207,6 +210,63 @@ class Packages(Trials):
         text = subprocess.run([sys.executable, str(path), "--manifest"], check=True, capture_output=True).stdout
         manifest = json.loads(text)
         return {manifest["id"]: {}, **{name: one["parameters"] for name, one in manifest.get("presets", {}).items()}}
+
+
+# A registry of OptunaHub in its layout: a sampler that goes half the way from the best pose to a corner.
+REGISTRY = {"__init__.py": "from .sampler import CornerSampler\n", "sampler.py": """
+import optunahub
+
+class CornerSampler(optunahub.samplers.SimpleBaseSampler):
+    def __init__(self, *, seed=None, upper=False):
+        super().__init__(seed=seed)
+        self.upper, self.seed = upper, seed
+
+    def sample_relative(self, study, trial, search_space):
+        assert isinstance(self.seed, int)
+        best, share = study.best_params, 0.5
+        ends = {name: one.high if self.upper else one.low for name, one in search_space.items()}
+        return {name: share * best[name] + (1 - share) * ends[name] for name in ends}
+"""}
+
+
+@unittest.skipIf(importlib.util.find_spec("optunahub") is None,
+                 "optunahub is not installed (tests/python/requirements-others.txt)")
+class Hub(Trials):
+    def run_sampler(self, files, steps=2, **parameters):
+        """A trial of the sampler in an archive of these files."""
+        with tempfile.TemporaryDirectory() as folder:
+            archive = pathlib.Path(folder) / "registry.zip"
+            with zipfile.ZipFile(archive, "w") as content:
+                for name, text in files.items():
+                    content.writestr(f"package/samplers/corner/{name}", text)
+            parameters = {"package": "samplers/corner", "sampler": "CornerSampler", "registry": str(archive), **parameters}
+            return self.bench.run(str(METHODS / "optunahub_search.py"), steps=steps, parameters=parameters,
+                                  instance=INSTANCE_INSIDE)
+
+    def test_sampler_of_an_archive(self):
+        for upper in (False, True):
+            trial = self.run_sampler(REGISTRY, options={"upper": upper})
+            self.assertEqual((trial.end, trial.message), ("budget_spent", ""))
+            corner, poses = 0.8 if upper else 0.2, [step["commanded_pose"] for step in trial.steps]
+            for value, at in zip(poses[1], poses[0]):  # the start pose was told first
+                self.assertAlmostEqual(value, (at + corner) / 2)
+
+    def test_each_trial_has_the_sampler_of_its_own_archive(self):
+        other = {**REGISTRY, "sampler.py": REGISTRY["sampler.py"].replace("share = study.best_params, 0.5",
+                                                                          "share = study.best_params, 0.25")}
+        one, two = self.run_sampler(REGISTRY), self.run_sampler(other)
+        self.assertEqual(one.steps, self.run_sampler(REGISTRY).steps)
+        for half, quarter in zip(one.steps[1]["commanded_pose"], two.steps[1]["commanded_pose"]):
+            self.assertAlmostEqual(quarter - 0.2, (half - 0.2) / 2)
+
+    def test_what_an_archive_lacks_is_named(self):
+        for parameters, message in (({"package": "samplers/turbo"}, "no package/samplers/turbo/__init__.py"),
+                                    ({"sampler": "TuRBOSampler"}, "TuRBOSampler")):
+            trial = self.run_sampler(REGISTRY, **parameters)
+            self.assertEqual(trial.end, "failed")
+            self.assertIn(message, trial.message)
+        with self.assertRaisesRegex(ValueError, "registry"):
+            self.bench.run(str(METHODS / "optunahub_search.py"))
 
 
 @unittest.skipIf(importlib.util.find_spec("gest_api") is None, "gest-api is not installed")
