@@ -1,7 +1,8 @@
-"""The benchmark's methods as generators of gest-api, for programs that take such generators (libEnsemble, Optimas, blop)."""
+"""The benchmark's methods as generators of gest-api, for programs that take them (Xopt, libEnsemble, Optimas, blop)."""
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING, Any
 
 from gest_api.generator import Generator
@@ -22,7 +23,8 @@ class MethodGenerator(Generator):
         (point,) = generator.suggest(1)
         generator.ingest([{**point, "error": measure(point["x"])}])
 
-    Methods are sequential: a point is suggested once the one before has its value.
+    Methods are sequential: a point is suggested once the one before has its value. The generator is also an optimizer of blop.
+    Before its first point it can be copied, pickled and used in a process forked from this one, and begins anew there.
 
     Args:
         vocs: Continuous variables, one objective, whose lowest or highest value is wanted, and no constraints.
@@ -42,12 +44,29 @@ class MethodGenerator(Generator):
     def __init__(self, vocs: VOCS, algorithm: str = "nlopt-bobyqa", steps: int = 50, goal: float = 0.0,
                  start: dict[str, float] | None = None, seed: int = 1, parameters: Parameters | None = None) -> None:
         super().__init__(vocs)
+        self.vocs = vocs  # for Xopt
+        self._arguments = (vocs, algorithm, steps, goal, start, seed, parameters)
+        self._process = os.getpid()
         ((self._objective, objective),) = vocs.objectives.items()
         self._sign = -1.0 if isinstance(objective, MaximizeObjective) else 1.0
         self._constants = {name: constant.value for name, constant in vocs.constants.items()}
         axes = {name: tuple(variable.domain) for name, variable in vocs.variables.items()}
         self.method = Method(algorithm, axes, steps, start, seed, parameters, goal=self._sign * goal)
-        self._told = 0
+        self._told, self._suggested = 0, False
+        self._best: tuple[int, dict[str, float]] | None = None
+
+    def __reduce__(self) -> tuple[type[MethodGenerator], tuple[Any, ...]]:
+        """A new generator with the same arguments: the thread of a method cannot be copied.
+
+        Raises:
+            RuntimeError: A point was suggested already.
+        """
+        self._refuse_if_begun("copied")
+        return type(self), self._arguments
+
+    def _refuse_if_begun(self, what: str) -> None:
+        if self._told or self._suggested:
+            raise RuntimeError(f"a method of relign-bench that has suggested a point cannot be {what}; make a new generator")
 
     def _validate_vocs(self, vocs: VOCS) -> None:
         other = [name for name, variable in vocs.variables.items() if type(variable) is not ContinuousVariable]
@@ -64,13 +83,17 @@ class MethodGenerator(Generator):
 
         Raises:
             ValueError: More than one point is wanted, or the one before has no value yet.
-            RuntimeError: The method failed.
+            RuntimeError: The method failed, or began in another process.
         """
+        if self._process != os.getpid():
+            self._refuse_if_begun("used in another process")
+            self.__init__(*self._arguments)  # type: ignore[misc]
         if num_points not in (None, 1):
             raise ValueError(f"a method of relign-bench suggests one point at a time, not {num_points}")
-        if self.method.waits:
+        if self._suggested:
             raise ValueError("the point suggested before has no value yet: ingest it first")
         pose = self.method.ask()
+        self._suggested = pose is not None
         return [] if pose is None else [{**pose, **self._constants, "_id": self._told}]
 
     def ingest(self, results: list[dict[str, Any]]) -> None:
@@ -80,11 +103,29 @@ class MethodGenerator(Generator):
             ValueError: A point is not the one suggested last: methods cannot use other measurements.
         """
         for result in results:
-            if result.get("_id") != self._told or not self.method.waits:
+            if result.get("_id") != self._told or not self._suggested:
                 raise ValueError(f"the point {result!r} was not suggested last; a method of relign-bench learns from its "
                                  "own points only")
+            best = self.method.best
             self.method.tell(self._sign * float(result[self._objective]))
-            self._told += 1
+            if self.method.best is not None and self.method.best is not best:
+                self._best = (self._told, self.method.best[0])
+            self._told, self._suggested = self._told + 1, False
+
+    def should_stop(self) -> tuple[bool, str | None]:
+        """Whether the method has ended, and why, as blop's plans ask.
+
+        Raises:
+            RuntimeError: The method failed.
+        """
+        ended = not self._suggested and self.method.ask() is None
+        return ended, self.method.end if ended else None
+
+    def get_best_points(self) -> list[tuple[int, dict[str, float], dict[str, float]]]:
+        """The best point so far as (_id, variables, objective), as blop's plans ask; empty before the first value."""
+        if self._best is None or self.method.best is None:
+            return []
+        return [(*self._best, {self._objective: self._sign * self.method.best[1]})]
 
     def finalize(self) -> None:
         """Ends the method."""
