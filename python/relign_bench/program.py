@@ -1,4 +1,4 @@
-"""The program `relign-bench` of the self-contained wheel, as a command of the Python environment."""
+"""The program `relign-bench` of the self-contained wheel, as a command of the Python environment, and the example files."""
 
 from __future__ import annotations
 
@@ -22,6 +22,25 @@ def find_program() -> str:
         raise FileNotFoundError("the program relign-bench is not on PATH; install the self-contained wheel or the Debian "
                                 "package, or put BUILD_FOLDER/bin on PATH")
     return found
+
+
+def find_example(name: str) -> pathlib.Path:
+    """Path of a file or folder of `examples`, as the wheel, the Debian package and a clone have it.
+
+    Args:
+        name: Its path below `examples`, such as "lens/triplet.zmx".
+
+    Raises:
+        FileNotFoundError: This installation has no such example.
+    """
+    here = pathlib.Path(__file__)  # in a build folder a link to the sources
+    # The wheel has share/relign-bench in the package; the Debian package and a clone have examples two folders above it.
+    folders = [here.parent / "share" / "relign-bench" / "examples", here.resolve().parents[2] / "examples"]
+    for folder in folders:
+        if (folder / name).exists():
+            return folder / name
+    raise FileNotFoundError(f"no example '{name}' in {' or '.join(map(str, folders))}: install the self-contained wheel or the "
+                            "Debian package, or take the file from the folder examples of a clone")
 
 
 def main() -> NoReturn:

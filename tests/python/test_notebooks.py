@@ -20,7 +20,9 @@ try:
 except ImportError as problem:
     raise unittest.SkipTest(f"{problem}: tests/python/requirements-others.txt pins it") from None
 
-FOLDER = pathlib.Path(__file__).parents[2] / "examples" / "notebooks"
+from relign_bench import program
+
+FOLDER = pathlib.Path(__file__).resolve().parents[2] / "examples" / "notebooks"
 SECONDS = 600  # of a cell, on a loaded machine
 
 
@@ -32,22 +34,24 @@ def command(place, name, words):
 
 class Notebooks(unittest.TestCase):
     def run_notebook(self, name):
-        """Runs a notebook with the wheel's commands on PATH; what its cells show, one text a cell."""
-        program = os.environ.get("RELIGN_PROGRAM")
-        if not program:
+        """Runs a copy in a folder of its own, with the wheel's commands on PATH; what its cells show, one text a cell."""
+        built = os.environ.get("RELIGN_PROGRAM")
+        if not built:
             self.skipTest("RELIGN_PROGRAM does not name the program")
         place = tempfile.TemporaryDirectory()
         self.addCleanup(place.cleanup)
         commands = pathlib.Path(place.name) / "bin"
+        alone = pathlib.Path(place.name) / "alone"
         commands.mkdir()
-        command(commands, "relign-bench", [program])
+        alone.mkdir()
+        command(commands, "relign-bench", [built])
         command(commands, "relign-train", [sys.executable, "-m", "relign_bench.training"])
         book = nbformat.read(FOLDER / name, as_version=4)
         with mock.patch.dict(os.environ, PATH=f"{commands}{os.pathsep}{os.environ['PATH']}", TMPDIR=place.name,
                              IPYTHONDIR=place.name, JUPYTER_PREFER_ENV_PATH="1"), warnings.catch_warnings():
             warnings.simplefilter("ignore", ResourceWarning)
             client = nbclient.NotebookClient(book, timeout=SECONDS, startup_timeout=SECONDS, kernel_name="python3",
-                                             resources={"metadata": {"path": str(FOLDER)}})
+                                             resources={"metadata": {"path": str(alone)}})
             client.create_kernel_manager()
             client.km.transport, client.km.ip = "ipc", str(pathlib.Path(place.name) / "kernel")  # no ports
             asyncio.run(client.async_execute(reset_kc=True))
@@ -63,6 +67,19 @@ class Notebooks(unittest.TestCase):
             self.assertEqual([cell.outputs for cell in book.cells if cell.get("outputs")], [])
             for link in re.findall(r"\]\(([^)#]+)", "".join(cell.source for cell in book.cells)):
                 self.assertTrue((FOLDER / link).exists(), f"{name}: {link}")
+
+    def test_examples_are_found_in_the_wheel_and_in_a_clone(self):
+        self.assertEqual(program.find_example("lens/triplet.zmx").resolve(), FOLDER.parent / "lens" / "triplet.zmx")
+        with tempfile.TemporaryDirectory() as folder:
+            package = pathlib.Path(folder).resolve() / "site-packages" / "relign_bench"
+            shipped = package / "share" / "relign-bench" / "examples" / "lens" / "triplet.zmx"
+            with mock.patch.object(program, "__file__", str(package / "program.py")):
+                with self.assertRaisesRegex(FileNotFoundError, "no example 'lens/triplet.zmx' in .*share/relign-bench/examples or "
+                                            ".*: install the self-contained wheel"):
+                    program.find_example("lens/triplet.zmx")
+                shipped.parent.mkdir(parents=True)
+                shipped.touch()
+                self.assertEqual(program.find_example("lens/triplet.zmx"), shipped)
 
     def test_first_look(self):
         shown = self.run_notebook("first_look.ipynb")
