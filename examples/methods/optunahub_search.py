@@ -5,6 +5,7 @@ import tempfile
 import zipfile
 
 os.environ.setdefault("GIT_PYTHON_REFRESH", "quiet")  # optunahub imports GitPython, which asks for git
+import numpy as np
 import optuna
 import optunahub
 
@@ -32,6 +33,7 @@ class OptunaHubSearch(GeneratorSearch):
             if f"package/{self.package}/__init__.py" not in archive.namelist():
                 raise ValueError(f"{self.registry} has no package/{self.package}/__init__.py")
             archive.extractall(folder.name)
+        np.random.seed(space.seed)  # some samplers draw from numpy's global generator besides their own
         module = optunahub.load_local_module(self.package, registry_root=os.path.join(folder.name, "package"))
         sampler = getattr(module, self.sampler)(seed=space.seed, **self.options)
         generator = OptunaGenerator(optuna.create_study(sampler=sampler), space)

@@ -243,6 +243,13 @@ class Hub(Trials):
             return self.bench.run(str(METHODS / "optunahub_search.py"), steps=steps, parameters=parameters,
                                   instance=INSTANCE_INSIDE)
 
+    @staticmethod
+    def with_share(share):
+        """The registry with a sampler that goes another share of the way."""
+        text = REGISTRY["sampler.py"]
+        assert "study.best_params, 0.5" in text
+        return {**REGISTRY, "sampler.py": text.replace("study.best_params, 0.5", f"study.best_params, {share}")}
+
     def test_sampler_of_an_archive(self):
         for upper in (False, True):
             trial = self.run_sampler(REGISTRY, options={"upper": upper})
@@ -252,12 +259,16 @@ class Hub(Trials):
                 self.assertAlmostEqual(value, (at + corner) / 2)
 
     def test_each_trial_has_the_sampler_of_its_own_archive(self):
-        other = {**REGISTRY, "sampler.py": REGISTRY["sampler.py"].replace("share = study.best_params, 0.5",
-                                                                          "share = study.best_params, 0.25")}
-        one, two = self.run_sampler(REGISTRY), self.run_sampler(other)
+        one, two = self.run_sampler(REGISTRY), self.run_sampler(self.with_share("0.25"))
         self.assertEqual(one.steps, self.run_sampler(REGISTRY).steps)
         for half, quarter in zip(one.steps[1]["commanded_pose"], two.steps[1]["commanded_pose"]):
             self.assertAlmostEqual(quarter - 0.2, (half - 0.2) / 2)
+
+    def test_draws_from_the_global_generator_are_seeded(self):
+        drawn = self.with_share("__import__('numpy').random.rand()")
+        one, same, other = self.run_sampler(drawn), self.run_sampler(drawn), self.run_sampler(REGISTRY)
+        self.assertEqual(one.steps, same.steps)
+        self.assertNotEqual(one.steps, other.steps)
 
     def test_what_an_archive_lacks_is_named(self):
         for parameters, message in (({"package": "samplers/turbo"}, "no package/samplers/turbo/__init__.py"),
