@@ -5,6 +5,7 @@ to the repository if `repo_url` is set, and are plain text otherwise. The naviga
 are generated: C and C++ by Doxygen, Python by mkdocstrings.
 """
 
+import json
 import pathlib
 import posixpath
 import re
@@ -17,12 +18,14 @@ from mkdocs.structure.files import File, Files
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGES = ["*.md", "core/**/*.md", "docs/**/*.md", "examples/*/*.md", "plugins/**/*.md", "python/*.md", "reports/*.md",
-         "results/README.md", "tests/peers/*.md"]
-IMAGES = ["docs/images/*", "plugins/**/*.png", "reports/paper/figures/*.svg"]
+         "reports/*/README.md", "results/README.md", "tests/peers/*.md"]
+IMAGES = ["docs/images/*", "plugins/**/*.png", "reports/paper/figures/*.svg", "reports/domains/*.svg",
+          "examples/notebooks/*.ipynb"]
+VERSION = re.search(r"^project\(relign-bench VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text(), re.M)[1]
 INTERFACE = "reference/plugin_interface.md"
 PYTHON = "reference/python.md"
 LINK = re.compile(r"(?<!!)\[((?:[^][]|\[[^]]*\])*)\]\(([^)\s]+)\)")
-ROW = re.compile(r"^\| (?:\[(.+?)\]\((\S+?)\)|(\w[^|]*?)) *\|", re.M)
+ROW = re.compile(r"^\| (?:\[(.+?)\]\((\S+?)\)|(\w[^|[]*?)) *\|", re.M)
 
 
 class TwoSpaces(Extension):
@@ -47,7 +50,26 @@ def on_config(config):
                 entries.append(page if title.endswith(".md") or "/" in title else {title: page})
     config.markdown_extensions.insert(0, TwoSpaces())
     config.nav = [{"Start": ["README.md", "docs/README.md"]}, *sections, {"Reference": [INTERFACE, PYTHON]}]
+    config.copyright = f"relign-bench {VERSION}"  # in the footer, also without scripts and web server
+    if pathlib.Path(config.site_dir) == ROOT / "build" / "site":  # not while serving
+        config.site_dir = str(ROOT / "build" / "site" / VERSION)
+        if config.site_url:
+            config.site_url = f"{config.site_url.rstrip('/')}/{VERSION}/"
     return config
+
+
+def on_post_build(config):
+    """The list of versions for the theme's selector, from the folders beside this one, and a page that leads to the newest."""
+    folder = pathlib.Path(config.site_dir).parent
+    if folder != ROOT / "build" / "site":
+        return
+    found = [path.parent.name for path in folder.glob("*/index.html") if re.fullmatch(r"\d+\.\d+\.\d+", path.parent.name)]
+    found.sort(key=lambda name: [int(part) for part in name.split(".")], reverse=True)
+    (folder / "versions.json").write_text(json.dumps([{"version": name, "title": name, "aliases": []} for name in found]))
+    start = f"{found[0]}/index.html"
+    (folder / "index.html").write_text(f'<!doctype html><title>relign-bench</title>'
+                                       f'<meta http-equiv="refresh" content="0; url={start}">'
+                                       f'<a href="{start}">relign-bench {found[0]}</a>\n')
 
 
 def page_of(path):
@@ -75,7 +97,8 @@ def doxygen(folder):
         raise PluginError("doxygen was not found (Debian and Ubuntu: doxygen)")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    settings = (ROOT / "docs" / "site" / "Doxyfile").read_text() + f"OUTPUT_DIRECTORY = \"{folder}\"\n"
+    settings = (ROOT / "docs" / "site" / "Doxyfile").read_text() + (f"OUTPUT_DIRECTORY = \"{folder}\"\n"
+                                                                             f"PROJECT_NUMBER = {VERSION}\n")
     done = subprocess.run(["doxygen", "-"], input=settings, cwd=ROOT, text=True, check=False, stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE)
     if done.returncode != 0:
