@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from .results import Results
     from .vector_environment import AlignmentVectorEnv
 
+    __version__: str
+
 __all__ = [
     "AlignmentEnv",
     "AlignmentVectorEnv",
@@ -70,6 +72,10 @@ def __getattr__(name: str) -> object:
         from importlib import import_module
 
         return import_module("." + name, __name__)
+    if name == "__version__":
+        from . import _native
+
+        return _native._core.__version__
     raise AttributeError(f"module 'relign_bench' has no attribute '{name}'")
 
 

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+__version__: str
+
 def cache_folder() -> str: ...
 
 class Catalog:

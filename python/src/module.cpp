@@ -62,6 +62,7 @@ PYBIND11_MODULE(_core, module) {
   namespace plugin_host = relign::plugin_host;
   module.doc() = "The compiled module of relign_bench; use the package's own classes.";
   py::register_exception_translator([](std::exception_ptr thrown) { translate(thrown); });
+  module.attr("__version__") = RELIGN_VERSION;
   module.def("cache_folder", [] { return relign::cache_folder().string(); });
 
   py::class_<plugin_host::Catalog>(module, "Catalog", "All plugins below some folders.")
