@@ -73,9 +73,9 @@ def __getattr__(name: str) -> object:
 
         return import_module("." + name, __name__)
     if name == "__version__":
-        from . import _native
+        from . import _core
 
-        return _native._core.__version__
+        return _core.__version__
     raise AttributeError(f"module 'relign_bench' has no attribute '{name}'")
 
 
