@@ -1,9 +1,12 @@
-"""The workflow files of forges parse, run the same jobs, and name steps, presets, targets and files that exist."""
+"""The workflow files of forges follow their schemas, run the same jobs, and name steps, presets and targets that exist."""
 
 import json
 import pathlib
 import re
 import shlex
+import shutil
+import subprocess
+import tempfile
 import unittest
 
 try:
@@ -16,6 +19,8 @@ GITHUB = ROOT / ".github" / "workflows" / "ci.yml"
 GITLAB = ROOT / ".gitlab-ci.yml"
 KEYWORDS = {"default", "workflow", "stages", "variables", "include"}
 PROGRAMS = {"apt-get", "git", "cmake", "ctest"}
+SCHEMAS = {GITHUB: "vendor.github-workflows", GITLAB: "vendor.gitlab-ci"}
+CHECKER = shutil.which("check-jsonschema", path=ROOT / ".python" / "bin") or shutil.which("check-jsonschema")
 MODES = {"cmake": "configurePresets", "cmake --build": "buildPresets", "ctest": "testPresets"}
 
 
@@ -74,6 +79,27 @@ def mistakes(command):
     return found
 
 
+@unittest.skipUnless(CHECKER, "check-jsonschema is not installed (tests/workflows/requirements.txt)")
+class Schemas(unittest.TestCase):
+    """Those that check-jsonschema brings; it downloads nothing for them."""
+
+    def problems(self, file, schema):
+        """What is wrong with a file; empty: nothing."""
+        done = subprocess.run([CHECKER, "--builtin-schema", schema, file], capture_output=True, text=True, check=False)
+        return done.stdout + done.stderr if done.returncode != 0 else ""
+
+    def test_files_follow_them(self):
+        for file, schema in SCHEMAS.items():
+            self.assertEqual(self.problems(file, schema), "")
+
+    def test_finds_mistakes(self):
+        for file, schema, key in ((GITHUB, SCHEMAS[GITHUB], "runs-on"), (GITLAB, SCHEMAS[GITLAB], "script")):
+            with tempfile.NamedTemporaryFile("w", suffix=".yml") as wrong:
+                wrong.write(file.read_text().replace(f"{key}:", f"{key}s:", 1))
+                wrong.flush()
+                self.assertIn(f"{key}s", self.problems(wrong.name, schema))
+
+
 @unittest.skipIf(yaml is None, "PyYAML is not installed (Debian and Ubuntu: python3-yaml)")
 class Workflows(unittest.TestCase):
     def test_commands_name_what_exists(self):
@@ -86,6 +112,14 @@ class Workflows(unittest.TestCase):
 
     def test_both_forges_run_the_same_jobs(self):
         self.assertEqual(sorted(github_jobs(GITHUB.read_text())), sorted(gitlab_jobs(GITLAB.read_text())))
+
+    def test_actions_are_pinned_and_leave_no_credentials(self):
+        steps = [step for job in yaml.safe_load(GITHUB.read_text())["jobs"].values() for step in job["steps"] if "uses" in step]
+        self.assertGreater(len(steps), 5)
+        for step in steps:
+            self.assertRegex(step["uses"], r"^actions/[\w-]+@[0-9a-f]{40}$")
+            if step["uses"].startswith("actions/checkout@"):
+                self.assertIs(step["with"]["persist-credentials"], False)
 
     def test_all_images_are_the_same(self):
         images = set(re.findall(r"\bdebian:[\w.]+", GITHUB.read_text() + GITLAB.read_text()
