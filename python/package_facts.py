@@ -20,9 +20,9 @@ import zipfile
 from datetime import datetime, timezone
 
 TREE = pathlib.Path(__file__).resolve().parent.parent
-# Debian packages whose headers are compiled into the program, or whose static libraries are linked.
-EMBEDDED = ("libarchive-dev", "libboost-dev", "libceres-dev", "libcli11-dev", "libeigen3-dev", "libopencv-core-dev",
-            "libopencv-imgproc-dev", "nlohmann-json3-dev", "pybind11-dev")
+# Debian packages (patterns) whose headers are compiled into the program, or whose static libraries are linked.
+EMBEDDED = tuple((TREE / "cmake" / "embedded_packages.txt").read_text().split())
+OWN = {"librelign_no_jbig.so"}  # libraries of a wheel that are of this tree
 HERE = pathlib.Path("/")
 TOOLS = ("g++", "cmake", "ninja-build", "binutils", "dpkg-dev")
 
@@ -39,12 +39,13 @@ def query(root, *words):
 
 
 def installed(packages, root=HERE):
-    """Versions of the Debian packages that are installed in a root, by name."""
+    """Versions of the Debian packages that are installed in a root, by name; names may be patterns."""
     versions = {}
-    for name in sorted(set(packages)):
-        for line in query(root, "-W", "-f", "${db:Status-Status} ${Version}\n", name).splitlines():
+    for pattern in sorted(set(packages)):
+        for line in query(root, "-W", "-f", "${db:Status-Status} ${Package} ${Version}\n", pattern).splitlines():
             if line.startswith("installed "):
-                versions[name] = line.split()[1]
+                name, version = line.split()[1:]
+                versions[name] = version
     return versions
 
 
@@ -89,7 +90,7 @@ def of_wheel(file, root):
     with zipfile.ZipFile(file) as wheel:
         for path in sorted(wheel.namelist()):
             folder, _, library = path.partition("/")
-            if not folder.endswith(".libs") or not library:
+            if not folder.endswith(".libs") or not library or library in OWN:
                 continue
             packages = owners(library, root)
             if not packages:

@@ -61,7 +61,7 @@ foreach(file "${root}/usr/bin/relign-bench" ${libraries})
     message(FATAL_ERROR "${file} has a path to libraries built in:\n${out}")
   endif()
 endforeach()
-foreach(file doc/relign-bench/copyright doc/relign-bench/LICENSE bash-completion/completions/relign-bench
+foreach(file doc/relign-bench/copyright doc/relign-bench/LICENSE doc/relign-bench/licenses/libeigen3-dev.txt bash-completion/completions/relign-bench
         zsh/vendor-completions/_relign-bench fish/vendor_completions.d/relign-bench.fish
         relign-bench/templates relign-bench/suites/quick.json cmake/relign-bench/relign-benchConfig.cmake)
   if(NOT EXISTS "${root}/usr/share/${file}")

@@ -97,7 +97,7 @@ GreyPixels decode_tiff(std::string_view bytes, std::size_t most_pixels) {
   if (!tiff) damaged("its header is damaged");
   std::uint32_t width = 0, height = 0;
   std::uint16_t bits = 1, channels = 1, layout = PLANARCONFIG_CONTIG, format = SAMPLEFORMAT_UINT,
-                meaning = PHOTOMETRIC_MINISBLACK;
+                meaning = PHOTOMETRIC_MINISBLACK, compression = COMPRESSION_NONE;
   TIFFGetField(tiff.get(), TIFFTAG_IMAGEWIDTH, &width);
   TIFFGetField(tiff.get(), TIFFTAG_IMAGELENGTH, &height);
   TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_BITSPERSAMPLE, &bits);
@@ -105,6 +105,9 @@ GreyPixels decode_tiff(std::string_view bytes, std::size_t most_pixels) {
   TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_PLANARCONFIG, &layout);
   TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_SAMPLEFORMAT, &format);
   TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &meaning);
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_COMPRESSION, &compression);
+  if (compression == COMPRESSION_JBIG)  // the wheel lacks it: no_jbig.c
+    damaged("its compression, JBIG, is not supported; save it without compression or with LZW, in 8 or 16 bits");
   refuse_large(width, height, most_pixels);
   const bool whole = format == SAMPLEFORMAT_UINT && (bits == 8 || bits == 16),
              real = format == SAMPLEFORMAT_IEEEFP && bits == 32;

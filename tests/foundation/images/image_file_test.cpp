@@ -173,6 +173,30 @@ TEST_F(ImageFileTest, RefusesHugeImagesBeforeUnpackingThem) {
   EXPECT_THAT(refusal(file("huge.png", png), ErrorKind::bad_input), HasSubstr("huge.png"));
 }
 
+// Two pixels of 8 bits, 0 and 255, in one strip.
+std::string small_tiff(std::uint16_t compression) {
+  std::string bytes("II*\0\x08\0\0\0\x08\0", 10);  // eight entries, at byte 8
+  const auto append = [&](std::uint32_t value, int size) {
+    for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> 8 * i & 0xff);
+  };
+  constexpr std::uint32_t kAfterEntries = 8 + 2 + 8 * 12 + 4;
+  for (const auto& [tag, value] : std::initializer_list<std::pair<std::uint32_t, std::uint32_t>>{
+           {256, 2}, {257, 1}, {258, 8}, {259, compression}, {262, 1}, {273, kAfterEntries}, {278, 1}, {279, 2}}) {
+    append(tag, 2);
+    append(4, 2);  // a number of 32 bits
+    append(1, 4);
+    append(value, 4);
+  }
+  append(0, 4);
+  return bytes + '\0' + '\xff';
+}
+
+TEST_F(ImageFileTest, RefusesJbigByName) {
+  EXPECT_EQ(read_image(file("none.tiff", small_tiff(1))).values, (std::vector<float>{0, 1}));
+  EXPECT_THAT(refusal(file("jbig.tiff", small_tiff(34661)), ErrorKind::bad_input),
+              HasSubstr("its compression, JBIG, is not supported; save it without compression or with LZW"));
+}
+
 TEST_F(ImageFileTest, RejectsFilesThatAreNotImages) {
   EXPECT_THAT(refusal(folder_ / "missing.png", ErrorKind::io), HasSubstr("No such file"));
   EXPECT_THAT(refusal(folder_, ErrorKind::io), HasSubstr("folder"));
