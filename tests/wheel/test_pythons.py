@@ -59,6 +59,7 @@ def run(*command, **keywords):
 
 
 @unittest.skipUnless(platform.machine() == "x86_64", "the wheel is for x86-64")
+@unittest.skipUnless(os.environ.get("RELIGN_ALL_PYTHONS"), "ten minutes: ./quickstart test --others")
 @unittest.skipIf(LACKING, f"not installed: {', '.join(LACKING)} (tests/wheel/requirements.txt)")
 class Pythons(unittest.TestCase):
     @classmethod
