@@ -143,10 +143,6 @@ void PupilSearch::choose_plane(const Prescription& lens) {
   }
 }
 
-bool PupilSearch::finds_light() const {
-  return std::any_of(samples_.begin(), samples_.end(), [](const DirectionWindow& window) { return !window.empty; });
-}
-
 DirectionWindow PupilSearch::probe_place(const BackwardPath& path, double radius, double z, int fineness,
                                          RayBlock& block, int& arrived) {
   const Vec3 place{radius, 0, z};

@@ -41,8 +41,6 @@ class PupilSearch {
   const Work& work() const { return work_; }
   // A scene of 200 x 200 pixels is then created in half a minute on one core; phone lenses have up to 200.
   static constexpr double kMostWork = 250;
-  // Whether any ray passes; false if the stop is closed or smaller than about f/10000.
-  bool finds_light() const;
   // The directions that pass at points this far from the axis, with a margin; empty if none passes nearby.
   DirectionWindow window(const Vec3& place) const { return windows().at(place); }
   // Valid while the search is.
