@@ -5,7 +5,8 @@
 
 namespace relign::cli {
 
-// Installs the handlers: the first SIGINT or SIGTERM sets the flag, a second one ends the process immediately.
+// Installs the handlers: the first SIGINT or SIGTERM sets the flag and says so on a terminal, a second one ends the
+// process immediately.
 const std::atomic<bool>& watch_for_stop();
 
 // kInterrupted after Ctrl-C, otherwise kStopped.

@@ -207,20 +207,23 @@ struct DescribeArguments {
 
 int describe(Context& context, const DescribeArguments& arguments) {
   const std::string id = id_of(context, arguments.id);
+  const std::size_t at = id.find('@');  // "ID@VERSION"
+  const std::string name = id.substr(0, at);
   std::vector<std::string> known, pages;
   Json all = Json::array();
   for (const auto& plugin : context.catalog().plugins()) {
     known.push_back(plugin->id);
     for (const Preset& preset : plugin->presets) known.push_back(preset.id);
-    const bool is_plugin = normalised_name(plugin->id) == normalised_name(id);
-    const Preset* preset = is_plugin ? nullptr : plugin->preset(id);
+    const bool is_plugin = normalised_name(plugin->id) == normalised_name(name);
+    const Preset* preset = is_plugin ? nullptr : plugin->preset(name);
     if (!is_plugin && preset == nullptr) continue;
+    if (at != std::string::npos) plugin_host::require_version(name, version_of(*plugin, preset), id.substr(at + 1));
     pages.push_back(page(*plugin, preset));
     all.push_back(to_json(*plugin, preset));
   }
   if (pages.empty()) {
     std::sort(known.begin(), known.end());
-    throw Error(ErrorKind::bad_input, "unknown plugin or preset '" + id + "'" + suggestion(id, known));
+    throw Error(ErrorKind::bad_input, "unknown plugin or preset '" + name + "'" + suggestion(name, known));
   }
   if (!arguments.levels.empty()) {
     const std::vector<LevelOptima> optima = level_optima(context, id, arguments.levels, arguments.instances);

@@ -122,7 +122,10 @@ TEST(CliDescribe, ShowsValuesOfPreset) {
   ASSERT_EQ(page.exit_code, 0) << page.err;
   EXPECT_THAT(page.out,
               AllOf(HasSubstr("preset of nlopt"), HasSubstr("merit, start, box"), HasSubstr("share of the travel")));
-  const json described = json::parse(relign_bench(place, {"describe", "nlopt-bobyqa", "--json"}).out);
+  const json described = json::parse(relign_bench(place, {"describe", "nlopt-bobyqa@1", "--json"}).out);
+  const Outcome other = relign_bench(place, {"describe", "nlopt-bobyqa@2"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("'nlopt-bobyqa' has version 1 here"));
   std::map<std::string, json> values;
   for (const json& parameter : described.at("parameters")) values[parameter.at("name")] = parameter.at("value");
   EXPECT_EQ(values.at("method"), "bobyqa");

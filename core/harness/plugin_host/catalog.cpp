@@ -116,16 +116,20 @@ void refuse_near_misses(Kind kind, const fs::path& path) {
                                           "; did you mean " + document.string() + "?");
 }
 
-// `wanted` is what follows '@' in a name.
+}  // namespace
+
 void require_version(const std::string& id, std::int64_t version, const std::string& wanted) {
   const std::string here = std::to_string(version);
   if (wanted == here) return;
-  throw Error(ErrorKind::bad_input, "'" + id + "@" + wanted + "' is not available: '" + id + "' has version " + here +
-                                        " here, which gives other numbers; use '" + id + "@" + here + "' or '" + id +
-                                        "', or a release with version " + wanted);
+  const bool is_number =
+      !wanted.empty() && wanted.front() != '0' && wanted.find_first_not_of("0123456789") == std::string::npos;
+  throw Error(ErrorKind::bad_input,
+              is_number ? "'" + id + "@" + wanted + "' is not available: '" + id + "' has version " + here +
+                              " here, which gives other numbers; use '" + id + "@" + here + "' or '" + id +
+                              "', or a release with version " + wanted
+                        : "'" + id + "@" + wanted + "' has no version: expected a whole number after '@'; '" + id +
+                              "' has version " + here + " here");
 }
-
-}  // namespace
 
 // The result of looking up a name or path, before parameters are applied.
 struct Catalog::Found {
@@ -262,6 +266,8 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
       const auto complain = [&](const std::string& message) { throw_if_any({source.problem("/use", message)}); };
       if (!documents_allowed) complain("a document cannot use another document");
       if (!use.is_string()) complain("expected the id of a " + namespace_name(kind));
+      if (use.get_ref<const std::string&>().find('@') != std::string::npos)
+        complain("expected an id without a version, found '" + use.get<std::string>() + "'");
       Found found;
       try {
         found = find(kind, use.get<std::string>(), path.parent_path(), false);

@@ -1,6 +1,7 @@
 // Finds plugins by id, preset or path, and resolves their parameters.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -25,6 +26,9 @@ struct Choice {
   // The resolved algorithms of parameters of type "algorithm", by the parameter's name.
   std::map<std::string, std::shared_ptr<const Choice>> algorithms;
 };
+
+// For a name "ID@WANTED". Throws Error(bad_input) unless that is the version of the plugin or preset here.
+void require_version(const std::string& id, std::int64_t version, const std::string& wanted);
 
 // A copy with some parameters changed (an object; null or {} for none); those of type "algorithm" cannot be changed.
 // Throws Error(bad_input) that lists every mistake.

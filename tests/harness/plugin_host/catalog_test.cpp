@@ -238,7 +238,10 @@ TEST_F(CatalogTest, RequiresAVersion) {
   EXPECT_EQ(resolve(Kind::scene, "relign_od@1").identity, resolve(Kind::scene, "relign_od").identity);
   EXPECT_THAT(problems(Kind::scene, "relign-od@2"),
               HasSubstr("'relign_od@2' is not available: 'relign_od' has version 1 here"));
-  EXPECT_THAT(problems(Kind::scene, "relign_od@"), HasSubstr("use 'relign_od@1' or 'relign_od'"));
+  EXPECT_THAT(problems(Kind::scene, "relign_od@"), HasSubstr("expected a whole number after '@'"));
+  EXPECT_THAT(problems(Kind::scene, "relign_od@1.0"), HasSubstr("'relign_od@1.0' has no version"));
+  write("versioned.json", R"({"use": "lens_system@1"})");
+  EXPECT_THAT(problems(Kind::scene, "versioned.json"), HasSubstr("expected an id without a version"));
   EXPECT_THAT(problems(Kind::scene, "relign_of@1"), HasSubstr("did you mean 'relign_od'?"));
 
   plugin("drawn", R"({"id": "drawn", "kind": "noise-level", "summary": "s", "version": 2,
