@@ -48,7 +48,7 @@ def require_integer(number: Any, name: str, least: int, most: int = LARGEST_INTE
         ValueError: It is not an integer, or out of range.
     """
     try:
-        value = operator.index(number)
+        value = least - 1 if isinstance(number, bool) else operator.index(number)
     except TypeError:
         value = least - 1
     if not least <= value <= most:
@@ -62,10 +62,10 @@ def require_number(number: Any, name: str) -> float:
     """`number` as a float.
 
     Raises:
-        ValueError: It is a text or something else that does not convert to a float, or it is not finite.
+        ValueError: It is a text, a bool or something else that does not convert to a float, or it is not finite.
     """
     try:
-        value = math.nan if isinstance(number, (str, bytes, bytearray)) else float(number)
+        value = math.nan if isinstance(number, (str, bytes, bytearray, bool)) else float(number)
     except (TypeError, ValueError, OverflowError):
         value = math.nan
     if not math.isfinite(value):

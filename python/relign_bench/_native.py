@@ -87,7 +87,17 @@ def chosen_plugin(kind: str, plugin: Plugin, parameters: Parameters | None = Non
 
 
 def parameters_text(parameters: Parameters | None) -> str:
-    """Parameters as the compiled module takes them: the text of a JSON object, "" for none."""
+    """Parameters as the compiled module takes them: the text of a JSON object, "" for none.
+
+    Raises:
+        ValueError: JSON has no such value; the message names the parameter.
+    """
+    for name, value in (parameters or {}).items():
+        try:
+            json.dumps(value, allow_nan=False)
+        except (TypeError, ValueError):
+            raise ValueError(f"parameter '{name}' must be a finite number, a text, a bool, a list or a dict of Python, not "
+                             f"{value!r}; convert it, such as float(value) or value.tolist() of numpy") from None
     return json.dumps(dict(parameters)) if parameters else ""
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gest_api.generator import Generator
-from gest_api.vocs import ContinuousVariable, MaximizeObjective, MinimizeObjective
+from gest_api.vocs import VOCS, ContinuousVariable, MaximizeObjective, MinimizeObjective
 
+from ._errors import require_number
 from .method import Method
 
 if TYPE_CHECKING:
-    from gest_api.vocs import VOCS
-
     from ._typing import Parameters
 
 
@@ -30,12 +30,13 @@ class MethodGenerator(Generator):
         vocs: Continuous variables, one objective, whose lowest or highest value is wanted, and no constraints.
         algorithm: Id, preset or path of an algorithm, as of `relign_bench.Method`.
         steps: Budget, in points after the start pose.
-        goal: The best value that the objective can have; 0 unless given.
+        goal: The best value that can be measured, noise included; 0 unless given.
         start: Start pose by name; by default the middle of the variables' domains.
         seed: Seed of the method.
         parameters: Parameters of the algorithm.
 
     Raises:
+        TypeError: `vocs` is not a VOCS of gest-api.
         ValueError: The VOCS is not supported, or an argument is not valid.
     """
 
@@ -51,7 +52,8 @@ class MethodGenerator(Generator):
         self._sign = -1.0 if isinstance(objective, MaximizeObjective) else 1.0
         self._constants = {name: constant.value for name, constant in vocs.constants.items()}
         axes = {name: tuple(variable.domain) for name, variable in vocs.variables.items()}
-        self.method = Method(algorithm, axes, steps, start, seed, parameters, goal=self._sign * goal)
+        self._goal = require_number(goal, "goal")
+        self.method = Method(algorithm, axes, steps, start, seed, parameters, goal=self._sign * self._goal)
         self._told, self._suggested = 0, False
         self._best: tuple[int, dict[str, float]] | None = None
 
@@ -68,7 +70,14 @@ class MethodGenerator(Generator):
         if self._told or self._suggested:
             raise RuntimeError(f"a method of relign-bench that has suggested a point cannot be {what}; make a new generator")
 
+    def _begin_in_this_process(self) -> None:
+        if self._process != os.getpid():
+            self._refuse_if_begun("used in another process")
+            self.__init__(*self._arguments)  # type: ignore[misc]
+
     def _validate_vocs(self, vocs: VOCS) -> None:
+        if not isinstance(vocs, VOCS):
+            raise TypeError(f"vocs must be a VOCS of gest_api.vocs, not {vocs!r}")
         other = [name for name, variable in vocs.variables.items() if type(variable) is not ContinuousVariable]
         if other or not vocs.variables:
             raise ValueError(f"a method of relign-bench moves continuous variables only, and has found {other or 'none'}")
@@ -85,9 +94,7 @@ class MethodGenerator(Generator):
             ValueError: More than one point is wanted, or the one before has no value yet.
             RuntimeError: The method failed, or began in another process.
         """
-        if self._process != os.getpid():
-            self._refuse_if_begun("used in another process")
-            self.__init__(*self._arguments)  # type: ignore[misc]
+        self._begin_in_this_process()
         if num_points not in (None, 1):
             raise ValueError(f"a method of relign-bench suggests one point at a time, not {num_points}")
         if self._suggested:
@@ -100,14 +107,27 @@ class MethodGenerator(Generator):
         """The value of the point suggested last.
 
         Raises:
-            ValueError: A point is not the one suggested last: methods cannot use other measurements.
+            TypeError: `results` is not a list of points.
+            ValueError: A point is not the one suggested last, as methods cannot use other measurements, or its value is
+                missing, not a finite number, or better than the goal. The point still waits for its value.
         """
+        if isinstance(results, (str, Mapping)) or not all(isinstance(result, Mapping) for result in results):
+            raise TypeError(f"results must be a list of points, such as [{{**point, {self._objective!r}: value}}], not "
+                            f"{results!r}")
         for result in results:
+            for key in ("_id", self._objective):
+                if key not in result:
+                    raise ValueError(f"the point {result!r} lacks the key {key!r}: ingest "
+                                     f"[{{**point, {self._objective!r}: value}}] with the point as it was suggested")
             if result.get("_id") != self._told or not self._suggested:
                 raise ValueError(f"the point {result!r} was not suggested last; a method of relign-bench learns from its "
                                  "own points only")
+            value = require_number(result[self._objective], f"the value of '{self._objective}'")
+            if self._sign < 0 and value > self._goal:
+                raise ValueError(f"{value!r} is above the goal {self._goal:g}: set goal to the highest value that can be "
+                                 "measured, noise included")
             best = self.method.best
-            self.method.tell(self._sign * float(result[self._objective]))
+            self.method.tell(self._sign * value)
             if self.method.best is not None and self.method.best is not best:
                 self._best = (self._told, self.method.best[0])
             self._told, self._suggested = self._told + 1, False
@@ -116,8 +136,9 @@ class MethodGenerator(Generator):
         """Whether the method has ended, and why, as blop's plans ask.
 
         Raises:
-            RuntimeError: The method failed.
+            RuntimeError: The method failed, or began in another process.
         """
+        self._begin_in_this_process()
         ended = not self._suggested and self.method.ask() is None
         return ended, self.method.end if ended else None
 

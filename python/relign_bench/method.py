@@ -48,7 +48,8 @@ class Method:
 
     The first pose is the start pose; it costs no step. Poses keep the bounds of the axes. A value is a number, smaller is
     better, such as an error or a distance; with `reference` it is an image. The method observes its distance from the
-    goal: abs(value - goal), or the RMSE between image and reference. One method object is one alignment.
+    goal: abs(value - goal), or the RMSE between image and reference. One method object is one alignment. Threads may share
+    it, and wait for each other; it cannot be copied, pickled, or used in a process forked from its own.
 
     Args:
         algorithm: Id, preset or path of an algorithm, or an object as in a suite; not one that needs the design or the true
@@ -80,7 +81,9 @@ class Method:
         reach = self._bounds - self._start[:, None]
         self._travel = 2 * np.abs(reach).max(axis=1)
         self._lowest = require_number(goal, "goal")  # subtracted before anything is rounded to float32
-        self._goal = np.zeros((1, 1), np.float32) if reference is None else _numbers(reference, "reference").astype(np.float32)
+        with np.errstate(over="ignore"):  # an infinite value is refused below
+            self._goal = np.zeros((1, 1), np.float32) if reference is None else _numbers(
+                reference, "reference must be an image of shape (height, width)").astype(np.float32)
         if self._goal.ndim != 2 or not self._goal.size or not np.isfinite(self._goal).all():
             raise ValueError("reference must be a finite image of shape (height, width), found shape "
                              f"{self._goal.shape}{'' if np.isfinite(self._goal).all() else ' with other values'}")
@@ -89,24 +92,42 @@ class Method:
         self.recommended: dict[str, float] | None = None
         self.end: str | None = None
         self._pending: dict[str, float] | None = None
+        self._process, self._lock = os.getpid(), threading.RLock()
         set_up = {"shape": self._goal.shape, "range": (reach / self._travel[:, None]).tolist(),
                   "axes": [[name, travel] for name, travel in zip(self._names, self._travel.tolist())]}
         self._trial = _Trial(algorithm, require_integer(steps, "steps", 1, LARGEST_BUDGET), require_integer(seed, "seed", 0),
                              parameters, set_up, self._goal)
 
+    def __reduce__(self) -> str:
+        """Refuses copies, whose end would close the connection of this method.
+
+        Raises:
+            TypeError: Always.
+        """
+        raise TypeError("a Method cannot be copied or pickled; make a new one")
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Keeps other threads out."""
+        if self._process != os.getpid():
+            raise RuntimeError("a Method cannot be used in another process than its own; make a new one there")
+        with self._lock:
+            yield
+
     def ask(self) -> dict[str, float] | None:
         """The next pose to measure, by name of the axis; the same one until `tell` has its value. None at the end.
 
         Raises:
-            RuntimeError: The method failed; the message is its own.
+            RuntimeError: The method failed, and the message is its own, or it was made in another process.
         """
-        if self._pending is None and self.end is None:
-            shares = self._trial.next_pose()
-            if shares is None:
-                self._finish()
-            else:
-                self._pending = self._pose(shares)
-        return None if self._pending is None else dict(self._pending)
+        with self._alone():
+            if self._pending is None and self.end is None:
+                shares = self._trial.next_pose()
+                if shares is None:
+                    self._finish()
+                else:
+                    self._pending = self._pose(shares)
+            return None if self._pending is None else dict(self._pending)
 
     def tell(self, measured: float | npt.ArrayLike, seconds: float = 0.0) -> None:
         """The value measured at the pose of the latest `ask`.
@@ -117,16 +138,21 @@ class Method:
 
         Raises:
             ValueError: It is not a finite number, below the goal, or has another shape. The pose still waits for its value.
-            RuntimeError: No pose waits for its value.
+            RuntimeError: No pose waits for its value, or the method was made in another process.
         """
+        with self._alone():
+            self._tell(measured, seconds)
+
+    def _tell(self, measured: float | npt.ArrayLike, seconds: float) -> None:
+        wanted = "a number" if self._scalar else f"an image of shape {self._goal.shape}"
         if self._pending is None:
             raise RuntimeError("no pose waits for a value: call ask() before tell()")
         with np.errstate(over="ignore"):  # an infinite value is refused below
-            exact = np.atleast_2d(_numbers(measured, "a measurement")) - (self._lowest if self._scalar else 0.0)
+            numbers = _numbers(measured, f"a measurement must be {wanted}")
+            exact = np.atleast_2d(numbers) - (self._lowest if self._scalar else 0.0)
             pixels = exact.astype(np.float32)
         if pixels.shape != self._goal.shape:
-            raise ValueError(f"expected {'a number' if self._scalar else f'an image of shape {self._goal.shape}'}, found "
-                             f"shape {np.shape(measured)}")
+            raise ValueError(f"expected {wanted}, found shape {np.shape(measured)}")
         if not np.isfinite(pixels).all():
             raise ValueError("the measurement is not finite, or farther than 3.4e38 from the goal; tell a large value where "
                              "nothing could be measured")
@@ -135,8 +161,7 @@ class Method:
         if self._scalar and pixels < 0:
             raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest value that can be "
                              "measured, noise included")
-        value = (np.asarray(measured, np.float64).item() if self._scalar else
-                 float(np.sqrt(np.mean((pixels - self._goal) ** 2.0))))
+        value = numbers.item() if self._scalar else float(np.sqrt(np.mean((pixels.astype(np.float64) - self._goal) ** 2)))
         if self.best is None or value < self.best[1]:
             self.best = (self._pending, value)
         self._pending = None
@@ -148,9 +173,11 @@ class Method:
         return self._pending is not None
 
     def close(self) -> None:
-        """Ends the method early."""
-        self._trial.close()
-        self._pending, self.end = None, self.end or "closed"
+        """Ends the method early, once an `ask` of another thread has its pose. Of no effect in another process."""
+        if self._process == os.getpid():
+            with self._lock:
+                self._trial.close()
+                self._pending, self.end = None, self.end or "closed"
 
     def __enter__(self) -> Method:
         return self
@@ -170,15 +197,19 @@ class Method:
         return dict(zip(self._names, np.clip(pose, *self._bounds.T).tolist()))
 
 
-def _numbers(values: npt.ArrayLike, what: str) -> Float64Array:
-    """Numbers as an array; texts are refused, of which numpy would make numbers."""
+def _numbers(values: npt.ArrayLike, rule: str) -> Float64Array:
+    """Numbers as an array; texts and None are refused, of which numpy would make numbers."""
     try:
         array = np.asarray(values)
-        if array.dtype.kind not in "biufO":
+        if array.dtype.kind == "O":
+            array = np.array([float(value) for value in array.flat]).reshape(array.shape)
+        if array.dtype.kind not in "biuf":
             raise TypeError
         return array.astype(np.float64)
+    except OverflowError:
+        raise ValueError(f"{rule}, of at most 1.8e308") from None
     except (TypeError, ValueError):
-        raise ValueError(f"{what} must be {'a number' if np.ndim(values) == 0 else 'numbers'}, not {values!r}") from None
+        raise ValueError(f"{rule}, not {values!r}") from None
 
 
 def _bounds(axes: Mapping[str, tuple[float, float]]) -> tuple[list[str], Float64Array]:
@@ -237,7 +268,7 @@ class _Trial:
         arguments = (address, algorithm, steps, seed, parameters, self._outcome, ends)
         thread = threading.Thread(target=_run, args=arguments, daemon=True)
         connections = [ended]
-        self.close = weakref.finalize(self, _close, connections, thread, folder)
+        self.close = weakref.finalize(self, _close, connections, thread, folder, os.getpid())
         with socket.socket(socket.AF_UNIX) as server:
             server.bind(address)
             server.listen()
@@ -286,15 +317,17 @@ class _Trial:
 
 def _run(address: str, algorithm: str, steps: int, seed: int, parameters: Parameters | None, outcome: dict[str, Any],
          ends: Connection) -> None:
-    """The thread: a trial on the station. Leaves "lines" or "error" in `outcome`, then closes `ends`."""
+    """The thread: a trial on the station. Leaves "lines" or "error" in `outcome`, then writes to `ends`."""
     try:
         with _waiting_long():
             trials = _native.make_trials(str(STATION), {"address": address}, "none", None, seed, 1)
         outcome["lines"], _ = trials.run(str(algorithm), _native.parameters_text(parameters), 0, "paper", "", "soft", steps,
                                          False)
     except Exception as error:  # noqa: BLE001 (raised in the thread that asks)
-        outcome["error"] = error
+        outcome["error"] = type(error)(str(error).replace("the station 'relign_loop'", "a machine in your own loop"))
     finally:
+        with contextlib.suppress(OSError):
+            ends.send_bytes(b"ended")  # a forked process keeps the pipe open
         ends.close()
 
 
@@ -316,8 +349,12 @@ def _waiting_long() -> Iterator[None]:
                 os.environ[WAIT_VARIABLE] = before
 
 
-def _close(connections: list[Connection], thread: threading.Thread, folder: str) -> None:
+def _close(connections: list[Connection], thread: threading.Thread, folder: str, process: int) -> None:
+    if process != os.getpid():  # forked: all of this is the other process's
+        return
     for connection in connections[1:]:
+        with socket.socket(fileno=os.dup(connection.fileno())) as held, contextlib.suppress(OSError):
+            held.shutdown(socket.SHUT_RDWR)  # a forked process keeps the connection open
         connection.close()  # the station fails, and with it the trial
     if thread.ident is not None:
         thread.join(10)

@@ -12,7 +12,9 @@ import subprocess
 import sys
 import tempfile
 import textwrap
+import threading
 import unittest
+import warnings
 
 from support import Folder, np, package, relign_bench
 
@@ -111,15 +113,24 @@ class Images(unittest.TestCase):
             method.ask()
             with self.assertRaisesRegex(ValueError, r"expected an image of shape \(2, 3\), found shape \(3, 2\)"):
                 method.tell(np.zeros((3, 2)))
+            with self.assertRaisesRegex(ValueError, r"must be an image of shape \(2, 3\), not None"):
+                method.tell(None)
             method.tell(np.full((2, 3), 0.75))
             self.assertAlmostEqual(method.best[1], 0.25)
+
+    def test_the_largest_pixels_have_a_finite_error(self):
+        with warnings.catch_warnings(), Method("random", {"x": (0, 1)}, steps=2, reference=np.zeros((2, 3))) as method:
+            warnings.simplefilter("error")
+            method.ask()
+            method.tell(np.full((2, 3), 1e38))
+            self.assertAlmostEqual(method.best[1] / 1e38, 1, 6)
 
 
 class Mistakes(unittest.TestCase):
     def test_arguments(self):
         for arguments, message in (
             (("nlopt-bobyqqa", AXES), "did you mean 'nlopt-bobyqa'"),
-            (("home", AXES), "requires the true start pose"),
+            (("home", AXES), "^'home' requires the true start pose, which is unknown on a machine in your own loop$"),
             (("random", {}), "axes must be"),
             (("random", {"x": (1, 0)}), "lower bound below its upper one"),
             (("random", {"x": (0, float("inf"))}), "bound of axis 'x' must be a finite number, not inf"),
@@ -133,10 +144,15 @@ class Mistakes(unittest.TestCase):
             (("random", AXES, 5, [0.0, 0.0, 1.0]), "start must have a value for each of x, y, z, by name"),
             (("random", {"x": (0, 1)}, 5, {"x": "0.5"}), "start of axis 'x' must be a finite number, not '0.5'"),
             (("random", AXES, 5, None, 1, [1]), r"parameters of the algorithm must be an object \(a dict\), not \[1\]"),
-            (("random", AXES, 5, None, 1, None, "image.png"), "reference must be a number, not 'image.png'"),
+            (("random", AXES, 5, None, 1, None, "image.png"), r"reference must be an image of shape \(height, width\), not 'i"),
+            (("random", AXES, 5, None, 1, None, [[10**400]]), r"reference must be an image .*, of at most 1.8e308"),
+            (("random", AXES, 5, None, 1, {"a": np.float32(0.5)}), "parameter 'a' must be a finite number, .*convert it"),
+            (("random", AXES, 5, None, 1, {"a": float("nan")}), "parameter 'a' must be a finite number, .*, not nan"),
             (("random", AXES, 5, None, 1, None, None, "0"), "goal must be a finite number, not '0'"),
             ((None, AXES), "algorithm must be an id, a preset, a path, or an object .*, not None"),
             (("random", AXES, 0), "steps"),
+            (("random", AXES, True), "steps must be a positive integer, not True"),
+            (("random", {"x": (False, True)}), "bound of axis 'x' must be a finite number, not False"),
             (("random", AXES, 5, {"x": 0.0}), "start must have a value"),
             (("random", {"x": (0, 1)}, 5, {"x": 2.0}), "from 0 to 1, not 2"),
             (("random", AXES, 5, None, -1), "seed"),
@@ -152,6 +168,7 @@ class Mistakes(unittest.TestCase):
         method.ask()
         for value, message in ((float("nan"), "not finite"), (1e60, "not finite"), ([1.0, 2.0], "expected a number"),
                                ("1.0", "a measurement must be a number, not '1.0'"), (1j, "must be a number, not 1j"),
+                               (None, "a measurement must be a number, not None"), (10**400, "a number, of at most 1.8e308"),
                                (-1.5, "below the goal -1")):
             with self.assertRaisesRegex(ValueError, message):
                 method.tell(value)
@@ -206,6 +223,74 @@ class Ends(unittest.TestCase):
         self.assertFalse(thread.is_alive())
 
 
+class Sharing(unittest.TestCase):
+    def test_copies_are_refused_and_harm_nothing(self):
+        with Method("random", AXES, steps=2) as method:
+            for _ in range(2):
+                for make in (copy.copy, copy.deepcopy, pickle.dumps):
+                    with self.assertRaisesRegex(TypeError, "^a Method cannot be copied or pickled; make a new one$"):
+                        make(method)
+                gc.collect()
+                method.tell(measure(**method.ask()))
+            self.assertEqual(len(poses_of(method)), 1)
+
+    def test_threads_share_the_pose_that_waits(self):
+        method, rounds, seen, refused = Method("cma-es", AXES, steps=30), threading.Barrier(3), [[], [], []], []
+
+        def work(poses):
+            while rounds.wait(60) >= 0 and (pose := method.ask()) is not None:
+                poses.append(pose)
+                rounds.wait(60)
+                try:
+                    method.tell(measure(**pose))
+                except RuntimeError as error:
+                    refused.append(str(error))
+
+        threads = [threading.Thread(target=work, args=(poses,), daemon=True) for poses in seen]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join(120)
+            self.assertFalse(thread.is_alive(), "a thread hangs")
+        self.assertEqual((seen[1], seen[2]), (seen[0], seen[0]))
+        self.assertEqual(seen[0], poses_of(Method("cma-es", AXES, steps=30)))
+        self.assertEqual(refused, ["no pose waits for a value: call ask() before tell()"] * 2 * 31)
+
+    def test_a_forked_process_is_refused_and_the_first_one_ends(self):
+        forked = multiprocessing.get_context("fork")
+        for early in (False, True):
+            method = Method("random", AXES, steps=3)
+            trial, pose = method._trial.close.peek()[2][1], method.ask()
+            receives, sends = forked.Pipe(duplex=False)
+            done = forked.Event()
+
+            def use(method=method, sends=sends, done=done, pose=pose):
+                for act in (method.ask, lambda: method.tell(measure(**pose))):
+                    try:
+                        sends.send(act())
+                    except RuntimeError as error:
+                        sends.send(str(error))
+                method.close()
+                done.wait(300)  # meanwhile this process has all that the other one had open
+
+            process = forked.Process(target=use, daemon=True)
+            process.start()
+            for _ in range(2):
+                self.assertTrue(receives.poll(60), "the forked process hangs")
+                self.assertRegex(receives.recv(), "cannot be used in another process than its own; make a new one there")
+            if early:
+                method.close()
+            else:
+                ending = threading.Thread(target=poses_of, args=(method,), daemon=True)
+                ending.start()
+                ending.join(60)
+                self.assertEqual(method.end, "budget_spent")
+            trial.join(1)
+            self.assertFalse(trial.is_alive())
+            done.set()
+            process.join(60)
+
+
 @unittest.skipIf(importlib.util.find_spec("gest_api") is None, "gest-api is not installed")
 class Generators(unittest.TestCase):
     def setUp(self):
@@ -235,13 +320,36 @@ class Generators(unittest.TestCase):
         (point,) = generator.suggest()
         with self.assertRaisesRegex(ValueError, "ingest it first"):
             generator.suggest()
-        with self.assertRaisesRegex(ValueError, "was not suggested last"):
-            generator.ingest([{"x": 0.5, "f": 1.0}])
+        for results, kind, message in (
+            ([{"x": point["x"], "f": 1.0}], ValueError, "lacks the key '_id': ingest .* with the point as it was suggested"),
+            ([point], ValueError, "lacks the key 'f'"), ([{**point, "f": None}], ValueError, "value of 'f' must .* not None"),
+            ([{**point, "f": "1"}], ValueError, "the value of 'f' must be a finite number, not '1'"),
+            ([{**point, "_id": 7, "f": 1.0}], ValueError, "was not suggested last"),
+            ({**point, "f": 1.0}, TypeError, "results must be a list of points, .*, not {"),
+            ("f", TypeError, "must be a list of points"),
+        ):
+            with self.subTest(results=results), self.assertRaisesRegex(kind, message):
+                generator.ingest(results)
         generator.ingest([{**point, "f": 1.0}])
         with self.assertRaisesRegex(ValueError, "was not suggested last"):
             generator.ingest([{**point, "f": 1.0}])
         generator.finalize()
         self.assertEqual(generator.suggest(), [])
+
+    def test_a_value_better_than_the_goal(self):
+        for kind, sign, message in (("MAXIMIZE", 1, "1.0 is above the goal 0: set goal to the highest value"),
+                                    ("MINIMIZE", -1, "-1.0 is below the goal 0: set goal to the lowest value")):
+            generator = self.generator(self.vocs(variables={"x": [0, 1]}, objectives={"f": kind}), "random")
+            (point,) = generator.suggest()
+            with self.assertRaisesRegex(ValueError, f"^{message} that can be measured, noise included$"):
+                generator.ingest([{**point, "f": sign * 1.0}])
+            generator.ingest([{**point, "f": 0.0}])
+
+    def test_arguments_of_another_kind_are_refused(self):
+        with self.assertRaisesRegex(TypeError, r"vocs must be a VOCS of gest_api.vocs, not {'x': \[0, 1\]}"):
+            self.generator({"x": [0, 1]}, "random")
+        with self.assertRaisesRegex(ValueError, "goal must be a finite number, not None"):
+            self.generator(self.vocs(variables={"x": [0, 1]}, objectives={"f": "MINIMIZE"}), "random", goal=None)
 
     def test_other_spaces_are_refused(self):
         for space, message in (
