@@ -22,6 +22,7 @@ from relign_bench.training import cli, policy
 from relign_bench.training.adapt import Recipe as AdaptRecipe
 from relign_bench.training.adapt import check_captures, moments_loss, read_captures
 from relign_bench.training.doubt import Belief, Doubt
+from relign_bench.training.export import write_side
 from relign_bench.training.folder import RunFolder
 from relign_bench.training.imitate import Recipe, Training, loss_of, near_poses
 from relign_bench.training.recipe import Recipe as PpoRecipe
@@ -132,6 +133,7 @@ class Imitation(Folder):
                            (("--seed", "-1"), "seed must be a non-negative number, not -1"),
                            (("--set", "seed=99999999999999999999"), "seed must be from 0 to 536870911"),
                            (("--threads", "0"), "--threads must be a positive integer, not 0"),
+                           (("--set", "moves=2"), "moves 2 must be at least 3: the doubt is calibrated on several answers"),
                            (("--set", "randomise=x"), "'randomise' is not a setting; use --randomise"),
                            (("--scene", "gaussian_spot"), "scene 'gaussian_spot' has a fixed sensor"),
                            (("--randomise", self.folder / "no.json"), "cannot use '.*no.json': no such file or directory; ch"),
@@ -191,6 +193,13 @@ def quiet(_):
 
 
 class Doubting(unittest.TestCase):
+    def test_a_side_file_has_finite_numbers_only(self):
+        with tempfile.TemporaryDirectory() as folder:
+            graph = pathlib.Path(folder) / "net.onnx"
+            with self.assertRaisesRegex(ValueError, "net.json is not written, because 'doubt' has a number that is not finite"):
+                write_side(graph, {"format": 1, "doubt": {"floor": [float("nan")]}})
+            self.assertFalse(graph.with_suffix(".json").exists())
+
     def test_calibration_finds_scale_and_shared_error(self):
         random = np.random.default_rng(3)
         shared = random.normal(size=(1, 4000, 2)) * [0.3, 0.0]

@@ -103,10 +103,19 @@ def write_graph(net: nn.Module, path: str | os.PathLike[str], inputs: dict[str, 
 
 
 def write_side(graph: pathlib.Path, about: dict[str, Any]) -> pathlib.Path:
-    """Writes the side file of a network, a line for each key; returns its path."""
-    side = graph.with_suffix(".json")
-    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(value)}" for name, value in about.items())
-    side.write_text("{\n" + lines + "\n}\n")
+    """Writes the side file of a network, a line for each key; returns its path.
+
+    Raises:
+        ValueError: A number is not finite: the training has failed.
+    """
+    side, lines = graph.with_suffix(".json"), []
+    for name, value in about.items():
+        try:
+            lines.append(f" {json.dumps(name)}: {json.dumps(value, allow_nan=False)}")
+        except ValueError:
+            raise ValueError(f"{side} is not written, because '{name}' has a number that is not finite: the network of this "
+                             "run cannot be used; train again with other settings") from None
+    side.write_text("{\n" + ",\n".join(lines) + "\n}\n")
     return side
 
 

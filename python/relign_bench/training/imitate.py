@@ -54,7 +54,7 @@ class Recipe:
     near: float = 0.6  # share of poses near the optimum; the others are uniform
     passes: int = 40
     visited: float = 0.5  # share of the instances that the policy aligns, after the first quarter of the passes
-    moves: int = 14  # of an instance that the policy aligns
+    moves: int = 14  # of an instance that the policy aligns; at least 3
     batch: int = 128
     rate: float = 1e-3
     last_rate: float = 1e-5
@@ -65,6 +65,7 @@ class Recipe:
 
 SLOTS = 20  # instances of each level that are held at once
 PRECISIONS = {"float32": torch.float32, "bfloat16": torch.bfloat16}
+LEAST_MOVES = 3  # calibration needs two answers about an instance, from its later half
 DOUBT_WEIGHT = 0.1  # of the likelihood in the loss
 
 
@@ -185,6 +186,8 @@ class Training(PassTraining):
         recipe.randomise = hashlib.sha256(errors).hexdigest() if errors else recipe.randomise
         if recipe.precision not in PRECISIONS:
             raise ValueError(f"precision '{recipe.precision}' must be one of {', '.join(PRECISIONS)}")
+        if recipe.moves < LEAST_MOVES:
+            raise ValueError(f"moves {recipe.moves} must be at least {LEAST_MOVES}: the doubt is calibrated on several answers")
         self.recipe, self.threads, self.log = recipe, threads, log
         self.folder = RunFolder(folder, recipe)
         self._errors, self.imaging_errors = errors, ""
