@@ -103,6 +103,8 @@ def checked(facts, required, defaults, place):
         accepted = (int, float) if kind is float else kind
         if isinstance(value, bool) or not isinstance(value, accepted):
             raise ValueError(f"{place}: '{key}' is {value!r}, expected {kind.__name__}")
+        if kind is str and not value.strip():
+            raise ValueError(f"{place}: '{key}' is empty")
         if kind in (int, float) and not math.isfinite(value):
             raise ValueError(f"{place}: '{key}' is {value!r}, expected a finite number")
         if key in POSITIVE and value <= 0:

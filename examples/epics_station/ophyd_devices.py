@@ -10,7 +10,7 @@ import threading
 import numpy as np
 from channel_access import AreaDetector, Motors, finite
 from layout import Layout, golden_image
-from ophyd import Component, EpicsMotor, EpicsSignalRO, FormattedComponent
+from ophyd import Component, EpicsMotor, EpicsSignal, EpicsSignalRO, FormattedComponent
 from ophyd.areadetector import CamBase, DetectorBase, ImagePlugin, SingleTrigger
 from ophyd.areadetector.trigger_mixins import ADTriggerStatus
 from ophyd.positioner import PositionerBase
@@ -42,6 +42,14 @@ class Records:
         return str(self.read(name, as_string=True))
 
 
+class Setpoint(EpicsSignal):
+    """A motor's setpoint, which keeps the box, too, where a plan sets it instead of the motor."""
+
+    def check_value(self, value):
+        super().check_value(value)
+        self.parent.check_box(value)
+
+
 class Motor(EpicsMotor):
     """A motor record that keeps its axis's box.
 
@@ -50,6 +58,8 @@ class Motor(EpicsMotor):
         records: For the checks.
         timeout: Time limit for a move, in s.
     """
+
+    user_setpoint = Component(Setpoint, ".VAL", limits=True, auto_monitor=True)
 
     def __init__(self, axis, records, timeout):
         self._axis, self._status = axis, None
@@ -68,6 +78,9 @@ class Motor(EpicsMotor):
         super().check_value(position)
         if self._lost:
             raise RuntimeError(f"the connection to {self._axis} was lost since it was staged; look at the machine first")
+        self.check_box(position)
+
+    def check_box(self, position):
         low, high = self._checks.reachable(self._axis)
         if not low <= position <= high:  # not for NaN, either
             raise LimitError(f"{self._axis} must not move to {position:g} {self._axis.unit}: outside {low:g} to {high:g}")

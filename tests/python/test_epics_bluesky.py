@@ -34,6 +34,18 @@ while engine.state == "paused":
         pass
 print("events:", len(events))
 """
+SETPOINTS = """
+from bluesky import RunEngine, plan_stubs
+from ophyd_devices import connect
+motors, _, box = connect("station.json", "golden.npy", "RELIGN:", 60.0, 60.0)
+setpoint = motors[0].user_setpoint
+for act in (lambda: setpoint.put(0.4), lambda: RunEngine()(plan_stubs.abs_set(setpoint, 0.4, wait=True))):
+    try:
+        act()
+    except Exception as error:
+        print("refused:", type(error).__name__, error)
+motors[1].user_setpoint.set(0.2).wait(60)
+"""
 STOPS = ["m1", "m2", "m3", "m4", "m5"]
 
 
@@ -115,6 +127,17 @@ class Plan(PlanCase):
         self.assertEqual(status, 1, output)
         self.assertIn("the plan failed: the box of RELIGN:m5 (ry), -7 to 20, leaves the motor's soft limits, -14 to 14", output)
         self.assertNotIn(" moves to ", self.log())
+
+    def test_a_setpoint_that_a_plan_sets_keeps_the_box(self):
+        self.start_ioc()
+        self.write_layout(axes={0: {"low": -0.1, "high": 0.3}})
+        (self.folder / "session.py").write_text(SETPOINTS)
+        status, output = self.run_script("session.py")
+        self.assertEqual(status, 0, output)
+        self.assertIn("refused: LimitError RELIGN:m1 (x) must not move to 0.4 mm: outside -0.1 to 0.3", output)
+        self.assertIn("refused: FailedStatus", output)
+        self.assertNotRegex(self.log(), "m1 moves to 0.4")
+        self.assertAlmostEqual(self.channel("RELIGN:m2.RBV"), 0.2, places=3)
 
     def test_faults_end_the_plan_with_all_motors_stopped(self):
         cases = (

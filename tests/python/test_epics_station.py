@@ -251,6 +251,8 @@ class Refusals(StationCase):
             ({"axes": {1: {"tolerance": "1"}}}, "axis 2: 'tolerance' is '1', expected float"),
             ({"axes": {4: {"pv": "$(P)m4"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
             ({"axes": {4: {"pv": "RELIGN:m4.VAL"}}}, "axis 'rx' and axis 'ry' have the same record, 'RELIGN:m4'"),
+            ({"axes": {4: {"pv": ""}}}, "axis 5: 'pv' is empty"),
+            ({"camera": {"image": " "}}, "camera: 'image' is empty"),
             ({"load": "$(P)m1"}, "axis 'x' and 'load' have the same record, 'RELIGN:m1'"),
             ({"camera": {"exposure_s": -1}}, "camera: 'exposure_s' is -1 and must be positive"),
             ({"camera": {"exposure_s": 0}}, "camera: 'exposure_s' is 0 and must be positive"),
