@@ -111,10 +111,6 @@ std::string pretraining_text(const Manifest& plugin) {
          " steps each, once per scene, noise level and protocol";
 }
 
-std::int64_t version_of(const Manifest& plugin, const Preset* preset) {
-  return preset == nullptr ? plugin.version : preset->version;
-}
-
 std::string page(const Manifest& plugin, const Preset* preset) {
   const std::string id = preset == nullptr ? plugin.id : preset->id;
   std::string text =
@@ -124,7 +120,7 @@ std::string page(const Manifest& plugin, const Preset* preset) {
     text += "observes      " + (plugin.observes.empty() ? "nothing" : join(plugin.observes, ", ")) +
             (plugin.oracle ? " (an oracle: observes the true start under every protocol)" : "") + "\n";
   if (!plugin.prepare.is_null()) text += "pretraining   " + pretraining_text(plugin) + "\n";
-  text += "version       " + std::to_string(version_of(plugin, preset)) + "\n";
+  text += "version       " + std::to_string(plugin.version_of(preset)) + "\n";
   text += "reproducible  " +
           std::string(plugin.reproducible == "this_cpu" ? "on the same kind of processor" : "on any machine") + "\n";
   if (!plugin.license.empty()) text += "licence       " + plugin.license + "\n";
@@ -171,7 +167,7 @@ Json to_json(const Manifest& plugin, const Preset* preset) {
   return {{"id", preset == nullptr ? plugin.id : preset->id},
           {"plugin", plugin.id},
           {"kind", plugin_host::kind_name(plugin.kind)},
-          {"version", version_of(plugin, preset)},
+          {"version", plugin.version_of(preset)},
           {"summary", preset == nullptr ? plugin.summary : preset->summary},
           {"observes", plugin.observes},
           {"prepare", plugin.prepare},
@@ -217,7 +213,7 @@ int describe(Context& context, const DescribeArguments& arguments) {
     const bool is_plugin = normalised_name(plugin->id) == normalised_name(name);
     const Preset* preset = is_plugin ? nullptr : plugin->preset(name);
     if (!is_plugin && preset == nullptr) continue;
-    if (at != std::string::npos) plugin_host::require_version(name, version_of(*plugin, preset), id.substr(at + 1));
+    if (at != std::string::npos) plugin_host::require_version(name, plugin->version_of(preset), id.substr(at + 1));
     pages.push_back(page(*plugin, preset));
     all.push_back(to_json(*plugin, preset));
   }

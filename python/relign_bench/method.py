@@ -324,7 +324,8 @@ def _run(address: str, algorithm: str, steps: int, seed: int, parameters: Parame
         outcome["lines"], _ = trials.run(str(algorithm), _native.parameters_text(parameters), 0, "paper", "", "soft", steps,
                                          False)
     except Exception as error:  # noqa: BLE001 (raised in the thread that asks)
-        outcome["error"] = type(error)(str(error).replace("the station 'relign_loop'", "a machine in your own loop"))
+        error.args = (str(error).replace("the station 'relign_loop'", "a machine in your own loop"),)
+        outcome["error"] = error
     finally:
         with contextlib.suppress(OSError):
             ends.send_bytes(b"ended")  # a forked process keeps the pipe open

@@ -209,9 +209,10 @@ def aiming_table():
     for name, methods in third_classes():
         usual, aimed = ({row["instance"]: is_in_spec(row) for row in methods[method]}
                         for method in ("field-focus with limits", "the same, aiming off"))  # fmt: skip
-        gains, batches = [aimed[module] - usual[module] for module in usual], {}
+        gains, batches = [], {}
         for module in usual:
-            batches.setdefault(int(module) // BATCH, []).append(aimed[module] - usual[module])
+            gains.append(aimed[module] - usual[module])
+            batches.setdefault(int(module) // BATCH, []).append(gains[-1])
         draw = random.Random(1)
         drawn = []
         for _ in range(10_000):

@@ -137,8 +137,6 @@ struct Catalog::Found {
   const Preset* preset = nullptr;
   std::string id;
   fs::path document;  // empty: none
-
-  std::int64_t version() const { return preset ? preset->version : plugin->version; }
 };
 
 std::shared_ptr<const Manifest> Catalog::add(const fs::path& plugin) { return add_plugin(plugin); }
@@ -247,7 +245,8 @@ Catalog::Found Catalog::find(Kind kind, const std::string& id_or_path, const fs:
   if (!names_a_path) {
     const std::size_t at = id_or_path.find('@');  // "ID@VERSION"
     if (Found found = find_name(kind, id_or_path.substr(0, at)); found.plugin) {
-      if (at != std::string::npos) require_version(found.id, found.version(), id_or_path.substr(at + 1));
+      if (at != std::string::npos)
+        require_version(found.id, found.plugin->version_of(found.preset), id_or_path.substr(at + 1));
       return found;
     }
   }
@@ -325,7 +324,7 @@ Choice Catalog::choose(const Found& found, const Json& given, const fs::path& re
   }
   if (problems.size() != problems_before) return {};
   Json identity = {{"kind", kind_name(plugin.kind)}, {"parameters", effective.identity}, {"plugin", plugin.id}};
-  if (found.version() > 1) identity["version"] = found.version();
+  if (const std::int64_t version = plugin.version_of(found.preset); version > 1) identity["version"] = version;
   return {found.plugin, found.id, effective.values, canonical_json(identity), std::move(algorithms)};
 }
 

@@ -90,7 +90,9 @@ struct Manifest {
 
   const Parameter* parameter(const std::string& name) const;  // null when there is none
   const Preset* preset(const std::string& id) const;          // `-` equals `_`
-  std::uint32_t observed_bits() const;                        // RELIGN_OBSERVES_*
+  // Of the preset, or with null of the plugin itself.
+  std::int64_t version_of(const Preset* preset) const { return preset ? preset->version : version; }
+  std::uint32_t observed_bits() const;  // RELIGN_OBSERVES_*
 };
 
 // Reads and checks a manifest file. Throws Error(plugin_rejected) that lists every mistake.
