@@ -40,7 +40,8 @@ double sum_of_numbers(const Json& value) {
 }
 
 struct Lens {
-  double blur;  // of its offsets
+  double blur;                         // of its offsets
+  std::vector<float> last_image = {};  // of capture and noise_free
 };
 
 }  // namespace
@@ -59,6 +60,14 @@ struct FakeServices::State {
   std::string draw(std::uint64_t number) const;
   relign_status walk(relign_text parameter, relign_text parameters_json, std::uint32_t most_steps,
                      relign_run_outcome* outcome);
+  std::list<Lens>::iterator find(relign_model_lens* lens) {
+    return std::find_if(lenses.begin(), lenses.end(),
+                        [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
+  }
+  void keep(relign_model_lens* lens, const float* pixels) {
+    find(lens)->last_image.assign(pixels, pixels + std::size_t{kPictureSide} * kPictureSide);
+  }
+  relign_status check(relign_model_lens* lens, const double* true_pose, std::uint32_t axes);
   relign_status picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, float* pixels,
                         double more_blur = 0);
   relign_status slopes(relign_model_lens* lens, const double* true_pose, std::uint32_t axes, std::uint32_t elements,
@@ -216,12 +225,17 @@ bool offer(State& state, relign_model_service& table) {
       Random random(seed, 2);
       for (std::size_t i = 0; status == RELIGN_OK && i < std::size_t{kPictureSide} * kPictureSide; ++i)
         pixels[i] += static_cast<float>(0.01 * random.normal());
+      if (status == RELIGN_OK) now.keep(lens, pixels);
       return status;
     });
   };
   table.noise_free = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
                         float* pixels) {
-    return answer(context, [&](State& now) { return now.picture(lens, true_pose, axes, pixels); });
+    return answer(context, [&](State& now) {
+      const relign_status status = now.picture(lens, true_pose, axes, pixels);
+      if (status == RELIGN_OK) now.keep(lens, pixels);
+      return status;
+    });
   };
   table.slopes = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes, std::uint64_t,
                     std::uint32_t samples, const std::uint32_t* elements, std::uint32_t count, float* pixels) {
@@ -233,10 +247,31 @@ bool offer(State& state, relign_model_service& table) {
       return now.slopes(lens, true_pose, axes, count, pixels);
     });
   };
+  table.fields = [](void* context, relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                    relign_text arguments_json, relign_model_fields*) {
+    return answer(context, [&](State& now) -> relign_status {
+      if (const relign_status status = now.check(lens, true_pose, axes); status != RELIGN_OK) return status;
+      trials::cycles_per_pixel_of(now.scene, text_of(arguments_json));
+      now.why = "the scene measures no MTF of its fields";
+      return RELIGN_UNSUPPORTED;
+    });
+  };
+  table.measure = [](void* context, relign_model_lens* lens, relign_text name, relign_text arguments_json,
+                     double* value) {
+    return answer(context, [&](State& now) -> relign_status {
+      const auto found = now.find(lens);
+      if (found == now.lenses.end() || found->last_image.empty())
+        return now.refuse(found == now.lenses.end() ? "this lens is not mounted" : "no image was made of this lens");
+      if (!value) return now.refuse("'value' is null");
+      const relign_image& wanted = now.reference();
+      *value = trials::measure({found->last_image.data(), kPictureSide, kPictureSide}, view_of(wanted), now.scene,
+                               text_of(name), text_of(arguments_json));
+      return RELIGN_OK;
+    });
+  };
   table.unmount = [](void* context, relign_model_lens* lens) {
     return answer(context, [&](State& now) -> relign_status {
-      const auto found = std::find_if(now.lenses.begin(), now.lenses.end(),
-                                      [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
+      const auto found = now.find(lens);
       if (found == now.lenses.end()) return now.refuse("this lens is not mounted");
       now.lenses.erase(found);
       return RELIGN_OK;
@@ -353,16 +388,19 @@ relign_status FakeServices::State::walk(relign_text parameter, relign_text param
   return RELIGN_OK;
 }
 
-relign_status FakeServices::State::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
-                                           float* pixels, double more_blur) {
-  const auto found = std::find_if(lenses.begin(), lenses.end(),
-                                  [&](const Lens& known) { return static_cast<const void*>(&known) == lens; });
-  if (found == lenses.end()) return refuse("this lens is not mounted");
+relign_status FakeServices::State::check(relign_model_lens* lens, const double* true_pose, std::uint32_t axes) {
+  if (find(lens) == lenses.end()) return refuse("this lens is not mounted");
   if (!true_pose || axes != trial.setup.axes ||
       !std::all_of(true_pose, true_pose + axes, [](double value) { return std::isfinite(value); }))
     return refuse("invalid pose; expected one finite number per axis");
+  return RELIGN_OK;
+}
+
+relign_status FakeServices::State::picture(relign_model_lens* lens, const double* true_pose, std::uint32_t axes,
+                                           float* pixels, double more_blur) {
+  if (const relign_status status = check(lens, true_pose, axes); status != RELIGN_OK) return status;
   if (!pixels) return refuse("'pixels' is null");
-  double blur = found->blur + more_blur;
+  double blur = find(lens)->blur + more_blur;
   for (std::uint32_t axis = 0; axis < axes; ++axis) blur += (true_pose[axis] - 0.5) * (true_pose[axis] - 0.5);
   paint_edge(blur, pixels);
   return RELIGN_OK;

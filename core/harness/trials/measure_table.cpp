@@ -235,7 +235,7 @@ double measure(const images::View& image, const images::View& reference, const S
   throw Error(ErrorKind::bad_input, "unknown measure '" + name + "'" + suggestion(name, names));
 }
 
-FieldMeasures::FieldMeasures(const images::View& image, const SceneFacts& scene, const std::string& arguments_json) {
+double cycles_per_pixel_of(const SceneFacts& scene, const std::string& arguments_json) {
   const JsonSource source = JsonSource::from_text(arguments_json.empty() ? "{}" : arguments_json, "fields");
   std::vector<Problem> problems;
   ObjectReader arguments(source, "", problems);
@@ -244,6 +244,11 @@ FieldMeasures::FieldMeasures(const images::View& image, const SceneFacts& scene,
   const double cycles_per_pixel = frequency_of(scene, arguments);
   arguments.reject_unknown();
   throw_if_any(problems);
+  return cycles_per_pixel;
+}
+
+FieldMeasures::FieldMeasures(const images::View& image, const SceneFacts& scene, const std::string& arguments_json) {
+  const double cycles_per_pixel = cycles_per_pixel_of(scene, arguments_json);
   const images::FieldEdges edges(image, scene.fields);
   for (std::size_t i = 0; i < scene.fields.size(); ++i) {
     names_.push_back({scene.fields[i].name.data(), scene.fields[i].name.size()});

@@ -21,6 +21,10 @@ Json list_measures();
 double measure(const images::View& image, const images::View& reference, const SceneFacts& scene,
                const std::string& name, const std::string& arguments_json);
 
+// The frequency of {"cycles_per_pixel": ...} or {"lp_per_mm": ...}, for the fields of a scene. Throws Error(bad_input)
+// for other arguments and for a scene without fields.
+double cycles_per_pixel_of(const SceneFacts& scene, const std::string& arguments_json);
+
 // All fields of an image at once.
 class FieldMeasures {
  public:

@@ -87,6 +87,16 @@ typedef struct relign_prior_service {
 #define RELIGN_SERVICE_MODEL "relign.model/1"
 typedef struct relign_model_lens relign_model_lens;
 
+/* Arrays with `count` values, valid until the next call of `fields`. */
+typedef struct relign_model_fields {
+  uint32_t struct_size;
+  uint32_t count;
+  const double* x_px; /* place of the field's point, from the middle of the first column; NaN without light */
+  const double* y_px; /* from the middle of the top row */
+  const double* tangential; /* MTF of the lens alone, without pixels; 0 without light */
+  const double* sagittal; /* MTF of the lens alone, without pixels */
+} relign_model_fields;
+
 typedef struct relign_model_service {
   uint32_t struct_size;
   uint32_t reserved;
@@ -114,6 +124,17 @@ typedef struct relign_model_service {
    * twice. RELIGN_FAILED: the scene failed. RELIGN_STOP. [run-thread] */
   relign_status (*slopes)(void* context, relign_model_lens* lens, const double* pose, uint32_t axes, uint64_t seed,
       uint32_t samples, const uint32_t* elements, uint32_t count, float* pixels);
+  /* Where this lens images the fields, and how sharply, from rays, without noise. They have the order of the scene's
+   * "fields". arguments: {"cycles_per_pixel": 0.1} or {"lp_per_mm": 50}. RELIGN_UNSUPPORTED: the scene does not offer
+   * it. RELIGN_BAD_ARGUMENT: no such lens, an invalid pose, other arguments, or a scene without fields. RELIGN_FAILED:
+   * the scene failed. RELIGN_STOP. [run-thread] */
+  relign_status (*fields)(void* context, relign_model_lens* lens, const double* pose, uint32_t axes, relign_text
+      arguments_json, relign_model_fields* fields);
+  /* One measure of the last image that capture or noise_free made of this lens, as relign.measures/1 has them for
+   * captures of the trial. RELIGN_BAD_ARGUMENT: no such lens, no image of it, an unknown measure, or arguments that it
+   * does not take. RELIGN_STOP. [run-thread] */
+  relign_status (*measure)(void* context, relign_model_lens* lens, relign_text name, relign_text arguments_json, double*
+      value);
   /* Frees the lens. RELIGN_BAD_ARGUMENT: no such lens. [run-thread] */
   relign_status (*unmount)(void* context, relign_model_lens* lens);
 } relign_model_service;

@@ -37,6 +37,12 @@ struct Observation {
   const relign_image* image_ = nullptr;
 };
 
+// One field of a lens in the model. A place is NaN, and MTF 0, where no light arrives.
+struct ModelField {
+  double x_px, y_px;            // from the middle of the first column and of the top row
+  double tangential, sagittal;  // MTF of the lens alone
+};
+
 // "relign.model/1": a simulator of the scene's design, with offsets and seeds of one's own.
 class Model : public border::Service<relign_model_service> {
  public:
@@ -98,6 +104,26 @@ class Model::Lens {
                      "model.slopes"))
       return std::nullopt;
     return pixels;
+  }
+  // Where this lens images the fields of the scene, in their order, and how sharply, from rays. arguments_json:
+  // R"({"cycles_per_pixel": 0.1})" or {"lp_per_mm": 50}. Nothing when the scene does not offer it.
+  std::optional<std::vector<ModelField>> fields(const Pose& true_pose, std::string_view arguments_json) const {
+    auto found = Model::empty<relign_model_fields>();
+    if (!model_.done(model_.table_->fields(model_.table_->context, lens_, true_pose.data(), count_of(true_pose),
+                                           to_text(arguments_json), &found),
+                     "model.fields"))
+      return std::nullopt;
+    std::vector<ModelField> rows;
+    for (std::uint32_t i = 0; i < found.count; ++i)
+      rows.push_back({found.x_px[i], found.y_px[i], found.tangential[i], found.sagittal[i]});
+    return rows;
+  }
+  // One measure of the last image that capture or noise_free made of this lens, as Measures::measure of a capture.
+  double measure(std::string_view name, std::string_view arguments_json = {}) const {
+    double value = 0;
+    model_.check(model_.table_->measure(model_.table_->context, lens_, to_text(name), to_text(arguments_json), &value),
+                 "model.measure");
+    return value;
   }
 
  private:

@@ -7,7 +7,7 @@ import os
 
 from .images import SharedImage
 from .pixels import write_all
-from .service import Service, TrialWithServices
+from .service import Service, TrialWithServices, number_or_nan, rows
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -118,6 +118,25 @@ class Lens:
         return self._image("slopes", pose, 1 + len(pose) + 5 * len(chosen), seed=operator.index(seed),
                            samples=operator.index(samples), elements=chosen)
 
+    def fields(self, pose: Iterable[float], arguments: dict[str, Any]) -> Sequence[dict[str, Any]] | None:
+        """Where this lens images the fields of the scene, in their order, and how sharply, from rays; None: not offered.
+
+        Args:
+            pose: The true pose.
+            arguments: {"cycles_per_pixel": 0.1} or {"lp_per_mm": 50}.
+
+        Returns:
+            For each field {"x_px", "y_px", "tangential", "sagittal"}: the place of its point, from the middle of the first
+            column and of the top row, NaN without light; MTF of the lens alone, without pixels.
+        """
+        answer = self._ask("fields", pose=self._model._trial._finite(pose), arguments=dict(arguments))
+        return None if answer["message"] == "unsupported" else rows(self._model._trial._offered(answer)["fields"])
+
+    def measure(self, name: str, arguments: dict[str, Any] | None = None) -> float:
+        """One measure of the last image that `capture` or `noise_free` made of this lens, as `Measures.measure`."""
+        answer = self._ask("measure", name=name, arguments=dict(arguments or {}))
+        return number_or_nan(self._model._trial._offered(answer)["value"])
+
     def unmount(self) -> None:
         """Frees the lens; a second call has no effect."""
         if self._number is not None:
@@ -130,12 +149,14 @@ class Lens:
     def __exit__(self, *_: object) -> None:
         self.unmount()
 
-    def _image(self, call: str, pose: Iterable[float], images: int | None = None, **arguments: Any) -> Any:
+    def _ask(self, call: str, **arguments: Any) -> Any:
         if self._number is None:
             raise ValueError("this lens is no longer mounted")
+        return self._model._trial._answer(self._model.ID, call, lens=self._number, **arguments)
+
+    def _image(self, call: str, pose: Iterable[float], images: int | None = None, **arguments: Any) -> Any:
         model = self._model
-        pose = model._trial._finite(pose)
-        answer = model._trial._answer(model.ID, call, lens=self._number, pose=pose, **arguments)
+        answer = self._ask(call, pose=model._trial._finite(pose), **arguments)
         if call != "capture" and answer["message"] == "unsupported":
             return None
         place = model._trial._offered(answer)["pixels"]

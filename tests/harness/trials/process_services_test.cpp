@@ -70,6 +70,7 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
       ["select", [[1, 0, 2, 1], [0, 1, 1, 1]]], ["select", [[1, 0, 2, 1]]],
       ["model", {}, [0.5, 0.5, 0.5], 18446744073709551615],
       ["model", {"L1": {"shift_mm": [0.1, 0, 0]}}, [0.1234567890123, 0.5, 0.5], 1],
+      ["lens", [0.5, 0.5, 0.75], 3, "mean", {"lp_per_mm": 50}],
       ["slopes", [0.25, 0.5, 0.75], 3, 4, [1, 0]], ["slopes", [0.25, 0.5, 0.75], 3, 4, []], ["keep_lens"],
       ["step", [0.4, 0.58, 0.5]], ["measure", "mean"],
       ["run", "then", 3, {"script": [["first"], ["step", 0.42, 0.58, 0.5], ["recommend", 0.1, 0.2, 0.3],
@@ -89,6 +90,7 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
     trial->level = std::make_unique<plugin_host::NoiseLevel>(
         fake(plugin_host::Kind::noise_level, "fake_level", {{"batches", true}}), trial->services);
     trial->instance.perturbations.batch = ModuleBatch{5, {0, 0.01, 0}, {0.001, 0.001, 0}};
+    trial->facts.pitch_um = 5;
     trial->facts.fields = {{"left", images::Mark{1, 1, 16}, images::Region{0, 0, 1, 2}, {}},
                            {"right", {}, {}, images::Region{2, 0, 1, 2}}};
   }
@@ -99,6 +101,8 @@ TEST_F(ProcessServices, MatchTheLibraryAnswers) {
   EXPECT_THAT(library.logged("refused"), IsEmpty());
   EXPECT_THAT(library.logged("run"), SizeIs(4));
   EXPECT_THAT(library.logged("model"), SizeIs(2));
+  ASSERT_THAT(library.answer("lens"), SizeIs(2));
+  EXPECT_THAT(library.answer("lens")[1], SizeIs(2)) << "a row for each field";
   ASSERT_THAT(library.answer("slopes"), SizeIs(1 + 3 + 2 * 5));
   EXPECT_EQ(library.answer("slopes")[3], Json({0.75, 4.75}));
   EXPECT_EQ(library.answer("slopes")[4], Json({20, 24})) << "the second element first, as asked";
@@ -113,17 +117,31 @@ TEST_F(ProcessServices, RejectWithTheSameMessages) {
       ["model", {}, [0.5, 0.5, 0.5], -1], ["model", [1], [0.5, 0.5, 0.5], 1],
       ["slopes", [0.5, 0.5, 0.5], 1, 0, []], ["slopes", [0.5, 0.5, 0.5], 1, 1, [2]],
       ["slopes", [0.5, 0.5, 0.5], 1, 1, [0, 0]], ["slopes", [0.5, 0.5, 0.5], 1, 1, [-1]],
-      ["slopes", [0.5, 0.5], 1, 1, []], ["run", "than", 1], ["run", "then", 0], ["run", "then", 1, {"scrpt": []}], ["run", "then", -1],
+      ["slopes", [0.5, 0.5], 1, 1, []], ["lens", [0.5, 0.5, 0.5], -1, "mean", {}],
+      ["lens", [0.5, 0.5, 0.5], 1, "menu", {}], ["run", "than", 1], ["run", "then", 0], ["run", "then", 1, {"scrpt": []}], ["run", "then", -1],
       ["run", "then", 2, {"script": [["step", 0.5, 0.5, 0.5], ["fail"]]}], ["step", [0.6, 0.5, 0.5]]])");
   ServiceTrial trial(kPython, {{"script", script}});
   const TrialResult result = trial.run();
   EXPECT_EQ(result.end, End::finished) << result.message;
   EXPECT_THAT(result.steps, SizeIs(3));
-  const char* const words[] = {
-      "'sharpness'", "no element 'L9'", "3 columns",       "non-negative integers", "integer 'seed'",
-      "object",      "1 sample",        "numbers below 2", "different elements",    "'elements'",
-      "3 values",    "'then'",          "at least 1 step", "no parameter 'scrpt'",  "integer 'steps'",
-      "out of ideas"};
+  const char* const words[] = {"'sharpness'",
+                               "no element 'L9'",
+                               "3 columns",
+                               "non-negative integers",
+                               "integer 'seed'",
+                               "object",
+                               "1 sample",
+                               "numbers below 2",
+                               "different elements",
+                               "'elements'",
+                               "3 values",
+                               "no image was made",
+                               "'mean'",
+                               "'then'",
+                               "at least 1 step",
+                               "no parameter 'scrpt'",
+                               "integer 'steps'",
+                               "out of ideas"};
   ASSERT_THAT(trial.logged("refused"), SizeIs(std::size(words)));
   for (std::size_t i = 0; i < std::size(words); ++i) EXPECT_THAT(trial.refusal(i), HasSubstr(words[i]));
 }

@@ -8,6 +8,7 @@
 //   history [BACK]                     logs the measured shifts of all earlier modules, or of one
 //   run PARAMETER STEPS [PARAMETERS]   logs the outcome
 //   model OFFSETS POSE SEED            logs the first pixel of a capture, and of a noise-free one
+//   lens POSE SEED NAME ARGUMENTS      logs a measure of a capture in the model, and the lens's fields
 //   slopes POSE SEED SAMPLES ELEMENTS   logs the first and the last pixel of each image
 //   model_nap MS                       captures in the model for that long
 //   keep_lens                          keeps a mounted lens beyond run
@@ -98,6 +99,17 @@ class ServiceUser final : public relign::Optimizer {
       const auto noisy = lens.capture(pose, action.at(3).get<std::uint64_t>());
       const auto clean = lens.noise_free(pose);
       log(verb, {noisy.size(), noisy.front(), clean ? Json(clean->front()) : Json(nullptr)});
+    } else if (verb == "lens") {
+      const relign::ModelLens lens = trial.model().mount("{}");
+      const relign::Pose pose = action.at(1);
+      if (action.at(2) >= 0) lens.capture(pose, action.at(2).get<std::uint64_t>());
+      const double value = lens.measure(action.at(3).get<std::string>());
+      const auto fields = lens.fields(pose, action.at(4).dump());
+      Json seen = Json::array();
+      if (fields)
+        for (const relign::ModelField& field : *fields)
+          seen.push_back({field.x_px, field.y_px, field.tangential, field.sagittal});
+      log(verb, {value, fields ? seen : Json(nullptr)});
     } else if (verb == "slopes") {
       const relign::ModelLens lens = trial.model().mount("{}");
       const auto images =

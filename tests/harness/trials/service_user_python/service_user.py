@@ -71,6 +71,14 @@ class ServiceUser(Optimizer):
         height, width = noisy.shape
         log("model", [height * width, float(noisy[0, 0]), None if clean is None else float(clean[0, 0])])
 
+    def on_lens(self, trial, pose, seed, name, arguments):
+        with trial.model().mount() as lens:
+            if seed >= 0:
+                lens.capture(pose, seed)
+            value, fields = lens.measure(name), lens.fields(pose, arguments)
+        columns = ("x_px", "y_px", "tangential", "sagittal")
+        log("lens", [value, fields and [[field[name] for name in columns] for field in fields]])
+
     def on_slopes(self, trial, pose, seed, samples, elements):
         with trial.model().mount() as lens:
             images = lens.slopes(pose, seed, samples, elements)
