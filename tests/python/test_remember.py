@@ -10,9 +10,10 @@ import unittest
 from support import Folder, failure, np, relign_bench
 
 try:
+    import onnx  # noqa: F401
     import torch
 except ImportError as problem:
-    raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
+    raise unittest.SkipTest(f"{problem}: training needs torch and onnx, from the Python index") from None
 
 from relign_bench.conventions import to_bytes
 from relign_bench.training.episodes import Episode, Pool, probed, searching

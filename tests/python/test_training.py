@@ -14,9 +14,10 @@ import unittest
 from support import Folder, failure, np
 
 try:
+    import onnx  # noqa: F401
     import torch
 except ImportError as problem:
-    raise unittest.SkipTest(f"{problem}: training needs torch, from the Python index") from None
+    raise unittest.SkipTest(f"{problem}: training needs torch and onnx, from the Python index") from None
 
 from relign_bench.training import cli, policy
 from relign_bench.training.adapt import Recipe as AdaptRecipe
