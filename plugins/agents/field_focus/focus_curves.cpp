@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace field_focus {
 namespace {
@@ -16,6 +17,12 @@ constexpr double kFloor = 0.05;      // root of the weight that samples far from
 constexpr double kDimmest = 0.2;  // MTF
 constexpr double kNoise = 0.0125, kRest = 0.01;
 constexpr double kFar = 0.02;  // times the cube of the distance in reaches
+
+// Of curves like the design's: standard deviations of the factor's logarithm, of the shift of one pass in reaches, and
+// of the coefficients from the second power on.
+constexpr double kLikeDesign[] = {0.3, 1.5, 0.05, 0.03, 0.015};
+constexpr double kFarthest = 2.3;  // reaches from the best focus: farther samples may be of reversed contrast
+constexpr int kPasses = 4;
 
 // Normal equations of log m = p0 + p1 s + p2 s^2, s = (zeta - middle) / reach.
 struct Parabola {
@@ -49,6 +56,12 @@ std::optional<Curve> solve(const Parabola& sums, double reach) {
   if (!p.allFinite() || !(p[2] < 0)) return std::nullopt;
   const double vertex = -0.5 * p[1] / p[2];
   return Curve{p[0] + 0.5 * p[1] * vertex, sums.middle + reach * vertex, reach * std::sqrt(-0.5 / p[2])};
+}
+
+// Of log MTF, of a sample `away` reaches from the middle.
+double variance_of(const Sample& sample, double away) {
+  const double far = kFar * away * away * away;
+  return std::pow(kNoise / sample.mtf, 2) + kRest * kRest + far * far + sample.doubt * sample.doubt;
 }
 
 }  // namespace
@@ -95,9 +108,7 @@ int fit_near(std::vector<Channel>& channels, const Focus& pose, double reach) {
     for (const Sample& sample : channel.samples) {
       const double zeta = channel.defocus(sample.pose), away = std::fabs(zeta - curve.middle) / reach;
       if (!(sample.mtf > kDimmest)) continue;
-      const double far = kFar * away * away * away;
-      const double variance =
-          std::pow(kNoise / sample.mtf, 2) + kRest * kRest + far * far + sample.doubt * sample.doubt;
+      const double variance = variance_of(sample, away);
       const Powers row = curve.powers(zeta);
       squares += row * row.transpose() / variance;
       right += std::log(sample.mtf) / variance * row;
@@ -109,6 +120,49 @@ int fit_near(std::vector<Channel>& channels, const Focus& pose, double reach) {
     ++fitted;
   }
   return fitted;
+}
+
+DesignCurve::DesignCurve(double first, double stride, std::vector<double> log_mtf)
+    : first_(first), stride_(stride), values_(std::move(log_mtf)) {
+  const auto highest = std::max_element(values_.begin() + 1, values_.end() - 1);
+  const double bend = *(highest - 1) - 2 * *highest + *(highest + 1);
+  const double share = bend < 0 ? std::clamp(0.5 * (*(highest - 1) - *(highest + 1)) / bend, -0.5, 0.5) : 0;
+  best_ = first_ + stride_ * (static_cast<double>(highest - values_.begin()) + share);
+}
+
+double DesignCurve::at(double away) const {
+  const auto last = static_cast<double>(values_.size() - 1);
+  const double place = std::clamp((best_ + away - first_) / stride_, 0.0, last);
+  const auto left = static_cast<std::size_t>(std::clamp(std::floor(place), 1.0, last - 2));
+  const double t = place - static_cast<double>(left);
+  const double* p = values_.data() + left;
+  // The cubic through two values on either side.
+  return -t * (t - 1) * (t - 2) / 6 * p[-1] + (t + 1) * (t - 1) * (t - 2) / 2 * p[0] -
+         (t + 1) * t * (t - 2) / 2 * p[1] + (t + 1) * t * (t - 1) / 6 * p[2];
+}
+
+void fit_by_design(std::vector<Channel>& channels, const std::vector<DesignCurve>& design, const Focus& pose,
+                   double reach) {
+  using Powers = NearCurve::Powers;
+  const Powers prior = Eigen::Map<const Powers>(kLikeDesign).cwiseInverse().cwiseAbs2();
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    Channel& channel = channels[i];
+    channel.curve = {0, channel.defocus(pose) + design[i].best(), reach};
+    for (int pass = 0; pass < kPasses; ++pass) {
+      Eigen::Matrix<double, 5, 5> squares = prior.asDiagonal();
+      Powers right = Powers::Zero();
+      for (const Sample& sample : channel.samples) {
+        const double away = channel.defocus(sample.pose) - channel.curve->centre, s = away / reach;
+        if (!(sample.mtf > kDimmest) || std::fabs(s) > kFarthest) continue;
+        const double variance = variance_of(sample, std::fabs(s));
+        const Powers row = (Powers() << 1, -design[i].slope(away) * reach, s * s, s * s * s, s * s * s * s).finished();
+        squares += row * row.transpose() / variance;
+        right += (std::log(sample.mtf) - design[i].at(away)) / variance * row;
+      }
+      // The polynomial has no linear term, so that it does not move the best focus.
+      channel.curve->centre += reach * squares.ldlt().solve(right)[1];
+    }
+  }
 }
 
 Focus plane_of_best_focus(const std::vector<Channel>& channels) {

@@ -37,6 +37,21 @@ struct NearCurve {
   double at(double zeta) const { return std::exp(coefficients.dot(powers(zeta))); }
 };
 
+// log MTF of the designed lens through focus, one direction of one field: a table about its best focus.
+class DesignCurve {
+ public:
+  // Values at first, first + stride, ...; the best focus is between the second and the last but one.
+  DesignCurve(double first, double stride, std::vector<double> log_mtf);
+  double best() const { return best_; }
+  DesignCurve above(double height) const { return {first_ + height, stride_, values_}; }  // raised by this
+  double at(double away) const;  // from the best focus; beyond the table its end
+  double slope(double away) const { return (at(away + 0.25 * stride_) - at(away - 0.25 * stride_)) / (0.5 * stride_); }
+
+ private:
+  double first_, stride_, best_;
+  std::vector<double> values_;
+};
+
 // One direction of one field.
 struct Channel {
   Eigen::Vector2d slope;  // of the field's best z over the tilts
@@ -57,6 +72,12 @@ int fit(std::vector<Channel>& channels, double reach);
 // look like. Lenses with tolerances have no common shape of a whole curve, but any is a polynomial near a defocus.
 // Channels with fewer than two samples get none. Returns the number of fitted curves.
 int fit_near(std::vector<Channel>& channels, const Focus& pose, double reach);
+
+// Fits all curves as the design's, shifted, with a factor and a polynomial of small coefficients besides: the most
+// probable ones by samples with noise. Their centres start from those that the design would have at `pose`, which a
+// channel without samples keeps. Zero is the design's plane of best focus.
+void fit_by_design(std::vector<Channel>& channels, const std::vector<DesignCurve>& design, const Focus& pose,
+                   double reach);
 
 // The plane through the best foci of all curves by least squares.
 Focus plane_of_best_focus(const std::vector<Channel>& channels);
