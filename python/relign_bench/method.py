@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import pathlib
+import queue
 import shutil
 import socket
 import tempfile
@@ -91,7 +92,7 @@ class Method:
         self.best: tuple[dict[str, float], float] | None = None
         self.recommended: dict[str, float] | None = None
         self.end: str | None = None
-        self._pending: dict[str, float] | None = None
+        self._asked: tuple[int, dict[str, float]] | None = None  # number of the pose, and the pose
         self._process, self._lock = os.getpid(), threading.RLock()
         set_up = {"shape": self._goal.shape, "range": (reach / self._travel[:, None]).tolist(),
                   "axes": [[name, travel] for name, travel in zip(self._names, self._travel.tolist())]}
@@ -106,13 +107,9 @@ class Method:
         """
         raise TypeError("a Method cannot be copied or pickled; make a new one")
 
-    @contextlib.contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Keeps other threads out."""
+    def _require_own_process(self) -> None:
         if self._process != os.getpid():
             raise RuntimeError("a Method cannot be used in another process than its own; make a new one there")
-        with self._lock:
-            yield
 
     def ask(self) -> dict[str, float] | None:
         """The next pose to measure, by name of the axis; the same one until `tell` has its value. None at the end.
@@ -120,14 +117,15 @@ class Method:
         Raises:
             RuntimeError: The method failed, and the message is its own, or it was made in another process.
         """
-        with self._alone():
-            if self._pending is None and self.end is None:
+        self._require_own_process()
+        with self._lock:
+            if not self.waits and self.end is None:
                 shares = self._trial.next_pose()
                 if shares is None:
                     self._finish()
                 else:
-                    self._pending = self._pose(shares)
-            return None if self._pending is None else dict(self._pending)
+                    self._asked = self._trial.answered, self._pose(shares)
+            return dict(self._asked[1]) if self._asked is not None and self.waits else None
 
     def tell(self, measured: float | npt.ArrayLike, seconds: float = 0.0) -> None:
         """The value measured at the pose of the latest `ask`.
@@ -140,12 +138,13 @@ class Method:
             ValueError: It is not a finite number, below the goal, or has another shape. The pose still waits for its value.
             RuntimeError: No pose waits for its value, or the method was made in another process.
         """
-        with self._alone():
+        self._require_own_process()
+        with self._lock:
             self._tell(measured, seconds)
 
     def _tell(self, measured: float | npt.ArrayLike, seconds: float) -> None:
         wanted = "a number" if self._scalar else f"an image of shape {self._goal.shape}"
-        if self._pending is None:
+        if self._asked is None or not self.waits:
             raise RuntimeError("no pose waits for a value: call ask() before tell()")
         with np.errstate(over="ignore"):  # an infinite value is refused below
             numbers = _numbers(measured, f"a measurement must be {wanted}")
@@ -163,21 +162,20 @@ class Method:
                              "measured, noise included")
         value = numbers.item() if self._scalar else float(np.sqrt(np.mean((pixels.astype(np.float64) - self._goal) ** 2)))
         if self.best is None or value < self.best[1]:
-            self.best = (self._pending, value)
-        self._pending = None
-        self._trial.answer(pixels, float(seconds))
+            self.best = (self._asked[1], value)
+        self._trial.answer(pixels.tobytes(), float(seconds))
 
     @property
     def waits(self) -> bool:
-        """Whether a pose was asked for that has no value yet."""
-        return self._pending is not None
+        """Whether a pose was asked for that has no value yet. An interrupted `tell` (Ctrl-C) leaves it or ends it."""
+        return self._asked is not None and self._asked[0] == self._trial.answered
 
     def close(self) -> None:
         """Ends the method early, once an `ask` of another thread has its pose. Of no effect in another process."""
         if self._process == os.getpid():
             with self._lock:
+                self._asked, self.end = None, self.end or "closed"
                 self._trial.close()
-                self._pending, self.end = None, self.end or "closed"
 
     def __enter__(self) -> Method:
         return self
@@ -187,10 +185,11 @@ class Method:
 
     def _finish(self) -> None:
         trial = self._trial.record()
+        if trial.ended_well:
+            self.recommended = self._pose(trial.steps[-1]["recommended_pose"])
         self.end = trial.end
         if not trial.ended_well:
             raise RuntimeError(f"the method failed: {trial.message or trial.end}")
-        self.recommended = self._pose(trial.steps[-1]["recommended_pose"])
 
     def _pose(self, shares: Sequence[float]) -> dict[str, float]:
         pose = self._start + np.asarray(shares) * self._travel
@@ -253,7 +252,7 @@ def _start_pose(names: list[str], bounds: Float64Array, start: Mapping[str, floa
 
 
 class _Trial:
-    """The trial in a thread of its own, and the connection to its station.
+    """The trial in a thread of its own, and the messages with its station.
 
     Raises:
         ValueError: The algorithm or its parameters are not valid.
@@ -267,35 +266,35 @@ class _Trial:
         ended, ends = Pipe(duplex=False)
         arguments = (address, algorithm, steps, seed, parameters, self._outcome, ends)
         thread = threading.Thread(target=_run, args=arguments, daemon=True)
-        connections = [ended]
-        self.close = weakref.finalize(self, _close, connections, thread, folder, os.getpid())
+        self._messages = _Messages()
+        self.close = weakref.finalize(self, _close, self._messages, thread, folder, os.getpid())
+        connection = None
         with socket.socket(socket.AF_UNIX) as server:
             server.bind(address)
             server.listen()
             thread.start()
             if server in wait([server, ended]):
-                accepted, _ = server.accept()
-                connections.append(Connection(accepted.detach()))
-        self._connections = connections
-        if len(connections) == 2:
-            connections[1].send_bytes(json.dumps(set_up).encode())
-            connections[1].send_bytes(goal.tobytes())
-        self._next = self._receive()
+                connection = self._messages.accept(server)
+                connection.send_bytes(json.dumps(set_up).encode())
+                connection.send_bytes(goal.tobytes())
+        threading.Thread(target=self._messages.run, args=(connection, ended), daemon=True).start()
+        self.next_pose()
+
+    @property
+    def answered(self) -> int:
+        """Poses that have their values."""
+        return len(self._messages.answers)
 
     def next_pose(self) -> list[float] | None:
-        """Shares of the travel from the start; None when the trial has ended."""
-        if self._next is None:
-            self._next = self._receive()
-        return self._next
+        """Shares of the travel from the start; the same until `answer`. None when the trial has ended."""
+        pose = self._messages.next_pose()
+        if pose is None and "error" in self._outcome:
+            raise self._outcome["error"]
+        return pose
 
-    def answer(self, pixels: Any, seconds: float) -> None:
+    def answer(self, pixels: bytes, seconds: float) -> None:
         """What was captured at the next pose."""
-        self._next = None
-        try:
-            self._connections[1].send_bytes(json.dumps(seconds).encode())
-            self._connections[1].send_bytes(pixels.tobytes())
-        except OSError:  # the station is gone; the next `ask` says why
-            pass
+        self._messages.answer(json.dumps(seconds).encode(), pixels)
 
     def record(self) -> Trial:
         """The trial that has ended."""
@@ -303,16 +302,68 @@ class _Trial:
             raise RuntimeError("the method was closed")
         return trial_of(self._outcome["lines"])
 
-    def _receive(self) -> list[float] | None:
-        if self._connections[1:] and self._connections[1] in wait(self._connections):
-            try:
-                return json.loads(self._connections[1].recv_bytes())
-            except (EOFError, OSError):  # the station has ended, and so will the trial
-                pass
-        wait(self._connections[:1])
-        if "error" in self._outcome:
-            raise self._outcome["error"]
-        return None
+
+class _Messages:
+    """The messages with the station, in a thread that Ctrl-C cannot interrupt, since that reaches the main thread only.
+
+    Others read `poses` and append to `answers`: an interrupt finds an answer given or not given.
+    """
+
+    def __init__(self) -> None:
+        self.poses: list[list[float]] = []
+        self.answers: list[tuple[bytes, ...]] = []
+        self._asked: queue.SimpleQueue[None] = queue.SimpleQueue()  # wakes who waits for a pose
+        self._told: queue.SimpleQueue[None] = queue.SimpleQueue()  # wakes the thread
+        self._over = self._closed = False
+        self._held: socket.socket | None = None
+
+    def accept(self, server: socket.socket) -> Connection:
+        """The connection of the station."""
+        accepted, _ = server.accept()
+        self._held = accepted.dup()  # for `close`: the thread may close the connection meanwhile
+        return Connection(accepted.detach())
+
+    def run(self, connection: Connection | None, ended: Connection) -> None:
+        """The thread: until the trial has ended, when `ended` becomes readable."""
+        try:
+            while connection is not None and connection in wait([connection, ended]):
+                self.poses.append(json.loads(connection.recv_bytes()))
+                self._asked.put(None)
+                while len(self.answers) < len(self.poses):
+                    self._told.get()
+                    if self._closed:
+                        return
+                for part in self.answers[-1]:
+                    connection.send_bytes(part)
+                self.answers[-1] = ()  # frees the image
+        except (EOFError, OSError):  # the station has ended, and so will the trial
+            pass
+        finally:
+            if connection is not None:
+                connection.close()
+            wait([ended])
+            self._over = True
+            self._asked.put(None)
+
+    def next_pose(self) -> list[float] | None:
+        """The pose that waits for its answer, once it has come; None when the trial has ended."""
+        while len(self.poses) == len(self.answers) and not self._over:
+            self._told.put(None)  # an interrupt may have kept `answer` from it
+            self._asked.get()
+        return self.poses[-1] if len(self.poses) > len(self.answers) else None
+
+    def answer(self, *parts: bytes) -> None:
+        """The answer to the latest pose."""
+        self.answers.append(parts)
+        self._told.put(None)
+
+    def close(self) -> None:
+        """The station fails, and with it the trial."""
+        self._closed = True
+        self._told.put(None)
+        if self._held is not None:
+            with self._held, contextlib.suppress(OSError):
+                self._held.shutdown(socket.SHUT_RDWR)  # a forked process keeps the connection open
 
 
 def _run(address: str, algorithm: str, steps: int, seed: int, parameters: Parameters | None, outcome: dict[str, Any],
@@ -350,13 +401,12 @@ def _waiting_long() -> Iterator[None]:
                 os.environ[WAIT_VARIABLE] = before
 
 
-def _close(connections: list[Connection], thread: threading.Thread, folder: str, process: int) -> None:
+def _close(messages: _Messages, thread: threading.Thread, folder: str, process: int) -> None:
     if process != os.getpid():  # forked: all of this is the other process's
         return
-    for connection in connections[1:]:
-        with socket.socket(fileno=os.dup(connection.fileno())) as held, contextlib.suppress(OSError):
-            held.shutdown(socket.SHUT_RDWR)  # a forked process keeps the connection open
-        connection.close()  # the station fails, and with it the trial
-    if thread.ident is not None:
-        thread.join(10)
-    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        messages.close()
+        if thread.ident is not None:
+            thread.join(10)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)

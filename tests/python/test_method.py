@@ -2,10 +2,11 @@
 
 import copy
 import gc
-import multiprocessing
+import multiprocessing.connection
 import os
 import pathlib
 import pickle
+import signal
 import subprocess
 import sys
 import tempfile
@@ -215,6 +216,50 @@ class Ends(unittest.TestCase):
         gc.collect()
         thread.join(60)
         self.assertFalse(thread.is_alive())
+
+
+class Interrupts(unittest.TestCase):
+    """KeyboardInterrupt, as of Ctrl-C."""
+
+    def test_at_any_line_of_ask_and_tell(self):
+        """The method goes on: every pose is asked for in turn, and its value is told once."""
+        method, poses, interrupted = Method("cma-es", AXES, steps=300), [], 0
+        files, line = {relign_bench.method.__file__, multiprocessing.connection.__file__}, 0
+
+        def trace(frame, event, _):
+            nonlocal line
+            if frame.f_code.co_filename in files and event == "line":
+                line -= 1
+                if not line:
+                    raise KeyboardInterrupt
+            return trace
+
+        before = sys.gettrace()
+        watchdog = threading.Timer(60, signal.pthread_kill, (threading.get_ident(), signal.SIGINT))
+        watchdog.start()
+        for number in range(1, 301):
+            pose, line = None, number
+            sys.settrace(trace)
+            try:
+                pose = method.ask()
+                method.tell(measure(**pose))
+            except KeyboardInterrupt:
+                interrupted += 1
+                self.assertLessEqual(line, 0, f"hangs after the interrupt at line {number - 1}")
+            finally:
+                sys.settrace(before)
+            if pose is not None and pose not in poses:
+                poses.append(pose)
+            if line > 0:
+                break
+        watchdog.cancel()
+        self.assertGreater(interrupted, 20)
+        while (pose := method.ask()) is not None:
+            if pose not in poses:
+                poses.append(pose)
+            method.tell(measure(**pose))
+        self.assertEqual(method.end, "budget_spent")
+        self.assertEqual(poses, poses_of(Method("cma-es", AXES, steps=300)))
 
 
 class Sharing(unittest.TestCase):
