@@ -197,7 +197,9 @@ class Method:
 
 
 def _numbers(values: npt.ArrayLike, rule: str) -> Float64Array:
-    """Numbers as an array; texts and None are refused, of which numpy would make numbers."""
+    """Numbers as an array; texts, None and masked values are refused, of which numpy would make numbers."""
+    if np.ma.is_masked(values):
+        raise ValueError(f"{rule}, without masked values: a masked value is not a number")
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O":

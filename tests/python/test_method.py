@@ -110,7 +110,9 @@ class Images(unittest.TestCase):
                 method.tell(np.zeros((3, 2)))
             with self.assertRaisesRegex(ValueError, r"must be an image of shape \(2, 3\), not None"):
                 method.tell(None)
-            method.tell(np.full((2, 3), 0.75))
+            with self.assertRaisesRegex(ValueError, "without masked values: a masked value is not a number"):
+                method.tell(np.ma.array(np.full((2, 3), 0.6), mask=np.eye(2, 3)))
+            method.tell(np.ma.array(np.full((2, 3), 0.75)))  # nothing is masked
             self.assertAlmostEqual(method.best[1], 0.25)
 
     def test_the_largest_pixels_have_a_finite_error(self):
@@ -141,6 +143,7 @@ class Mistakes(unittest.TestCase):
             (("random", AXES, 5, None, 1, [1]), r"parameters of the algorithm must be an object \(a dict\), not \[1\]"),
             (("random", AXES, 5, None, 1, None, "image.png"), r"reference must be an image of shape \(height, width\), not 'i"),
             (("random", AXES, 5, None, 1, None, [[10**400]]), r"reference must be an image .*, of at most 1.8e308"),
+            (("random", AXES, 5, None, 1, None, np.ma.masked_less([[0.0, 1.0]], 0.5)), "reference .*, without masked values"),
             (("random", AXES, 5, None, 1, {"a": np.float32(0.5)}), "parameter 'a' must be a finite number, .*convert it"),
             (("random", AXES, 5, None, 1, {"a": float("nan")}), "parameter 'a' must be a finite number, .*, not nan"),
             (("random", AXES, 5, None, 1, None, None, "0"), "goal must be a finite number, not '0'"),
@@ -164,7 +167,8 @@ class Mistakes(unittest.TestCase):
         for value, message in ((float("nan"), "not finite"), (1e60, "not finite"), ([1.0, 2.0], "expected a number"),
                                ("1.0", "a measurement must be a number, not '1.0'"), (1j, "must be a number, not 1j"),
                                (None, "a measurement must be a number, not None"), (10**400, "a number, of at most 1.8e308"),
-                               (-1.5, "below the goal -1")):
+                               (np.ma.masked, "a number, without masked values"), (-1.5, "below the goal -1"),
+                               (np.ma.array([0.5], mask=[True]), "a number, without masked values")):
             with self.assertRaisesRegex(ValueError, message):
                 method.tell(value)
         with self.assertRaisesRegex(ValueError, "seconds must be a finite number, not '3'"):
