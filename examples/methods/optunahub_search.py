@@ -36,6 +36,8 @@ class OptunaHubSearch(GeneratorSearch):
         np.random.seed(space.seed)  # some samplers draw from numpy's global generator besides their own
         module = optunahub.load_local_module(self.package, registry_root=os.path.join(folder.name, "package"))
         sampler = getattr(module, self.sampler)(seed=space.seed, **self.options)
+        if not isinstance(sampler, optuna.samplers.BaseSampler):  # of None, Optuna makes its own default
+            raise ValueError(f"{self.sampler} of package/{self.package} makes {sampler!r}, not a sampler of Optuna")
         generator = OptunaGenerator(optuna.create_study(sampler=sampler), space)
         generator.finalize = folder.cleanup
         return generator

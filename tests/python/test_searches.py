@@ -150,6 +150,31 @@ class Search(GeneratorSearch):
         self.assertIn("no suggestion with the _id 7", trial.message)
 
 
+@unittest.skipIf(importlib.util.find_spec("optuna") is None, "optuna is not installed (tests/python/requirements-others.txt)")
+class Studies(Trials):
+    def run_study(self, arguments, steps=9):
+        return self.run_class(f"""
+import optuna
+from relign_bench.plugin.generators import OptunaGenerator
+class Search(GeneratorSearch):
+    def generator(self, space):
+        return OptunaGenerator(optuna.create_study({arguments}), space)
+""", steps=steps, instance=INSTANCE_INSIDE)
+
+    def test_other_directions_are_refused(self):
+        for arguments, found in (('direction="maximize"', "maximize"),
+                                 ('directions=["minimize", "minimize"]', "minimize, minimize")):
+            trial = self.run_study(arguments)
+            self.assertEqual(trial.end, "failed")
+            self.assertIn(f"the study must minimize one value, the merit, but its directions are {found}", trial.message)
+
+    def test_a_sampler_that_stops_the_study_finishes_the_trial(self):
+        grid = "{name: [0.3, 0.6] if name == 'x' else [0.5] for name in space.names}"
+        trial = self.run_study(f"sampler=optuna.samplers.GridSampler({grid}, seed=space.seed)")
+        self.assertEqual((trial.end, trial.message), ("finished", ""))
+        self.assertEqual(sorted(step["commanded_pose"][0] for step in trial.steps[1:]), [0.3, 0.6])
+
+
 class FunctionSearches(Trials):
     def test_first_call_at_the_start_is_free_and_the_budget_ends_it(self):
         for instance, free in ((0, 0), (INSTANCE_INSIDE, 1)):
@@ -269,6 +294,12 @@ class Hub(Trials):
         one, same, other = self.run_sampler(drawn), self.run_sampler(drawn), self.run_sampler(REGISTRY)
         self.assertEqual(one.steps, same.steps)
         self.assertNotEqual(one.steps, other.steps)
+
+    def test_what_is_not_a_sampler_is_refused(self):
+        for made in ("None", "seed"):
+            trial = self.run_sampler({"__init__.py": f"def CornerSampler(seed): return {made}"})
+            self.assertEqual(trial.end, "failed")
+            self.assertRegex(trial.message, r"CornerSampler of package/samplers/corner makes \w+, not a sampler of Optuna")
 
     def test_what_an_archive_lacks_is_named(self):
         for parameters, message in (({"package": "samplers/turbo"}, "no package/samplers/turbo/__init__.py"),

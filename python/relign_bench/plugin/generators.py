@@ -69,19 +69,34 @@ class Generator:
 class OptunaGenerator(Generator):
     """A study of Optuna (version 3 or later), whose direction is the default: smaller is better.
 
+    A sampler that stops the study, as one whose grid is exhausted does, has no further points.
+
     Args:
         study: The study, with a seeded sampler.
         space: The space.
+
+    Raises:
+        ValueError: The study has another direction, or several.
     """
 
     def __init__(self, study: Any, space: Space) -> None:
         super().__init__(space)
         from optuna.distributions import FloatDistribution
 
-        self._study = study
+        directions = [direction.name.lower() for direction in study.directions]
+        if directions != ["minimize"]:
+            raise ValueError(f"the study must minimize one value, the merit, but its directions are {', '.join(directions)}: "
+                             "make it by create_study(sampler=...)")
+        self._study, self._stopped = study, False
+        study.stop = self._stop  # Optuna's own raises an error outside of study.optimize
         self._distributions = {name: FloatDistribution(*bounds) for name, bounds in zip(space.names, space.bounds)}
 
-    def ask(self) -> tuple[Any, list[float]]:
+    def _stop(self) -> None:
+        self._stopped = True
+
+    def ask(self) -> tuple[Any, list[float]] | None:
+        if self._stopped:
+            return None
         trial = self._study.ask(self._distributions)
         return trial, self.space.pose(trial.params)
 
