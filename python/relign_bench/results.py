@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 TABLES = ("curves", "instances", "steps")
 ENDED_WELL = ("budget_spent", "finished")  # ends of trials that did not fail
 LIBRARIES = ("pandas", "polars")
+CLOSING = ("scene", "noise_level", "protocol", "algorithm", "instance", "end")
+STEP = ("trial", "step", "commanded_pose", "true_pose", "limits_low", "limits_high", "merit", "measured", "machine_seconds",
+        "recommended_pose", "recommendation", "recommended_seconds", "recommended_true_pose", "commanded_mse",
+        "commanded_mse_error", "recommended_mse", "recommended_mse_error")  # what docs/schemas/trials.schema.json requires
 MOST_CHARTS = 6  # of a picture in a notebook
 
 
@@ -77,10 +81,9 @@ class Results:
             table = self._csv(what)
             return (frames.read_csv(table, dtype={"trial": str}) if library == "pandas" else
                     frames.read_csv(table, infer_schema_length=None, schema_overrides={"trial": frames.String}))
-        keys = ("scene", "noise_level", "protocol", "algorithm", "instance", "end", *TABLED)
-        rows = [{**{key: closing[key] for key in keys if key in closing}, **row}
+        rows = [{**{key: closing[key] for key in (*CLOSING, *TABLED) if key in closing}, **row}
                 for closing, steps in read_trials(self.folder) for row in step_rows(steps, closing)]
-        data: Any = rows or {key: [] for key in keys}
+        data: Any = rows or {key: [] for key in (*CLOSING, *STEP)}
         return frames.DataFrame(data) if library == "pandas" else frames.DataFrame(data, infer_schema_length=None, strict=False)
 
     def _csv(self, what: str) -> pathlib.Path:
@@ -91,6 +94,9 @@ class Results:
         return table
 
     def _repr_html_(self) -> str:
+        for key in ("suite_name", "instances", "scenes"):
+            if key not in self.manifest:
+                raise ValueError(f"'{self.folder / 'manifest.json'}' is damaged: it has no '{key}'; restore it from a copy")
         title = f"{self.manifest['suite_name']}: {self.manifest['instances']} instances"
         try:
             with self._csv("curves").open(encoding="utf-8", newline="") as file:

@@ -1,5 +1,6 @@
 """Bench, instances, trials and results."""
 
+import json
 import os
 import pathlib
 import shutil
@@ -63,7 +64,6 @@ class Trials(unittest.TestCase):
         program = os.environ.get("RELIGN_PROGRAM")
         if not program:
             self.skipTest("RELIGN_PROGRAM does not name the program")
-        import json
 
         output = subprocess.run([program, "try", "nlopt-sbplx", "--scene", "gaussian_spot", "--noise-level", "rho0",
                                "--instance", "4", "--steps", "6", "--json"], capture_output=True, check=True).stdout
@@ -175,6 +175,12 @@ class Results(unittest.TestCase):
             self.assertEqual(steps_of["criterion_optimum_deficit"].tolist(), [-0.5] * 3)
             records.write_text(text + '{"trial":"half')  # of a run that was killed
             self.assertEqual(len(relign_bench.Results(forged).table("steps")), len(steps))
+            for file in records.parent.iterdir():
+                file.unlink()
+            empty = relign_bench.Results(forged).table("steps")
+            schema = json.loads((pathlib.Path(__file__).parents[2] / "docs" / "schemas" / "trials.schema.json").read_text())
+            self.assertEqual((len(empty), list(empty)[6:]), (0, schema["definitions"]["step"]["required"]))
+            self.assertEqual(list(empty)[:6], list(steps)[:6])
         # From the source tree, which has no compiled module.
         code = ("import sys; from relign_bench import Results; "
                 f"print(len(Results({str(golden)!r}).table('steps')), 'relign_bench._core' in sys.modules)")

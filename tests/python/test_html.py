@@ -66,6 +66,12 @@ class Shown(unittest.TestCase):
                              [["better", "3", "0.01", "0.005", "0.02"], ["<i>worse", "3", "0.1", "–", "–"]])
             self.assertEqual((len(page.findall(".//polyline")), len(page.findall(".//polygon"))), (2, 2))
 
+    def test_damaged_results_are_refused(self):
+        with tempfile.TemporaryDirectory() as place:
+            (pathlib.Path(place) / "manifest.json").write_text('{"suite_name": "s", "instances": 3}')
+            with self.assertRaisesRegex(ValueError, "manifest.json' is damaged: it has no 'scenes'; restore it from a copy"):
+                Results(place)._repr_html_()
+
     def test_images_are_png(self):
         try:
             import pygame
