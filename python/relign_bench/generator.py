@@ -15,6 +15,8 @@ from .method import Method
 if TYPE_CHECKING:
     from ._typing import Parameters
 
+SAME = 1e-6  # of a variable's domain: single precision
+
 
 class MethodGenerator(Generator):
     """A method of the benchmark behind `suggest` and `ingest`.
@@ -51,10 +53,11 @@ class MethodGenerator(Generator):
         ((self._objective, objective),) = vocs.objectives.items()
         self._sign = -1.0 if isinstance(objective, MaximizeObjective) else 1.0
         self._constants = {name: constant.value for name, constant in vocs.constants.items()}
-        axes = {name: tuple(variable.domain) for name, variable in vocs.variables.items()}
+        axes = self._domains = {name: tuple(variable.domain) for name, variable in vocs.variables.items()}
         self._goal = require_number(goal, "goal")
         self.method = Method(algorithm, axes, steps, start, seed, parameters, goal=self._sign * self._goal)
         self._told, self._suggested = 0, False
+        self._pose: dict[str, float] = {}  # of the point suggested last
         self._best: tuple[int, dict[str, float]] | None = None
 
     def __reduce__(self) -> tuple[type[MethodGenerator], tuple[Any, ...]]:
@@ -100,7 +103,7 @@ class MethodGenerator(Generator):
         if self._suggested:
             raise ValueError("the point suggested before has no value yet: ingest it first")
         pose = self.method.ask()
-        self._suggested = pose is not None
+        self._suggested, self._pose = pose is not None, pose or {}
         return [] if pose is None else [{**pose, **self._constants, "_id": self._told}]
 
     def ingest(self, results: list[dict[str, Any]]) -> None:
@@ -119,7 +122,7 @@ class MethodGenerator(Generator):
                 if key not in result:
                     raise ValueError(f"the point {result!r} lacks the key {key!r}: ingest "
                                      f"[{{**point, {self._objective!r}: value}}] with the point as it was suggested")
-            if result.get("_id") != self._told or not self._suggested:
+            if result.get("_id") != self._told or not self._suggested or self._moved(result):
                 raise ValueError(f"the point {result!r} was not suggested last; a method of relign-bench learns from its "
                                  "own points only")
             value = require_number(result[self._objective], f"the value of '{self._objective}'")
@@ -131,6 +134,11 @@ class MethodGenerator(Generator):
             if self.method.best is not None and self.method.best is not best:
                 self._best = (self._told, self.method.best[0])
             self._told, self._suggested = self._told + 1, False
+
+    def _moved(self, result: Mapping[str, Any]) -> bool:
+        """Whether a point has other coordinates than suggested, beyond a program's rounding; one without any has not."""
+        return any(abs(require_number(result[name], f"variable '{name}'") - self._pose[name]) > SAME * (upper - lower)
+                   for name, (lower, upper) in self._domains.items() if name in result and name != self._objective)
 
     def should_stop(self) -> tuple[bool, str | None]:
         """Whether the method has ended, and why, as blop's plans ask.
@@ -149,5 +157,6 @@ class MethodGenerator(Generator):
         return [(*self._best, {self._objective: self._sign * self.method.best[1]})]
 
     def finalize(self) -> None:
-        """Ends the method."""
+        """Ends the method; a point that waits for its value counts no more."""
         self.method.close()
+        self._suggested = False

@@ -49,6 +49,8 @@ class Generators(unittest.TestCase):
             ([point], ValueError, "lacks the key 'f'"), ([{**point, "f": None}], ValueError, "value of 'f' must .* not None"),
             ([{**point, "f": "1"}], ValueError, "the value of 'f' must be a finite number, not '1'"),
             ([{**point, "_id": 7, "f": 1.0}], ValueError, "was not suggested last"),
+            ([{**point, "x": point["x"] + 0.01, "f": 1.0}], ValueError, "was not suggested last"),
+            ([{**point, "x": None, "f": 1.0}], ValueError, "variable 'x' must be a finite number, not None"),
             ({**point, "f": 1.0}, TypeError, "results must be a list of points, .*, not {"),
             ("f", TypeError, "must be a list of points"),
         ):
@@ -59,6 +61,14 @@ class Generators(unittest.TestCase):
             generator.ingest([{**point, "f": 1.0}])
         generator.finalize()
         self.assertEqual(generator.suggest(), [])
+
+    def test_the_end_with_a_point_that_waits_is_as_without(self):
+        generator = self.generator(self.vocs(variables={"x": [0, 1]}, objectives={"f": "MINIMIZE"}), "random")
+        (point,) = generator.suggest()
+        generator.finalize()
+        self.assertEqual((generator.should_stop(), generator.suggest()), ((True, "closed"), []))
+        with self.assertRaisesRegex(ValueError, "was not suggested last"):
+            generator.ingest([{**point, "f": 1.0}])
 
     def test_a_value_better_than_the_goal(self):
         for kind, sign, message in (("MAXIMIZE", 1, "1.0 is above the goal 0: set goal to the highest value"),
