@@ -1,4 +1,4 @@
-"""The tables of README.md, from instances.csv and the files of focus.py and third_run.py beside this script.
+"""The tables of README.md, from instances.csv and the files of focus.py and add_class.py beside this script.
 
     python3 reports/camera_module/table.py           prints them
     python3 reports/camera_module/table.py --write   puts them into README.md
@@ -20,7 +20,7 @@ import pages  # noqa: E402
 HERE = pathlib.Path(__file__).resolve().parent
 LIMITS = {"field_mtf_deficit": 0, "centre_px": 4, "pose_um": 20, "tilt_arcmin": 15}  # of suites/camera_module.json
 CLOSE_UM, CLOSE_ARCMIN = 2, 2
-BATCH = 12  # modules, of the third run (plan.py)
+BATCH = 12  # modules, of the third and fourth run (plan.py)
 HEADER = (
     "| modules | method | in specification | within 2 µm | within 2′ | within both | position, µm | tilt, ′ | alignment, s |\n"
     "|---|---|---|---|---|---|---|---|---|\n"
@@ -182,8 +182,9 @@ def bounds_table():
     return text
 
 
-def third_classes():
-    rows = read("third_instances.csv")
+def classes_of(run):
+    """(name, rows by method) of every class of the third or fourth run."""
+    rows = read(f"{run}_instances.csv")
     for name in dict.fromkeys(row["class"] for row in rows):
         group = [row for row in rows if row["class"] == name]
         yield name.replace("_", ", "), {
@@ -194,10 +195,10 @@ def third_classes():
 
 def third_table():
     text = HEADER
-    for name, methods in third_classes():
+    for name, methods in classes_of("third"):
         for method, rows in methods.items():
             text += line(name, method, rows, share_95)
-        possible = share_95(next(iter(methods.values())), lambda row: float(row["criterion_optimum_deficit"]) <= 0)
+        possible = share_95(next(iter(methods.values())), lambda row: value(row, "criterion_optimum_deficit") <= 0)
         text += f"| {name} | *optimum* | {possible} | | | | | | |\n"
     return text
 
@@ -206,7 +207,7 @@ def aiming_table():
     """Paired by module; the interval of the difference from 10,000 draws of whole batches."""
     text = "| modules | both in specification | only with aiming off | only without | difference of yields (95 %) |\n"
     text += "|---" * 5 + "|\n"
-    for name, methods in third_classes():
+    for name, methods in classes_of("third"):
         usual, aimed = ({row["instance"]: is_in_spec(row) for row in methods[method]}
                         for method in ("field-focus with limits", "the same, aiming off"))  # fmt: skip
         gains, batches = [], {}
@@ -225,12 +226,12 @@ def aiming_table():
     return text
 
 
-def plane_table():
+def plane_table(run, method):
     text = "| modules | z, µm | tilt, ′ | within 2 µm | within 2′ | both |\n" + "|---" * 6 + "|\n"
-    for name, methods in third_classes():
-        rows = methods["field-focus to the plane"]
+    for name, methods in classes_of(run):
+        rows = methods[method]
         near = [
-            share_95(rows, lambda row, limits=limits: all(float(row[column]) <= limit for column, limit in limits))
+            share_95(rows, lambda row, limits=limits: all(value(row, column) <= limit for column, limit in limits))
             for limits in ([("plane_um", CLOSE_UM)], [("plane_arcmin", CLOSE_ARCMIN)],
                            [("plane_um", CLOSE_UM), ("plane_arcmin", CLOSE_ARCMIN)])
         ]  # fmt: skip
@@ -241,5 +242,6 @@ def plane_table():
 
 if __name__ == "__main__":
     made = {"yields": table(), "modules": modules_table(), "poses": poses_table(), "bounds": bounds_table(),
-            "third": third_table(), "aiming": aiming_table(), "plane": plane_table()}  # fmt: skip
+            "third": third_table(), "aiming": aiming_table(),
+            "plane": plane_table("third", "field-focus to the plane")}  # fmt: skip
     sys.exit(pages.main(sys.argv[1:], __doc__, [HERE / "README.md"], made))
