@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from typing import Any
 
 LARGEST_INTEGER = 2**63 - 1
+LARGEST_SEED = 2**64 - 1
 
 
 def unknown_name(what: str, name: object, allowed: Iterable[str]) -> str:
@@ -56,6 +57,15 @@ def require_integer(number: Any, name: str, least: int, most: int = LARGEST_INTE
             "a positive integer" if least else "a non-negative integer")
         raise ValueError(f"{name} must be {allowed}, not {number!r}")
     return value
+
+
+def require_seeds(seeds: Iterable[Any]) -> list[int]:
+    """Seeds of captures or rays as a list of int.
+
+    Raises:
+        ValueError: One is not an integer from 0 to 2**64 - 1.
+    """
+    return [require_integer(seed, "seed", 0, LARGEST_SEED) for seed in seeds]
 
 
 def require_number(number: Any, name: str) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _cuda, _native
-from ._errors import require_integer
+from ._errors import require_integer, require_seeds
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -114,8 +114,11 @@ class Batch:
 
         Returns:
             Images, shape (n, height, width).
+
+        Raises:
+            ValueError: A seed is not an integer from 0 to 2**64 - 1, or another argument is not valid.
         """
-        poses, numbers = np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds))
+        poses, numbers = np.ascontiguousarray(true_poses, np.float64), require_seeds(seeds)
         if self.device == "cuda":
             images: Float32Array = self._images(len(slots))
             self._core.capture_into(list(slots), poses, numbers, images.data_ptr())  # type: ignore[attr-defined]
@@ -153,7 +156,7 @@ class Batch:
             ValueError: The scene has no derivatives, or an argument is not valid.
         """
         both = np.empty((len(slots), self.axes + 1, *self.reference.shape), np.float32)
-        self._core.render_slopes_at(list(slots), np.ascontiguousarray(true_poses, np.float64), list(map(int, seeds)),
+        self._core.render_slopes_at(list(slots), np.ascontiguousarray(true_poses, np.float64), require_seeds(seeds),
                                     require_integer(samples, "samples", 1, 1_000_000), both)
         # JAX takes no strided arrays by DLPack.
         return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1:])
@@ -215,7 +218,7 @@ class Batch:
             steps: Number of moves since the reset.
         """
         mse, error = self._core.noise_free_mse_at(list(slots), np.ascontiguousarray(true_poses, np.float64),
-                                                  list(map(int, steps)))
+                                                  [require_integer(step, "step", 0, 2**32 - 1) for step in steps])
         return np.array(mse), np.array(error)
 
     def optima(self, slots: Slots) -> list[tuple[Float64Array, float] | None]:

@@ -185,9 +185,10 @@ class Instance:
             Image in the scene's units, shape (height, width).
 
         Raises:
-            ValueError: The pose has another shape, or leaves the travel.
+            ValueError: The pose has another shape or leaves the travel, or the frame is not a non-negative integer.
         """
-        return self._batch.capture_at([0], self._pose(true_pose), [_frame_seed(self.seed, frame)])[0]
+        seed = _frame_seed(self.seed, require_integer(frame, "frame", 0))
+        return self._batch.capture_at([0], self._pose(true_pose), [seed])[0]
 
     def render(self, true_pose: npt.ArrayLike) -> Float32Array:
         """The noise-free image with the lens at a true pose; the stage does not move.

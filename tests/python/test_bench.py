@@ -25,6 +25,20 @@ class Instances(unittest.TestCase):
         self.assertFalse(np.array_equal(instance.capture(pose, frame=1), instance.capture(pose, frame=2)))
         with self.assertRaisesRegex(ValueError, "from 0 to 1"):
             instance.capture([0.5, 0.5, 1.5, 0.5, 0.5])
+        with self.assertRaisesRegex(ValueError, "^frame must be a non-negative integer, not -1$"):
+            instance.capture(pose, frame=-1)
+
+    def test_seeds_of_captures(self):
+        batch = Bench(**SMALL).batch(1)
+        pose = [[0.5] * 5]
+        batch.reset([0], [0])
+        batch.capture_at([0], pose, np.array([2**64 - 1], np.uint64))
+        for seed, allowed in ((-1, "a non-negative integer"), (1.5, "a non-negative integer"),
+                              (2**64, f"an integer from 0 to {2**64 - 1}")):
+            with self.assertRaisesRegex(ValueError, f"^seed must be {allowed}, not {seed}$"):
+                batch.capture_at([0], pose, [seed])
+        with self.assertRaisesRegex(ValueError, "^step must be a non-negative integer, not -1$"):
+            batch.noise_free_mse_at([0], pose, [-1])
 
     def test_noise_free_image_is_the_mean_of_captures(self):
         bench = Bench(**SMALL)
