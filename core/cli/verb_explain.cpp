@@ -1,5 +1,6 @@
 // relign-bench explain: exit codes of the program and ends of trials.
 #include <algorithm>
+#include <csignal>
 #include <cstring>
 #include <span>
 
@@ -31,8 +32,9 @@ std::string table_code(const std::string& seen) {
   const std::vector<std::string> codes = all_codes();
   const bool number = seen.size() == 3 && seen.find_first_not_of("0123456789") == std::string::npos;
   if (std::find(codes.begin(), codes.end(), seen) != codes.end()) return seen;
-  return number && std::stoi(seen) > kFirstSignalCode && std::stoi(seen) < 256 ? "128+N"
-                                                                               : seen.substr(0, seen.find('('));
+  return number && std::stoi(seen) > kFirstSignalCode && std::stoi(seen) <= kFirstSignalCode + SIGRTMAX
+             ? "128+N"
+             : seen.substr(0, seen.find('('));
 }
 
 Json entry_json(const CodeKind& kind, const Explanation& entry) {
@@ -81,8 +83,11 @@ int explain_code(Context& context, const std::string& seen) {
                                 : entry_text(kind, entry, printable(seen)));
       return kDone;
     }
-  throw Error(ErrorKind::bad_input,
-              "unknown code '" + seen + "'" + suggestion(seen, all_codes()) + "\nallowed: " + join(all_codes(), ", "));
+  const bool number = seen.find_first_not_of("0123456789") == std::string::npos;  // near in writing, not in meaning
+  const std::string nearest = number ? "" : nearest_name(seen, all_codes());
+  throw Error(ErrorKind::bad_input, "unknown code '" + seen + "'" +
+                                        (nearest.empty() ? "" : "; did you mean '" + nearest + "'?") +
+                                        "\nallowed: " + join(all_codes(), ", "));
 }
 
 }  // namespace

@@ -57,11 +57,13 @@ TEST(Explain, TakesCodesAsTheyArePrinted) {
 }
 
 TEST(Explain, RejectsUnknownCode) {
-  for (const char* unknown : {"6", "128", "256", "999", "7(x", "(", "  "})
+  for (const char* unknown : {"6", "128", "193", "256", "999", "7(x", "(", "  "})
     EXPECT_EQ(relign_bench(Workplace(), {"explain", unknown}).exit_code, 2) << unknown;
   const Outcome outcome = relign_bench(Workplace(), {"explain", "overspend"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_THAT(outcome.err, HasSubstr("unknown code 'overspend'; did you mean 'overspent'?\nallowed: 0, 1, 2"));
+  EXPECT_THAT(relign_bench(Workplace(), {"explain", "193"}).err, HasSubstr("unknown code '193'\nallowed: 0, 1, 2"));
+  EXPECT_THAT(relign_bench(Workplace(), {"explain", "nope"}).err, HasSubstr("unknown code 'nope'\nallowed: 0, 1, 2"));
 }
 
 }  // namespace
