@@ -45,7 +45,10 @@ int make_plan(Context& context, const PlanArguments& arguments) {
   write_file_atomically(arguments.out, json_of(plan).dump(1) + "\n");
 
   const std::string last = std::to_string(arguments.shards - 1) + "/" + std::to_string(arguments.shards);
-  const std::string name = prepared.plan.suite.name;
+  const std::string results = "results/" + prepared.plan.suite.name;
+  // 'merge' would take a finished run there for the only source.
+  const bool taken = fs::exists(fs::path(results) / "manifest.json");
+  const std::string shards = taken ? results + "-shards" : results;
   if (context.json) {
     const Json result = {{"plan", arguments.out},
                          {"hash", plan.hash},
@@ -59,14 +62,13 @@ int make_plan(Context& context, const PlanArguments& arguments) {
                std::to_string(runner::places_of_shard(prepared.plan, arguments.shards - 1, arguments.shards).size()) +
                " to " + std::to_string(runner::places_of_shard(prepared.plan, 0, arguments.shards).size()) +
                " trials\n");
-  std::fprintf(
-      stderr,
-      "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
-      "  %s --shard 0/%u%s%s\n  %s\n",
-      own_command("run --plan " + shell_quoted(arguments.out)).c_str(), arguments.shards,
-      context.sandboxed ? " --sandbox" : "", arguments.shards > 1 ? ("   ... " + last).c_str() : "",
-      own_command("merge " + shell_quoted("results/" + name) + " -o " + shell_quoted("results/" + name + "-merged"))
-          .c_str());
+  std::fprintf(stderr,
+               "Next: run every shard, in any order and on any machine that can read these files, then merge:\n"
+               "  %s --shard 0/%u%s%s%s\n  %s\n",
+               own_command("run --plan " + shell_quoted(arguments.out)).c_str(), arguments.shards,
+               taken ? (" -o " + shell_quoted(shards)).c_str() : "", context.sandboxed ? " --sandbox" : "",
+               arguments.shards > 1 ? ("   ... " + last).c_str() : "",
+               own_command("merge " + shell_quoted(shards) + " -o " + shell_quoted(results + "-merged")).c_str());
   return kDone;
 }
 

@@ -46,6 +46,13 @@ TEST_F(CliShards, MergedShardsEqualOneRun) {
   EXPECT_THAT(verified.out, AllOf(HasSubstr("8 equal bit for bit"), HasSubstr("the results are reproduced")));
 }
 
+TEST_F(CliShards, PlanKeepsShardsApartFromAFinishedRun) {
+  ASSERT_EQ(call({"run", "suites/tiny.json"}).exit_code, 0);
+  const Outcome plan = call({"plan", "suites/tiny.json", "--shards", "2"});
+  EXPECT_THAT(plan.err, AllOf(HasSubstr("--shard 0/2 -o results/tiny-shards   ... 1/2"),
+                              HasSubstr("merge results/tiny-shards -o results/tiny-merged")));
+}
+
 TEST_F(CliShards, RejectsInvalidShardsAndPlans) {
   ASSERT_EQ(call({"plan", "suites/tiny.json", "--shards", "3"}).exit_code, 0);
   const auto refused = [&](const std::vector<std::string>& arguments) {
