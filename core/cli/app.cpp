@@ -104,6 +104,14 @@ std::string exit_codes_text() {
   return wrapped("Exit codes: " + join(codes, "; ") + ". What to do next: relign-bench explain CODE", 0);
 }
 
+// Errors of relative paths do not state this cause.
+std::string with_deleted_folder(const std::string& text, bool keep = true) {
+  std::error_code code;
+  const bool found = !std::filesystem::current_path(code).empty();
+  if (found || code != std::errc::no_such_file_or_directory) return text;
+  return (keep ? text + "\n" : "") + "the working folder was deleted; change to a folder that exists";
+}
+
 int run_action(Context& context) {
   try {
     return context.action();
@@ -112,10 +120,10 @@ int run_action(Context& context) {
       std::fprintf(stderr, "%s\n%s", context.when_stopped.c_str(),
                    context.when_stopped.back() == ':' ? ("  " + context.typed_command() + "\n").c_str() : "");
     else
-      print_error(error.what());
+      print_error(with_deleted_folder(error.what()));
     return exit_code(error.kind());
   } catch (const std::filesystem::filesystem_error& error) {
-    print_error(fault_text(error));
+    print_error(with_deleted_folder(fault_text(error), !error.path1().empty()));
     return kBadInput;
   } catch (const std::bad_alloc& error) {
     print_error(fault_text(error));

@@ -186,6 +186,18 @@ TEST(CliMistakes, DiscardsPartlyWrittenTrialsAfterFullDisk) {
   EXPECT_EQ(place.read("results/tiny/trials/0000.jsonl"), place.read("fresh/trials/0000.jsonl"));
 }
 
+TEST(CliMistakes, NamesADeletedWorkingFolder) {
+  const Workplace place;
+  for (const char* arguments : {"try random --noise-level rho0", "validate suite.json", "doctor"}) {
+    const std::string script = "mkdir gone; cd gone; rmdir ../gone; exec \"$RELIGN_BENCH\" ";
+    const Outcome outcome = shell(place, script + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_THAT(outcome.err, HasSubstr("the working folder was deleted; change to a folder that exists\n"))
+        << arguments;
+    EXPECT_THAT(outcome.err, Not(HasSubstr("''"))) << arguments;
+  }
+}
+
 TEST(CliMistakes, RejectsCorruptPlugin) {
   const Workplace place;
   fs::copy(fs::path(kOutOfTree) / "compass", place.path("compass"), fs::copy_options::recursive);
