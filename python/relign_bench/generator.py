@@ -131,7 +131,7 @@ class MethodGenerator(Generator):
                                  "measured, noise included")
             best = self.method.best
             self.method.tell(self._sign * value)
-            if self.method.best is not None and self.method.best is not best:
+            if self.method.best is not None and self.method.best != best:
                 self._best = (self._told, self.method.best[0])
             self._told, self._suggested = self._told + 1, False
 

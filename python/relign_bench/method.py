@@ -50,7 +50,8 @@ class Method:
     The first pose is the start pose; it costs no step. Poses keep the bounds of the axes. A value is a number, smaller is
     better, such as an error or a distance; with `reference` it is an image. The method observes its distance from the
     goal: abs(value - goal), or the RMSE between image and reference. One method object is one alignment. Threads may share
-    it, and wait for each other; it cannot be copied, pickled, or used in a process forked from its own.
+    it, and wait for each other; it cannot be copied, pickled, or used in a process forked from its own. Methods observe
+    measurements in single precision; `best` has them as they were told.
 
     Args:
         algorithm: Id, preset or path of an algorithm, or an object as in a suite; not one that needs the design or the true
@@ -64,7 +65,6 @@ class Method:
         goal: The lowest value that can be measured, noise included: methods take it for the best that can be.
 
     Attributes:
-        best: (pose, value) of the lowest value so far; for images the value is the RMSE. None before the first.
         recommended: The pose that the method recommends, once it has ended; None before.
         end: None while the method runs, then "budget_spent" or "finished".
 
@@ -89,7 +89,8 @@ class Method:
             raise ValueError("reference must be a finite image of shape (height, width), found shape "
                              f"{self._goal.shape}{'' if np.isfinite(self._goal).all() else ' with other values'}")
         self._scalar = reference is None
-        self.best: tuple[dict[str, float], float] | None = None
+        self._exact_goal = self._goal if reference is None else np.asarray(reference, np.float64)
+        self._best: tuple[dict[str, float], float] | None = None
         self.recommended: dict[str, float] | None = None
         self.end: str | None = None
         self._asked: tuple[int, dict[str, float]] | None = None  # number of the pose, and the pose
@@ -110,6 +111,11 @@ class Method:
     def _require_own_process(self) -> None:
         if self._process != os.getpid():
             raise RuntimeError("a Method cannot be used in another process than its own; make a new one there")
+
+    @property
+    def best(self) -> tuple[dict[str, float], float] | None:
+        """A copy of (pose, value) of the lowest value so far; for images the value is the RMSE. None before the first."""
+        return None if self._best is None else (dict(self._best[0]), self._best[1])
 
     def ask(self) -> dict[str, float] | None:
         """The next pose to measure, by name of the axis; the same one until `tell` has its value. None at the end.
@@ -160,9 +166,9 @@ class Method:
         if self._scalar and pixels < 0:
             raise ValueError(f"{measured!r} is below the goal {self._lowest:g}: set goal to the lowest value that can be "
                              "measured, noise included")
-        value = numbers.item() if self._scalar else float(np.sqrt(np.mean((pixels.astype(np.float64) - self._goal) ** 2)))
-        if self.best is None or value < self.best[1]:
-            self.best = (self._asked[1], value)
+        value = numbers.item() if self._scalar else float(np.sqrt(np.mean((exact - self._exact_goal) ** 2)))
+        if self._best is None or value < self._best[1]:
+            self._best = (self._asked[1], value)
         self._trial.answer(pixels.tobytes(), float(seconds))
 
     @property

@@ -115,6 +115,12 @@ class Images(unittest.TestCase):
             method.tell(np.ma.array(np.full((2, 3), 0.75)))  # nothing is masked
             self.assertAlmostEqual(method.best[1], 0.25)
 
+    def test_the_best_value_keeps_double_precision(self):
+        with Method("random", {"x": (0, 1)}, steps=2, reference=np.full((2, 3), 0.1)) as method:
+            method.ask()
+            method.tell(np.full((2, 3), 0.1 + 1e-12))
+            self.assertAlmostEqual(method.best[1] / 1e-12, 1, 3)
+
     def test_the_largest_pixels_have_a_finite_error(self):
         with warnings.catch_warnings(), Method("random", {"x": (0, 1)}, steps=2, reference=np.zeros((2, 3))) as method:
             warnings.simplefilter("error")
@@ -181,6 +187,13 @@ class Mistakes(unittest.TestCase):
         method.tell(measure(**method.ask()))
         with self.assertRaisesRegex(RuntimeError, "sensitivity.*relign.model"):
             method.ask()
+
+    def test_a_changed_best_changes_nothing(self):
+        with Method("random", AXES, steps=3) as method:
+            pose = method.ask()
+            method.tell(1.0)
+            method.best[0].clear()
+            self.assertEqual(method.best, (pose, 1.0))
 
     def test_the_limit_for_answers_is_restored(self):
         before = os.environ.get("RELIGN_CALL_SECONDS")
