@@ -55,7 +55,8 @@ class Method:
 
     Args:
         algorithm: Id, preset or path of an algorithm, or an object as in a suite; not one that needs the design or the true
-            start.
+            start. One that needs other axes, or a model of the machine, fails at the `ask` after the first value, since it
+            begins only then.
         axes: (lower, upper) by name, in your units; at most 64 axes, and bounds within 1e300.
         steps: Budget, in steps after the start pose; at most 100,000.
         start: Start pose by name; by default the middle of all axes.
@@ -65,8 +66,9 @@ class Method:
         goal: The lowest value that can be measured, noise included: methods take it for the best that can be.
 
     Attributes:
-        recommended: The pose that the method recommends, once it has ended; None before.
-        end: None while the method runs, then "budget_spent" or "finished".
+        recommended: The pose that the method recommends, once it has ended well; None before, and after `close` or an error.
+        end: None while the method runs, then "budget_spent" or "finished"; "closed" after an early `close`; after an error
+            "failed" or another end of a trial that `relign-bench explain` lists.
 
     Raises:
         ValueError: An argument is not valid.
@@ -93,6 +95,7 @@ class Method:
         self._best: tuple[dict[str, float], float] | None = None
         self.recommended: dict[str, float] | None = None
         self.end: str | None = None
+        self._failure = ""
         self._asked: tuple[int, dict[str, float]] | None = None  # number of the pose, and the pose
         self._process, self._lock = os.getpid(), threading.RLock()
         set_up = {"shape": self._goal.shape, "range": (reach / self._travel[:, None]).tolist(),
@@ -121,10 +124,13 @@ class Method:
         """The next pose to measure, by name of the axis; the same one until `tell` has its value. None at the end.
 
         Raises:
-            RuntimeError: The method failed, and the message is its own, or it was made in another process.
+            RuntimeError: The method failed, and the message is its own, the same at every further call; or it was made in
+                another process.
         """
         self._require_own_process()
         with self._lock:
+            if self._failure:
+                raise RuntimeError(self._failure)
             if not self.waits and self.end is None:
                 shares = self._trial.next_pose()
                 if shares is None:
@@ -177,7 +183,10 @@ class Method:
         return self._asked is not None and self._asked[0] == self._trial.answered
 
     def close(self) -> None:
-        """Ends the method early, once an `ask` of another thread has its pose. Of no effect in another process."""
+        """Ends the method early, once an `ask` of another thread has its pose. Of no effect in another process.
+
+        A method that is computing ends when it asks for its next pose; `close` waits for this, at most 10 s.
+        """
         if self._process == os.getpid():
             with self._lock:
                 self._asked, self.end = None, self.end or "closed"
@@ -195,7 +204,8 @@ class Method:
             self.recommended = self._pose(trial.steps[-1]["recommended_pose"])
         self.end = trial.end
         if not trial.ended_well:
-            raise RuntimeError(f"the method failed: {trial.message or trial.end}")
+            self._failure = f"the method failed: {trial.message or trial.end}"
+            raise RuntimeError(self._failure)
 
     def _pose(self, shares: Sequence[float]) -> dict[str, float]:
         pose = self._start + np.asarray(shares) * self._travel
