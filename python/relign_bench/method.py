@@ -36,6 +36,7 @@ WAIT_VARIABLE = "RELIGN_CALL_SECONDS"
 LARGEST_AXES = 64  # as of scenes (core/foundation/base/limits.h)
 LARGEST_BOUND = 1e300
 FINEST_RANGE = 1e-12  # of the larger bound, which leaves some thousand numbers between the bounds
+LONGEST_SOCKET_FOLDER = 80  # bytes; the whole path of a socket may have 107 on Linux
 LONGEST_WAIT_S = 7 * 24 * 3600  # for a measurement; the host's own limit for an answer of a station is a minute
 
 
@@ -278,7 +279,8 @@ class _Trial:
 
     def __init__(self, algorithm: str, steps: int, seed: int, parameters: Parameters | None, set_up: dict[str, Any],
                  goal: Any) -> None:
-        folder = tempfile.mkdtemp(prefix="relign-")
+        long = len(os.fsencode(tempfile.gettempdir())) > LONGEST_SOCKET_FOLDER
+        folder = tempfile.mkdtemp(prefix="relign-", dir="/tmp" if long else None)
         address = os.path.join(folder, "station")
         self._outcome: dict[str, Any] = {}
         ended, ends = Pipe(duplex=False)

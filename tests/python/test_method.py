@@ -14,6 +14,7 @@ import textwrap
 import threading
 import unittest
 import warnings
+from unittest import mock
 
 from support import np, relign_bench
 
@@ -204,6 +205,13 @@ class Mistakes(unittest.TestCase):
 
 
 class Ends(unittest.TestCase):
+    def test_in_a_long_temporary_folder(self):
+        with tempfile.TemporaryDirectory() as short:
+            folder = pathlib.Path(short) / ("long" * 30)
+            folder.mkdir()
+            with mock.patch.object(tempfile, "tempdir", str(folder)):
+                self.assertEqual(len(poses_of(Method("random", AXES, steps=2))), 3)
+
     def test_closing_early(self):
         with Method("random", AXES, steps=50) as method:
             method.ask()
