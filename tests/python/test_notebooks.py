@@ -7,6 +7,7 @@ import re
 import shlex
 import stat
 import sys
+import sysconfig
 import tempfile
 import unittest
 import warnings
@@ -67,6 +68,13 @@ class Notebooks(unittest.TestCase):
             self.assertEqual([cell.outputs for cell in book.cells if cell.get("outputs")], [])
             for link in re.findall(r"\]\(([^)#]+)", "".join(cell.source for cell in book.cells)):
                 self.assertTrue((FOLDER / link).exists(), f"{name}: {link}")
+
+    def test_commands_are_found_beside_the_interpreter(self):
+        for path in FOLDER.glob("*.ipynb"):
+            first = next(cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code")
+            with mock.patch.dict(os.environ, PATH="/nowhere"), mock.patch.object(os, "chdir"):
+                exec(first.source, {})  # noqa: S102
+                self.assertIn(sysconfig.get_path("scripts"), os.environ["PATH"].split(os.pathsep), path.name)
 
     def test_examples_are_found_in_the_wheel_and_in_a_clone(self):
         self.assertEqual(program.find_example("lens/triplet.zmx").resolve(), FOLDER.parent / "lens" / "triplet.zmx")
