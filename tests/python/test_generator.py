@@ -169,7 +169,7 @@ class Programs(Folder):
         from libensemble.specs import AllocSpecs, ExitCriteria, GenSpecs, LibeSpecs, SimSpecs
 
         ensemble = Ensemble(
-            libE_specs=LibeSpecs(nworkers=1, comms="threads", gen_on_manager=True, disable_log_files=True,
+            libE_specs=LibeSpecs(nworkers=1, comms="threads", gen_on_manager=True, final_gen_send=True, disable_log_files=True,
                                  workflow_dir_path=str(self.folder)),
             gen_specs=GenSpecs(generator=self.generator, vocs=self.vocs, batch_size=1, initial_batch_size=1),
             sim_specs=SimSpecs(simulator=lambda point, **_: bowl(point), vocs=self.vocs),
@@ -177,6 +177,7 @@ class Programs(Folder):
         history, _, flag = ensemble.run()
         self.assertEqual((flag, int(history["sim_ended"].sum())), (0, 25))
         self.check(history["f"])
+        self.assertEqual(self.generator._told, 25)
 
     def test_xopt(self):
         xopt = package("xopt")
