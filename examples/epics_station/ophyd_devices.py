@@ -4,6 +4,8 @@ The devices are ophyd's own, with the checks of the station plugin: staging refu
 sent beyond it, and a move or an image that went wrong fails with a message. Any plan that stages its devices gets them.
 """
 import contextlib
+import functools
+import numbers
 import os
 import threading
 
@@ -17,7 +19,7 @@ from ophyd.positioner import PositionerBase
 from ophyd.signal import AttributeSignal, EpicsSignalBase
 from ophyd.status import wait as wait_for
 from ophyd.utils import LimitError
-from ophyd.utils.errors import InvalidState
+from ophyd.utils.errors import InvalidState, StatusTimeoutError
 
 
 class Records:
@@ -43,9 +45,11 @@ class Records:
 
 
 class Setpoint(EpicsSignal):
-    """A motor's setpoint, which keeps the box, too, where a plan sets it instead of the motor."""
+    """A motor's setpoint. It has the checks of all targets: ophyd's motor asks it, and a plan may set it itself."""
 
     def check_value(self, value):
+        """Refuses what is not a number, a target beyond the soft limits or the box, and all after a lost connection."""
+        self.parent.check_movable(value)
         super().check_value(value)
         self.parent.check_box(value)
 
@@ -73,12 +77,11 @@ class Motor(EpicsMotor):
         self._lost = False
         return super().stage()
 
-    def check_value(self, position):
-        """Refuses a target beyond the soft limits or the box."""
-        super().check_value(position)
+    def check_movable(self, position):
+        if not isinstance(position, numbers.Real):
+            raise TypeError(f"{self._axis} takes a number in {self._axis.unit}, not {position!r}")
         if self._lost:
             raise RuntimeError(f"the connection to {self._axis} was lost since it was staged; look at the machine first")
-        self.check_box(position)
 
     def check_box(self, position):
         low, high = self._checks.reachable(self._axis)
@@ -87,11 +90,12 @@ class Motor(EpicsMotor):
 
     def move(self, position, wait=True, **kwargs):
         self._status = PositionerBase.move(self, position, **kwargs)
+        self._status._settled = functools.partial(self._explain_timeout, self._status, self._status._settled)
         self._completed = self._ended = False
         try:
             self.user_setpoint.put(position, wait=False, callback=self._put_completed, timeout=self._status.timeout,
                                    connection_timeout=1.0)
-        except TimeoutError:  # the connection was lost after the check
+        except (TimeoutError, RuntimeError):  # the connection was lost after the check
             self._connection_changed(connected=False)
         if wait:
             wait_for(self._status)
@@ -135,6 +139,17 @@ class Motor(EpicsMotor):
         self._reset_sub(self._SUB_REQ_DONE)  # ophyd's own end of the move
         with contextlib.suppress(InvalidState):
             self._status.set_exception(error)
+
+    def _explain_timeout(self, status, settled):
+        """ophyd's hook before a status is done: the time limit stays ophyd's, its error becomes the station plugin's."""
+        if isinstance(status._exception, StatusTimeoutError):
+            self._ended = True
+            self._reset_sub(self._SUB_REQ_DONE)  # else stop, which follows, would replace the error
+            try:
+                self._checks.check_late(self._axis, status.target, status.timeout)
+            except Exception as error:  # noqa: BLE001 (the status carries it to the plan)
+                status._exception = error
+        settled()
 
     def _connection_changed(self, connected=True, **kwargs):
         if connected:
