@@ -240,8 +240,19 @@ def plane_table(run, method):
     return text
 
 
+def errors_table():
+    """Errors of field-focus-plane in the fourth run: means, and standard deviations in brackets."""
+    text = "| modules | z, µm | tilt about x, ′ | tilt about y, ′ |\n" + "|---" * 4 + "|\n"
+    for name, methods in classes_of("fourth"):
+        columns = (floats(methods["field-focus-plane"], f"plane_{axis}") for axis in ("z_um", "rx_arcmin", "ry_arcmin"))
+        cells = (f"{statistics.mean(column):.2f} ({statistics.stdev(column):.2f})" for column in columns)
+        text += "| " + " | ".join([name, *cells]) + " |\n"
+    return text
+
+
 if __name__ == "__main__":
     made = {"yields": table(), "modules": modules_table(), "poses": poses_table(), "bounds": bounds_table(),
             "third": third_table(), "aiming": aiming_table(),
-            "plane": plane_table("third", "field-focus to the plane")}  # fmt: skip
+            "plane": plane_table("third", "field-focus to the plane"),
+            "fourth": plane_table("fourth", "field-focus-plane"), "errors": errors_table()}  # fmt: skip
     sys.exit(pages.main(sys.argv[1:], __doc__, [HERE / "README.md"], made))
