@@ -264,15 +264,17 @@ class Motors:
             if time.monotonic() > deadline:
                 late = moving_still
             time.sleep(POLL_S)
-        self.check_late(*moving[late[0]], self.timeout_s)
+        raise self.late_error(*moving[late[0]], self.timeout_s)
 
-    def check_late(self, axis, target, limit_s):
-        """Raises the error of a move that has not ended within its time limit."""
+    def late_error(self, axis, target, limit_s):
+        """The error of a move that has not ended within its time limit. Asks for the position: raises if it gets no answer."""
         position = self.field(axis, "RBV")
         if abs(position - target) <= axis.tolerance:
-            raise RuntimeError(f"{axis} is at its target, {target:g} {axis.unit}, but its record did not report the end of the "
-                               f"move (DMOV) within {limit_s:g} s; check its IOC, or raise 'move_timeout_s'")
-        raise RuntimeError(
+            return RuntimeError(
+                f"{axis} is at its target, {target:g} {axis.unit}, but its record did not report the end of the move (DMOV) "
+                f"within {limit_s:g} s; check its IOC, or raise 'move_timeout_s'"
+            )
+        return RuntimeError(
             f"{axis} did not reach {target:g} {axis.unit} within {limit_s:g} s and is at "
             f"{position:g}; check its drive and amplifier, or raise 'move_timeout_s'"
         )

@@ -146,7 +146,7 @@ class Motor(EpicsMotor):
             self._ended = True
             self._reset_sub(self._SUB_REQ_DONE)  # else stop, which follows, would replace the error
             try:
-                self._checks.check_late(self._axis, status.target, status.timeout)
+                status._exception = self._checks.late_error(self._axis, status.target, status.timeout)
             except Exception as error:  # noqa: BLE001 (the status carries it to the plan)
                 status._exception = error
         settled()

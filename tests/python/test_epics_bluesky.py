@@ -72,7 +72,8 @@ motor.stage()
 motor.set(0.2).wait(60)
 motor.user_setpoint.put(0.3)
 """
-STUCK = r"RELIGN:m1 \(x\) did not reach \S+ mm within 10 s and is at \S+; check its drive and amplifier, or raise 'move_timeout_s'"
+STUCK = (r"RELIGN:m1 \(x\) did not reach \S+ mm within 10 s and is at \S+; "
+         "check its drive and amplifier, or raise 'move_timeout_s'")
 STOPS = ["m1", "m2", "m3", "m4", "m5"]
 
 
@@ -180,7 +181,8 @@ class Plan(PlanCase):
         self.start_ioc()
         output, _ = session.communicate(timeout=5 * epics.PATIENCE_S)
         self.assertEqual(session.returncode, 0, output)
-        refused = "refused: RuntimeError the connection to RELIGN:m1 (x) was lost since it was staged; look at the machine first\n"
+        refused = ("refused: RuntimeError the connection to RELIGN:m1 (x) was lost since it was staged; "
+                   "look at the machine first\n")
         self.assertEqual(output.count(refused), 3, output)
         eventually(lambda: "m1 moves to 0.3" in self.log(), "the last move")
         self.assertEqual(re.findall(r"m1 moves to (\S+)", self.log()), ["0.200000", "0.300000"])
