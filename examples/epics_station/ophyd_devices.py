@@ -19,7 +19,7 @@ from ophyd.positioner import PositionerBase
 from ophyd.signal import AttributeSignal, EpicsSignalBase
 from ophyd.status import wait as wait_for
 from ophyd.utils import LimitError
-from ophyd.utils.errors import InvalidState, StatusTimeoutError
+from ophyd.utils.errors import DisconnectedError, InvalidState, StatusTimeoutError
 
 
 class Records:
@@ -146,18 +146,24 @@ class Motor(EpicsMotor):
             self._ended = True
             self._reset_sub(self._SUB_REQ_DONE)  # else stop, which follows, would replace the error
             try:
-                status._exception = self._checks.late_error(self._axis, status.target, status.timeout)
+                if self.user_readback.connected:
+                    status._exception = self._checks.late_error(self._axis, status.target, status.timeout)
+                else:  # ophyd tells it later where one of its callbacks waits for another record of the motor
+                    self._lost, status._exception = True, self._lost_error()
             except Exception as error:  # noqa: BLE001 (the status carries it to the plan)
                 status._exception = error
-        settled()
+        with contextlib.suppress(DisconnectedError):  # asks for the position
+            settled()
+
+    def _lost_error(self):
+        return RuntimeError(f"the connection to {self._axis} was lost in a move; STOP cannot reach it: look at the machine")
 
     def _connection_changed(self, connected=True, **kwargs):
         if connected:
             return
         self._lost = True
         if self._status is not None and not self._status.done:  # even where a check is under way, which now gets no answer
-            self._fail(RuntimeError(
-                f"the connection to {self._axis} was lost in a move; STOP cannot reach it: look at the machine"))
+            self._fail(self._lost_error())
 
 
 class Camera(SingleTrigger, DetectorBase):

@@ -191,7 +191,7 @@ class Plan(PlanCase):
         cases = (
             ("stuck:2", STUCK, STOPS), ("readback:2", r"RELIGN:m1 \(x\) was sent to ", STOPS),
             ("no-image:2", "the exposure ended without an image in RELIGN:image1:", STOPS),
-            ("disconnect:2", ("the connection to RELIGN:m", "failed to complete in specified timeout"), []),
+            ("disconnect:2", "the connection to RELIGN:m", []),
         )
         for fault, phrase, stops in cases:
             with self.subTest(fault=fault):
@@ -199,9 +199,7 @@ class Plan(PlanCase):
                 self.write_layout()
                 status, output = self.align("--move-timeout", "10")
                 self.assertEqual(status, 1, output)
-                phrases = (phrase,) if isinstance(phrase, str) else phrase  # of the errors of several motors one is shown
-                message = output.rpartition("the plan failed: ")[2]
-                self.assertTrue(any(re.search(one, message) for one in phrases), output)
+                self.assertRegex(output.rpartition("the plan failed: ")[2], phrase, output)
                 self.assertEqual(self.documents("stop")[-1]["exit_status"], "fail")
                 self.assertEqual(self.stops(), stops)
                 if stops:
