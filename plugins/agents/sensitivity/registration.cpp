@@ -16,6 +16,9 @@ constexpr double kBinBlur = 1.25;       // in bins
 constexpr double kLongestShift = 0.15;  // share of the travel: stride of differences
 constexpr double kStride = 0.7;         // image shift of a stride, as a share of the blur
 
+// Up to this image shift in pixels and relative change of the image, the Jacobian predicts it to less than the noise.
+constexpr double kLinearShift = 0.5, kLinearChange = 0.1;
+
 constexpr double kFinestBlur = 0.5;  // pixels: counts as the blur of the level without blur
 constexpr double kFarthest = 0.5;    // share of the travel: longest step
 constexpr double kTrust = 1.5;       // largest image shift of a step, in units of the blur
@@ -115,11 +118,14 @@ Level Registration::linearise(const Vector& away, double blur) const {
 Estimate Registration::compare(const Picture& capture, const Belief& before, const Vector& away, const Level& level,
                                bool far, bool finest) const {
   Estimate estimate;
-  estimate.linearised = render ? away : Vector::Zero(away.size());
+  const bool at_reference =
+      use_reference && finest && (design.motion * away).norm() < kLinearShift && design.changed(away) < kLinearChange;
+  const bool renders = render && !at_reference;
+  estimate.linearised = renders ? away : Vector::Zero(away.size());
   const int many = std::max(2, finest ? captures : captures / 4);
-  const Rendering shown = render ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
+  const Rendering shown = renders ? render(estimate.linearised, many) : Rendering{design.reference, design.noise};
   Picture residual = capture - shown.mean;
-  if (render && design.stray.size() > 0) residual -= stray_at(design, estimate.linearised);
+  if (renders && design.stray.size() > 0) residual -= stray_at(design, estimate.linearised);
   const auto pixels = static_cast<double>(std::max<Eigen::Index>(residual.size(), 1));
   const auto power = static_cast<double>(residual.squaredNorm());
   if (far) {
@@ -135,7 +141,7 @@ Estimate Registration::compare(const Picture& capture, const Belief& before, con
   const double left = std::max((power - binned * fit.explained) / pixels, least);
   // The variance of photon noise is proportional to the gain, that of an amplified image to its square.
   const double noise = std::max(shown.noise * std::pow(std::clamp(fit.gain, 0.5, 2.0), 1.5), least);
-  const double unavoidable = render ? noise + std::max(shown.noise, least) / many : noise;
+  const double unavoidable = renders ? noise + std::max(shown.noise, least) / many : noise;
   estimate.misfit = left / unavoidable;
   const Vector projected = (level.gain.transpose() * residual).cast<double>();
   Belief plain{level.information * (binned / left), level.weigh * projected * (binned / left)};

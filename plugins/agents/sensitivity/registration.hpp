@@ -29,7 +29,8 @@ struct Registration {
   // Renders the lens as designed at displacement `away` from the nominal pose, as the mean of `captures` (at least 2),
   // and clamps `away` to the travel. If empty, the reference image and the Jacobian at the nominal pose are used.
   std::function<Rendering(Vector& away, int captures)> render;
-  int captures = 16;  // per image at the finest level
+  int captures = 16;           // per image at the finest level
+  bool use_reference = false;  // near the nominal pose, compare with the reference image instead of rendering
 
   // before: the belief about the displacement without this capture.
   Estimate operator()(const Picture& capture, const Belief& before, int most_comparisons) const;

@@ -184,6 +184,26 @@ TEST(Registration, FindsDistantPose) {
   }
 }
 
+TEST(Registration, ComparesWithTheReferenceNearTheNominalPoseOnly) {
+  const Design design = toy_design(5);
+  Registration registration = toy_registration(design);
+  registration.use_reference = true;
+  int rendered = 0;
+  registration.render = [&, render = registration.render](Vector& away, int captures) {
+    ++rendered;
+    return render(away, captures);
+  };
+  for (const double distance : {0.005, 0.2}) {
+    rendered = 0;
+    const Vector away = distance * Vector::Ones(5);
+    const Picture capture = toy_picture(Vector::Constant(5, 0.5) + away, kNoise, 1);
+    const Belief before = Belief::around(distance < 0.1 ? away : Vector::Zero(5), distance < 0.1 ? 0.002 : 0.3);
+    const Estimate estimate = registration(capture, before, 12);
+    EXPECT_EQ(rendered > 0, distance > 0.1) << distance;
+    EXPECT_LT((before.with(estimate.away).mean() - away).lpNorm<Eigen::Infinity>(), distance < 0.1 ? 0.005 : 0.08);
+  }
+}
+
 TEST(Registration, CovarianceMatchesErrors) {
   const Design design = toy_design(5);
   const Registration registration = toy_registration(design);

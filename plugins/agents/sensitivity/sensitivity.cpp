@@ -79,6 +79,7 @@ class Sensitivity final : public relign::Agent {
       : relinearise_(given.boolean("relinearise")),
         first_blur_(given.number("first_blur")),
         captures_(static_cast<int>(given.integer("model_captures"))),
+        use_reference_(given.boolean("use_reference")),
         stray_light_(given.boolean("stray_light")),
         trusted_(given.number("trusted_distance")) {}
 
@@ -98,7 +99,7 @@ class Sensitivity final : public relign::Agent {
     relign::Random random(trial.seed());
     // Scenes with images large enough to be binned are slow, and binning reduces their noise.
     const int captures = std::max(2, captures_ / static_cast<int>(binning.bin()));
-    Registration registration{*design, {}, captures};
+    Registration registration{*design, {}, captures, use_reference_};
     if (relinearise_)
       registration.render = [&](Vector& away, int count) {
         const Vector pose = (design->nominal + away).cwiseMax(0.0).cwiseMin(1.0);
@@ -158,10 +159,11 @@ class Sensitivity final : public relign::Agent {
   }
 
   bool relinearise_;
-  double first_blur_;  // share of the image's side
-  int captures_;       // of the model, per image at the finest level
-  bool stray_light_;   // fit disturbances
-  double trusted_;     // share of the travel
+  double first_blur_;   // share of the image's side
+  int captures_;        // of the model, per image at the finest level
+  bool use_reference_;  // instead of images of the model near its nominal pose
+  bool stray_light_;    // fit disturbances
+  double trusted_;      // share of the travel
 };
 
 }  // namespace
