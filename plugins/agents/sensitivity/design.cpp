@@ -136,4 +136,11 @@ Design study(const Simulator& simulator, const Vector& nominal, const Picture& r
   return design;
 }
 
+double expected_excess(const Design& design, const Belief& best, const Vector& pose) {
+  const Matrix& squares = design.levels.back().information;  // J'J: the level has no blur
+  const Vector away = pose - best.mean();
+  const double sum = (best.covariance() * squares).trace() + away.dot(squares * away);
+  return std::sqrt(std::max(sum, 0.0) / static_cast<double>(std::max<Eigen::Index>(design.reference.size(), 1)));
+}
+
 }  // namespace sensitivity

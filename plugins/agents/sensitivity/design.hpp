@@ -57,6 +57,11 @@ struct Design {
   double changed(const Vector& away) const { return std::sqrt(std::max(away.dot(change * away), 0.0)); }
 };
 
+// RMSE that the lens is expected to have at a pose beyond that of its optimum, if the RMSE of the optimum is much
+// smaller, as the root of the expected square. best: belief about the optimum's pose. Without what the fit of
+// disturbances takes up.
+double expected_excess(const Design& design, const Belief& best, const Vector& pose);
+
 // Images of the lens as designed at a true pose.
 struct Simulator {
   std::function<Picture(const Vector& pose)> clean;                        // noise-free

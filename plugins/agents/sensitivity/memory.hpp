@@ -22,6 +22,11 @@ class Memory {
       : errors_(std::move(errors)), before_(Belief::around(start, errors_.spread)), best_(before_) {}
 
   const Belief& best() const { return best_; }
+  // The same with the error of the stage in a move from `at` to `goal`.
+  Belief best_after_move(const Vector& at, const Vector& goal) const {
+    const double error = errors_.stage * errors_.stage * (goal - at).squaredNorm();
+    return best_.inflated(error * Matrix::Identity(at.size(), at.size()));
+  }
 
   // away: belief about the displacement from the best pose to `at`.
   void add(const Vector& at, const Belief& away) {

@@ -170,6 +170,23 @@ TEST(DesignStudy, SubtractsNoiseOfJacobian) {
   }
 }
 
+TEST(DesignStudy, ExpectedExcessMatchesImages) {
+  const Design design = toy_design(6);  // the last axis has no effect, and no doubt about it counts
+  const Vector nominal = Vector::Constant(6, 0.5), pose = nominal + 0.002 * Vector::Unit(6, 0);
+  const Matrix covariance = Vector{{4e-6, 4e-6, 1e-4, 1e-4, 1e-3, 0.09}}.asDiagonal();
+  relign::Random random(11);
+  constexpr int kDraws = 400;
+  double squares = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    Vector seen = pose;
+    for (Eigen::Index axis = 0; axis < 6; ++axis) seen[axis] += std::sqrt(covariance(axis, axis)) * random.normal();
+    squares += static_cast<double>((toy_picture(seen) - toy_picture(nominal)).squaredNorm()) / kDraws;
+  }
+  const Belief best{covariance.inverse(), covariance.inverse() * nominal};
+  const double pixels = toy::kSide * toy::kSide;
+  EXPECT_NEAR(expected_excess(design, best, pose) / std::sqrt(squares / pixels), 1, 0.1);
+}
+
 TEST(Registration, FindsDistantPose) {
   const Design design = toy_design(5);
   const Registration registration = toy_registration(design);

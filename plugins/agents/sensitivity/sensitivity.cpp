@@ -81,6 +81,7 @@ class Sensitivity final : public relign::Agent {
         captures_(static_cast<int>(given.integer("model_captures"))),
         use_reference_(given.boolean("use_reference")),
         stray_light_(given.boolean("stray_light")),
+        stop_below_(given.number("stop_below")),
         trusted_(given.number("trusted_distance")) {}
 
   void run(relign::Trial& trial) override {
@@ -115,6 +116,7 @@ class Sensitivity final : public relign::Agent {
       update(registration, binning(observation.image()), here, first, memory);
       const Vector next = within_a_move(here, memory.best().mean(), trial.largest_move());
       trial.recommend(to_pose(next));
+      if (sensitivity::expected_excess(*design, memory.best_after_move(here, next), next) < stop_below_) return;
       auto moved = trial.step(to_pose(next));
       if (!moved) return;
       observation = std::move(*moved);
@@ -163,6 +165,7 @@ class Sensitivity final : public relign::Agent {
   int captures_;        // of the model, per image at the finest level
   bool use_reference_;  // instead of images of the model near its nominal pose
   bool stray_light_;    // fit disturbances
+  double stop_below_;   // RMSE
   double trusted_;      // share of the travel
 };
 

@@ -158,6 +158,27 @@ TEST(Sensitivity, RecommendsPoseOfNextMoveAtEveryStep) {
   }
 }
 
+TEST(Sensitivity, StopsOnceCertain) {
+  std::size_t before = 0;
+  for (const double limit : {0.01, 0.002}) {
+    std::size_t recommendations = 0;
+    for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+      SensitivityTrial toy(5, seed, 30);
+      toy.run("sensitivity", {{"stop_below", limit}});
+      Pose seen = toy.trial->recommendations.back().pose;
+      for (std::size_t axis = 0; axis < 5; ++axis) seen[axis] += toy.start[axis] - toy.optimum[axis] + 0.5;
+      const std::vector<float> ideal = toy::paint(Pose(5, 0.5)), left = toy::paint(seen);
+      double squares = 0;
+      for (std::size_t k = 0; k < ideal.size(); ++k) squares += std::pow(left[k] - ideal[k], 2);
+      EXPECT_LT(std::sqrt(squares / static_cast<double>(ideal.size())), 2.5 * limit) << seed;
+      recommendations += toy.trial->recommendations.size();
+    }
+    EXPECT_GT(recommendations, before) << limit;
+    EXPECT_LT(recommendations, 5u * 31u) << limit;
+    before = recommendations;
+  }
+}
+
 TEST(Sensitivity, AcceptsAnyNumberOfAxesAndBudgetOfOne) {
   for (const std::uint32_t axes : {1u, 2u, 3u, 6u, 10u}) {
     SensitivityTrial toy(axes, 2, 8);
