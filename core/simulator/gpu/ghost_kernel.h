@@ -40,7 +40,7 @@ struct GhostBatch {
   std::int32_t blocks_of_box;  // GPU blocks for each box
 };
 // Both compilers must see the same layout.
-static_assert(sizeof(GhostBatch) == 96 && sizeof(GhostBoxJob) == 160 && sizeof(GhostLensJob) == 72);
+static_assert(sizeof(GhostBatch) == 104 && sizeof(GhostBoxJob) == 160 && sizeof(GhostLensJob) == 72);
 static_assert(sizeof(optics::GhostStep) == 100 && sizeof(optics::GhostBody) == 180);
 
 // A path from a pixel to the emitter or to its end.

@@ -121,7 +121,7 @@ struct FitBatch {
 
 // Both compilers must see the same layout.
 static_assert(sizeof(optics::Op) == 232 && sizeof(TileJob) == 168 && sizeof(ImageJob) == 28);
-static_assert(sizeof(FitJob) == 416 && sizeof(FitBatch) == 728);
+static_assert(sizeof(FitJob) == 416 && sizeof(FitBatch) == 736);
 static_assert(sizeof(optics::PassingRegion) == 152 && sizeof(imaging::TileCorner) == 696);
 
 // A pixel that is checked, and its tile in the grid.

@@ -29,6 +29,13 @@ void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings,
     throw Error(ErrorKind::bad_input, several + ", but transport 'ghost' supports one; use transport 'fresnel'");
 }
 
+void refuse_warp(const SceneFile& scene, const CaptureSettings& settings) {
+  if (scene.sensor.bow_per_mm != 0 && settings.transport == Transport::ghost)
+    throw Error(ErrorKind::bad_input, "scene '" + scene.name +
+                                          "': the sensor has 'warp_um', but transport 'ghost' needs a flat one; use "
+                                          "transport 'fresnel', or remove 'warp_um'");
+}
+
 // What a whole capture reads out.
 PixelRegions windows_of(const Sensor& sensor) {
   const auto count = [](int pixels) { return static_cast<std::uint32_t>(pixels); };
@@ -101,6 +108,7 @@ MseEstimate estimate_of(const MseSum& sum, double pixels) {
 Camera::Camera(const SceneFile& scene, const CaptureSettings& settings, Parallel& parallel, optics::BlockTracer* tracer)
     : scene_(&scene), settings_(settings), parallel_(&parallel), tracer_(tracer) {
   refuse_wavelengths(scene, settings, tracer != nullptr);
+  refuse_warp(scene, settings);
   views_.emplace_back(scene, parallel);
   for (std::size_t i = 0; i < scene.wavelengths.size(); ++i) {
     if (i > 0) views_.emplace_back(scene, parallel);

@@ -1,6 +1,7 @@
 #include "imaging/mounted_lens.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace relign::imaging {
@@ -16,7 +17,8 @@ optics::PlaceRange reachable(const SceneFile& scene) {
   const double sensor_from_first_vertex = scene.sensor.z_mm + scene.pivot_behind_first_vertex_mm;
   optics::PlaceRange range;
   range.half_width = corner + scene.sensor.z_mm * angle.sine + 0.1;
-  const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + 0.01;
+  const double warped = std::fabs(scene.sensor.bow_per_mm) * 2 * half * half;
+  const double deep = scene.travel.shift_mm[2] + 2 * corner * angle.sine + warped + 0.01;
   range.z_low = sensor_from_first_vertex - deep;
   range.z_high = sensor_from_first_vertex + deep;
   range.most_places /= 1 + static_cast<int>(scene.wavelengths.size());

@@ -21,10 +21,13 @@ struct PixelGrid {
   double pitch_mm = 0;
   int width = 0, height = 0;       // pixels
   double left_mm = 0, top_mm = 0;  // world x and y of the corner where pixel (0, 0) begins
+  double bow_per_mm = 0;           // of a warped sensor; its tiles are flat, each at the z of its middle
 
+  double z_at(double x_mm, double y_mm) const { return z_mm + bow_per_mm * (x_mm * x_mm + y_mm * y_mm); }
   // World position at `column`, `row`, counted in pixels from that corner.
   optics::Vec3 place(double column, double row) const {
-    return {left_mm + column * pitch_mm, top_mm - row * pitch_mm, z_mm};
+    const double x = left_mm + column * pitch_mm, y = top_mm - row * pitch_mm;
+    return {x, y, z_at(x, y)};
   }
 };
 

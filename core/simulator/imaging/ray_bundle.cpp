@@ -13,6 +13,7 @@ namespace {
 constexpr double kReach = 3;        // largest semi-diameters
 constexpr int kCellsPerRadius = 4;  // of the paraxial pupil, in the search for passing rays
 constexpr double kFirstWindow = 2;  // paraxial radii
+constexpr int kSensorRounds = 4;    // towards a warped sensor; each leaves a hundredth of the distance, or less
 
 }  // namespace
 
@@ -85,9 +86,15 @@ RayBundle::Light RayBundle::light_of(const optics::Vec3& way, const optics::Vec3
   const optics::Vec3 last = to_world_.point(last_in_lens);
   const optics::Vec3 out = to_world_.direction(direction);
   if (!(out.z > 0)) return light;
-  const double on = (scene_.sensor.z_mm - last.z) / out.z;
-  light.x_mm = last.x + on * out.x;
-  light.y_mm = last.y + on * out.y;
+  double on = 0;
+  double z = scene_.sensor.z_mm, before = 0;
+  for (int round = 0; round < kSensorRounds && z != before; ++round) {
+    on = (z - last.z) / out.z;
+    light.x_mm = last.x + on * out.x;
+    light.y_mm = last.y + on * out.y;
+    before = z;
+    z = scene_.sensor.z_at(light.x_mm, light.y_mm);
+  }
   light.p = out.x;
   light.q = out.y;
   light.path_mm = path_mm + on;

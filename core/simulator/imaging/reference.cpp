@@ -92,6 +92,7 @@ std::string scene_content_hash(const SceneFile& scene, const CaptureSettings& se
       for (const optics::Face& face : element.faces) indices.push_back(face.index_after);
     content["wavelengths"].push_back({wavelength.lens.wavelength_nm, wavelength.weight, indices});
   }
+  if (scene.sensor.bow_per_mm != 0) content["sensor_bow"] = scene.sensor.bow_per_mm;
   for (const PixelBox& window : scene.sensor.windows)
     content["windows"].push_back({window.column, window.row, window.columns, window.rows});
   if (scene.diffraction) content["diffraction"] = {scene.lens.wavelength_nm, scene.ambient_index};

@@ -62,6 +62,8 @@ Sensor read_sensor(const Json& file, const JsonSource& source, const std::string
   Sensor sensor;
   sensor.z_mm = file["z_mm"];
   read_pixels(file, complain, sensor);
+  if (const double warp_um = file["warp_um"]; warp_um != 0)
+    sensor.bow_per_mm = warp_um / 1000 / (sensor.left_mm * sensor.left_mm + sensor.top_mm * sensor.top_mm);
   if (sensor.width > 0 && file.contains("region")) {
     if (columns > 0)
       complain("region", "a region counts in the pixels of the file; leave the parameter 'pixels' at 0");

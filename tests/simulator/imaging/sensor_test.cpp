@@ -49,6 +49,16 @@ TEST(Sensor, FewerColumnsCoverTheSameArea) {
   EXPECT_NEAR(coarse.place(192, 128).y, -1.92, 1e-12);
 }
 
+TEST(Sensor, WarpIsThatOfTheWholeSensor) {
+  for (const char* region : {"", R"(, "region": {"column": 150, "row": 0})"}) {
+    const Sensor sensor =
+        read(R"({"z_mm": 2, "pitch_um": 10, "pixels": [200, 100], "warp_um": -8)" + std::string(region) + "}");
+    EXPECT_NEAR(sensor.place(sensor.width, 0).z, 2 - 0.008, 1e-12);
+    EXPECT_NEAR(sensor.z_at(0, 0), 2, 1e-12);
+  }
+  EXPECT_THAT(refusal([] { read(R"({"z_mm": 2, "side_mm": 5, "warp_um": 1001})"); }), HasSubstr("warp_um"));
+}
+
 TEST(Sensor, RegionSelectsPartOfTheSensor) {
   const Sensor part = read(R"({"z_mm": 2, "pitch_um": 10, "pixels": [200, 100],
                                "region": {"column": 150, "row": 20, "rows": 30}})");
