@@ -31,9 +31,10 @@ void refuse_wavelengths(const SceneFile& scene, const CaptureSettings& settings,
 
 void refuse_warp(const SceneFile& scene, const CaptureSettings& settings) {
   if (scene.sensor.bow_per_mm != 0 && settings.transport == Transport::ghost)
-    throw Error(ErrorKind::bad_input, "scene '" + scene.name +
-                                          "': the sensor has 'warp_um', but transport 'ghost' needs a flat one; use "
-                                          "transport 'fresnel', or remove 'warp_um'");
+    throw Error(ErrorKind::bad_input,
+                "scene '" + scene.name +
+                    "': 'sensor_warp' bends the sensor, but transport 'ghost' needs a flat one; use "
+                    "transport 'fresnel', or leave out 'sensor_warp'");
 }
 
 // What a whole capture reads out.

@@ -131,7 +131,7 @@ SceneFile read_scene_file(const fs::path& file, const SceneChoices& choices) {
   scene.pivot_behind_first_vertex_mm = top["pivot_behind_first_vertex_mm"];
   scene.diffraction = top["diffraction"];
   const std::vector<WeightedWavelength> wavelengths = read_wavelengths(top, source, problems);
-  scene.sensor = read_sensor(top["sensor"], source, "/sensor", choices.pixels, problems);
+  scene.sensor = read_sensor(top["sensor"], source, "/sensor", choices.pixels, choices.warp_um, problems);
   const Json& travel = top["travel"];
   std::copy_n(travel["shift_mm"].begin(), 3, scene.travel.shift_mm.begin());
   scene.travel.tilt_deg = travel["tilt_deg"].get<std::vector<double>>();

@@ -84,6 +84,7 @@ struct SceneChoices {
   std::string target;        // empty: the scene file's; a name or a path, see target.h
   bool rotation_z = false;   // switches the sixth axis on
   int pixels = 0;            // columns, rows in proportion, over the same area; 0: the scene file's
+  double warp_um = 0;        // of the sensor, see read_sensor
 };
 
 const Schema& scene_schema();  // docs/schemas/scene.schema.json

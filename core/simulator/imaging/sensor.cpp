@@ -54,7 +54,7 @@ double Sensor::half_extent_mm() const {
   return std::max({std::fabs(left_mm), std::fabs(right), std::fabs(top_mm), std::fabs(bottom)});
 }
 
-Sensor read_sensor(const Json& file, const JsonSource& source, const std::string& pointer, int columns,
+Sensor read_sensor(const Json& file, const JsonSource& source, const std::string& pointer, int columns, double warp_um,
                    std::vector<Problem>& problems) {
   const Complain complain = [&](const char* key, const std::string& message) {
     problems.push_back(source.problem(*key ? pointer + "/" + key : pointer, message));
@@ -62,7 +62,7 @@ Sensor read_sensor(const Json& file, const JsonSource& source, const std::string
   Sensor sensor;
   sensor.z_mm = file["z_mm"];
   read_pixels(file, complain, sensor);
-  if (const double warp_um = file["warp_um"]; warp_um != 0)
+  if (warp_um != 0)
     sensor.bow_per_mm = warp_um / 1000 / (sensor.left_mm * sensor.left_mm + sensor.top_mm * sensor.top_mm);
   if (sensor.width > 0 && file.contains("region")) {
     if (columns > 0)

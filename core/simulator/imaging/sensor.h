@@ -32,10 +32,11 @@ struct Sensor : PixelGrid {
 };
 
 // Reads the object "sensor" of a scene file: {"z_mm", "side_mm", "pixels": 200}, or {"z_mm", "pitch_um", "pixels":
-// [columns, rows]}; optionally with "warp_um", "region": {"column", "row", "columns", "rows"} and "electronics".
-// `columns` above 0 divides the same area into that many columns, and rows in proportion.
+// [columns, rows]}; optionally with "region": {"column", "row", "columns", "rows"} and "electronics". `columns` above 0
+// divides the same area into that many columns, and rows in proportion. warp_um: how much farther from the lens the
+// corners of the whole sensor are than its centre.
 // `file`: that object with defaults, as scene_schema() makes it from `pointer` of `source`.
-Sensor read_sensor(const Json& file, const JsonSource& source, const std::string& pointer, int columns,
+Sensor read_sensor(const Json& file, const JsonSource& source, const std::string& pointer, int columns, double warp_um,
                    std::vector<Problem>& problems);
 
 }  // namespace relign::imaging

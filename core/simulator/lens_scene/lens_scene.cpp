@@ -167,6 +167,7 @@ Parts read_parts(const Parameters& given) {
   chosen.target = given.text("target");
   chosen.rotation_z = given.boolean("rotation_z");
   chosen.pixels = static_cast<int>(given.integer("pixels"));
+  chosen.warp_um = given.number("sensor_warp");
   Parts parts;
   parts.settings.transport = *imaging::transport_from_name(given.text("transport"));
   parts.settings.sampler = *imaging::sampler_from_name(given.text("sampler"));

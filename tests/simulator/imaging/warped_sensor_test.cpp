@@ -14,14 +14,15 @@ namespace {
 
 constexpr double kWarp_mm = 0.02;  // at the corners
 
-SceneFile warped(SceneFile scene) {
-  const Sensor& sensor = scene.sensor;
-  scene.sensor.bow_per_mm = kWarp_mm / (sensor.left_mm * sensor.left_mm + sensor.top_mm * sensor.top_mm);
-  return scene;
+SceneFile warped_camera() {
+  SceneChoices choices;
+  choices.pixels = 960;
+  choices.warp_um = 1000 * kWarp_mm;
+  return read_scene_file(scene_folder() + "camera_2mp/scene.json", choices);
 }
 
 TEST(WarpedSensor, CornersAreAsFarFromItsCentreAsTheFileSays) {
-  const SceneFile scene = warped(small_camera());
+  const SceneFile scene = warped_camera();
   const Sensor& sensor = scene.sensor;
   EXPECT_NEAR(sensor.place(0, 0).z, sensor.z_mm + kWarp_mm, 1e-12);
   EXPECT_NEAR(sensor.place(0, sensor.height).z, sensor.z_mm + kWarp_mm, 1e-12);
@@ -29,7 +30,7 @@ TEST(WarpedSensor, CornersAreAsFarFromItsCentreAsTheFileSays) {
 }
 
 TEST(WarpedSensor, TilesHaveTheImageOfAFlatSensorAtTheirHeight) {
-  SceneFile bent = warped(small_camera()), flat = small_camera();
+  SceneFile bent = warped_camera(), flat = small_camera();
   // Tiles with an edge of a square: near the centre, at the side, in the corner.
   const PixelBox tiles[] = {{432, 324, 12, 12}, {156, 324, 12, 12}, {60, 60, 12, 12}};
   bent.sensor.windows.assign(std::begin(tiles), std::end(tiles));
@@ -65,7 +66,7 @@ TEST(WarpedSensor, TilesHaveTheImageOfAFlatSensorAtTheirHeight) {
 
 TEST(WarpedSensor, RegionsOfDirectionsCoverAllPassingRays) {
   // As bright with rays through the region alone as with rays from everywhere.
-  SceneFile scene = warped(small_camera());
+  SceneFile scene = warped_camera();
   scene.sensor.windows = {{48, 48, 24, 24}, {888, 576, 24, 24}};
   Parallel parallel(2);
   const std::vector<double> pose(scene.axes(), 0.5);
@@ -84,7 +85,7 @@ TEST(WarpedSensor, RegionsOfDirectionsCoverAllPassingRays) {
 }
 
 TEST(WarpedSensor, FieldsHaveTheMtfOfAFlatSensorAtTheirHeight) {
-  const SceneFile flat = small_camera(), bent = warped(flat);
+  const SceneFile flat = small_camera(), bent = warped_camera();
   const optics::Assembly lens(flat.lens);
   const std::vector<double> pose(flat.axes(), 0.5);
   constexpr double kLinePairs = 60;
@@ -108,15 +109,15 @@ TEST(WarpedSensor, FieldsHaveTheMtfOfAFlatSensorAtTheirHeight) {
 
 TEST(WarpedSensor, BelongsToTheContentOfAScene) {
   const SceneFile flat = small_camera();
-  EXPECT_NE(scene_content_hash(flat, {}), scene_content_hash(warped(flat), {}));
+  EXPECT_NE(scene_content_hash(flat, {}), scene_content_hash(warped_camera(), {}));
 }
 
 TEST(WarpedSensor, IsRefusedForReflectedLight) {
   CaptureSettings settings;
   settings.transport = Transport::ghost;
   Parallel parallel(1);
-  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { Camera(warped(relign_od_scene()), settings, parallel); }),
-              testing::AllOf(testing::HasSubstr("'warp_um'"), testing::HasSubstr("use transport 'fresnel'")));
+  EXPECT_THAT(test::error_text(ErrorKind::bad_input, [&] { Camera(warped_camera(), settings, parallel); }),
+              testing::AllOf(testing::HasSubstr("'sensor_warp'"), testing::HasSubstr("use transport 'fresnel'")));
 }
 
 }  // namespace
