@@ -165,8 +165,11 @@ def spans(evidence):
                 [evidence.curves[one, level][-1][f"{column}_median"] for one in of_name for level in LEVELS], 4)
     found["span.ppo200:bo-gp.own"] = ends([evidence.contrasts[one, "bo-gp", "own", level]["ratio"]
                                            for one in evidence.networks for level in LEVELS], 2)
-    found["span.ppo200:bo-gp.authors"] = ends([evidence.authors[one, "bo-gp", level]["ratio"]
+    found["span.ppo200:bo-gp.authors"] = ends([evidence.authors[one, "bo-gp", COLUMNS["current"], level]["ratio"]
                                                for one in evidence.networks for level in LEVELS], 2)
+    for key, names in (("ppo200", evidence.networks), ("imitation-ppo", ("imitation-ppo",))):
+        found[f"span.{key}:bobyqa.own"] = ends([evidence.authors[one, "nlopt-bobyqa", COLUMNS["own"], level]["ratio"]
+                                                for one in names for level in LEVELS], 2)
     found["span.imitation-ppo:bo-gp.own"] = ends(
         [evidence.contrasts["imitation-ppo", "bo-gp", "own", level]["ratio"] for level in LEVELS], 2)
     last = [float(evidence.curves[one, level][MOVES]["recommended_current_median"]) for one in evidence.networks

@@ -28,7 +28,7 @@ from cells import (
     rounded,
     table,
 )
-from claims import claims, methods
+from claims import claims, methods, spread
 from specification import LIMITS
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
@@ -137,12 +137,20 @@ def by_merit(protocol):
 
 
 def authors():
-    """Contrasts in which each method recommends by the rule of its authors."""
-    cells = {}
+    """Contrasts in which each method recommends by the rule of its authors; networks of one kind share a row."""
+    found = {}
     for row in read("authors.csv"):
-        names = " : ".join(f"{named(row[which])} ({RULE_NAMES[row[f'{which}_rule']]})" for which in ("first", "second"))
-        cells.setdefault(names, {})[row["noise_level"]] = ratio(row)
-    return table(("contrast",) + LEVELS, [(names, *(found[level] for level in LEVELS)) for names, found in cells.items()])
+        kinds = [row[which].split(" ")[0] for which in ("first", "second")]
+        if kinds[1] == "bo-gp" or kinds[0] in ("bo-gp", "imitation-ppo", "ppo-exact-200"):
+            pair = tuple((named(kind), RULE_NAMES[row[f"{which}_rule"]]) for kind, which in zip(kinds, ("first", "second")))
+            found.setdefault(pair, {}).setdefault(row["noise_level"], []).append(row)
+
+    def cell(rows):
+        return ratio(*rows) if len(rows) == 1 else f"{spread(rows)} {' or '.join(dict.fromkeys(row['verdict'] for row in rows))}"
+
+    return table(("contrast",) + LEVELS,
+                 [(" : ".join(f"{name} ({rule})" for name, rule in pair), *(cell(levels[level]) for level in LEVELS))
+                  for pair, levels in found.items()])
 
 
 def yields(study, protocol):
