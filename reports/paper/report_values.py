@@ -170,6 +170,8 @@ def spans(evidence):
     for key, names in (("ppo200", evidence.networks), ("imitation-ppo", ("imitation-ppo",))):
         found[f"span.{key}:bobyqa.own"] = ends([evidence.authors[one, "nlopt-bobyqa", COLUMNS["own"], level]["ratio"]
                                                 for one in names for level in LEVELS], 2)
+    assert all(row["verdict"] != "better" for key, row in evidence.authors.items() if key[1] == "nlopt-bobyqa"
+               and key[0] != "imitation-ppo"), "the text says that no network from scratch is ahead of BOBYQA"
     found["span.imitation-ppo:bo-gp.own"] = ends(
         [evidence.contrasts["imitation-ppo", "bo-gp", "own", level]["ratio"] for level in LEVELS], 2)
     last = [float(evidence.curves[one, level][MOVES]["recommended_current_median"]) for one in evidence.networks

@@ -26,7 +26,8 @@ def rule_of(method):
 
 def pairs(names):
     """First and second method with the column of each one's rule."""
-    firsts = [name for name in names if name.startswith(POLICIES) and "shrinking" not in name or name in ("imitation-ppo", "bo-gp")]
+    firsts = [name for name in names
+              if name.startswith(POLICIES) and "shrinking" not in name or name in ("imitation-ppo", "bo-gp")]
     for first in firsts:
         second = "random" if first == "bo-gp" else "bo-gp"
         yield first, rule_of(first), second, rule_of(second)
