@@ -42,7 +42,7 @@ def row(of_class, entry):
 
 def table(feed):
     lines = [
-        f"| observes | rank | method | normalised error, IQM (95 %) | better than {feed['baseline']}, % | failed | images | time, s "
+        f"| observes | rank | method | normalised error, IQM (95 %) | better than {feed['baseline']}, % | failed | captures | time, s "
         "| training, h |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
