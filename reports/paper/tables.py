@@ -41,7 +41,7 @@ CLASSES = ("images and design", "images", "merit", "neither")  # what a method o
 # Methods of the short table, with the recommendation rule of their authors; merit: the pose of the lowest merit.
 IN_SHORT = {"sensitivity": "own", "imitation-ppo": "own", "through-focus": "own", "ppo-paper": "current", "nlopt-bobyqa": "own",
             "bo-gp-tuned": "own", "bo-gp": "merit", "random": "own", "home": "own"}
-RULE_NAMES = {"merit": "lowest merit", "recommended": "own", "recommended_current": "current"}  # of authors.csv
+RULE_NAMES = {"merit": "lowest merit", **{column: rule for rule, column in COLUMNS.items()}}  # of authors.csv
 INSTANCES = "50"
 STEPS = (1, 2, 4, 10, 20, 50)  # moves after the capture at the start
 TARGETS = (0.01, 0.005, 0.002)
@@ -142,11 +142,13 @@ def authors():
     for row in read("authors.csv"):
         kinds = [row[which].split(" ")[0] for which in ("first", "second")]
         if kinds[1] == "bo-gp" or kinds[0] in ("bo-gp", "imitation-ppo", "ppo-exact-200"):
-            pair = tuple((named(kind), RULE_NAMES[row[f"{which}_rule"]]) for kind, which in zip(kinds, ("first", "second")))
+            rules = [RULE_NAMES[row[f"{which}_rule"]] for which in ("first", "second")]
+            pair = tuple(zip(map(named, kinds), rules))
             found.setdefault(pair, {}).setdefault(row["noise_level"], []).append(row)
 
     def cell(rows):
-        return ratio(*rows) if len(rows) == 1 else f"{spread(rows)} {' or '.join(dict.fromkeys(row['verdict'] for row in rows))}"
+        verdicts = " or ".join(dict.fromkeys(row["verdict"] for row in rows))
+        return ratio(*rows) if len(rows) == 1 else f"{spread(rows)} {verdicts}"
 
     return table(("contrast",) + LEVELS,
                  [(" : ".join(f"{name} ({rule})" for name, rule in pair), *(cell(levels[level]) for level in LEVELS))
