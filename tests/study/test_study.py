@@ -3,10 +3,12 @@ quick suite still has the numbers that are published."""
 
 import csv
 import json
+import math
 import os
 import pathlib
 import re
 import shutil
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -16,7 +18,8 @@ TREE = pathlib.Path(__file__).resolve().parents[2]
 PAPER = TREE / "reports" / "paper"
 sys.path.insert(0, str(PAPER))
 
-from cells import named  # noqa: E402
+import tables  # noqa: E402
+from cells import FLOOR, named  # noqa: E402
 from claims import Evidence, verdict  # noqa: E402
 
 QUICK = TREE / "reports" / "quick" / "instances.csv"
@@ -105,6 +108,24 @@ class Published(unittest.TestCase):
         for row in lowest:
             for name in ("noise_level", "protocol", "algorithm", "instance"):
                 self.assertEqual(row[name], published[row["trial"]][name])
+
+    def test_contrasts_of_the_authors_rules_are_those_of_the_errors(self):
+        errors = {}
+        for row in [row for file in ("instances.csv", "trainings/instances.csv") for row in rows(PAPER / file, protocol="paper")]:
+            errors.setdefault((row["algorithm"], row["noise_level"]), {})[row["instance"]] = row
+        for row in rows(PAPER / "merit.csv", protocol="paper"):
+            errors[row["algorithm"], row["noise_level"]][row["instance"]]["merit"] = row["rmse"]
+        for row in rows(PAPER / "authors.csv"):
+            first, second = ([max(float(of_instance[row[f"{which}_rule"]]), float(FLOOR))
+                              for _, of_instance in sorted(errors[row[which], row["noise_level"]].items())]
+                             for which in ("first", "second"))
+            logarithms = sorted(math.log(one / other) for one, other in zip(first, second, strict=True) for _ in range(4))
+            middle = logarithms[len(logarithms) // 4:-len(logarithms) // 4]
+            self.assertAlmostEqual(math.exp(statistics.fmean(middle)) / float(row["ratio"]), 1, places=4, msg=str(row))
+
+    def test_networks_of_one_kind_share_a_row(self):
+        line = next(line for line in tables.authors().splitlines() if line.startswith("| PPO-200 (own) : nlopt-bobyqa"))
+        self.assertIn("| 1.15 to 1.33 (0.98 to 1.50) undecided or worse |", line)
 
     def test_what_is_published_is_the_suite_of_the_tree(self):
         manifest = json.loads((PAPER / "sample" / "manifest.json").read_text())
