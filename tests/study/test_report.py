@@ -56,7 +56,7 @@ class Report(unittest.TestCase):
         for name, table in data()["tables"].items():
             if name == "domains":  # some columns and rows of the page's table
                 continue
-            of_page = tables[own.get(name, name)]
+            of_page = [line for line in tables[own.get(name, name)] if name != "authors" or report.LEFT_OUT not in line]
             rows = [row for row in table["rows"] if any(row[1:])]  # without headings of classes
             self.assertEqual(len(rows), len(of_page), name)
             for row, line in zip(rows, of_page):
