@@ -215,16 +215,6 @@ std::string stdout_of(const std::function<void()>& work) {
   return text;
 }
 
-std::vector<float> packed(const relign_image& image) {
-  std::vector<float> values;
-  for (std::size_t y = 0; y < image.height; ++y) {
-    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
-                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
-    values.insert(values.end(), row, row + image.width);
-  }
-  return values;
-}
-
 std::size_t heap_bytes() {
   const struct mallinfo2 info = ::mallinfo2();
   return info.uordblks + info.hblkhd;

@@ -9,6 +9,7 @@
 
 #include "conformance/fake_trial.h"
 #include "conformance/subject.h"
+#include "plugin_host/packed.h"
 
 namespace relign::conformance {
 
@@ -50,8 +51,7 @@ class ProcessState {
 // Everything written to stdout while `work` runs, through any layer.
 std::string stdout_of(const std::function<void()>& work);
 
-// The pixels, row by row.
-std::vector<float> packed(const relign_image& image);
+using plugin_host::packed;
 
 // Bytes allocated by malloc; 0 where unknown.
 std::size_t heap_bytes();

@@ -8,6 +8,7 @@
 
 #include "base/error.h"
 #include "base/parallel.h"
+#include "plugin_host/packed.h"
 #include "trials/own_optimum.h"
 #include "trials/stage.h"
 
@@ -45,8 +46,7 @@ struct Batch::Implementation {
       host_frames.assign(pixels * setup.slots, 0.0F);
       frames = host_frames.data();
     }
-    const relign_image image = scenes.front()->reference();
-    reference.assign(image.pixels, image.pixels + pixels);
+    reference = plugin_host::packed(scenes.front()->reference());
     slots.resize(setup.slots);
   }
   ~Implementation() { slots.clear(); }  // lenses must be destroyed before their scenes

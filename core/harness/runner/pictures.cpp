@@ -12,6 +12,7 @@
 #include "base/files.h"
 #include "base/seeds.h"
 #include "images/image_file.h"
+#include "plugin_host/packed.h"
 #include "records/picture_index.h"
 #include "records/results_folder.h"
 #include "records/stored_trials.h"
@@ -23,16 +24,6 @@ namespace relign::runner {
 namespace fs = std::filesystem;
 
 namespace {
-
-images::Image copy(const relign_image& image) {
-  images::Image made(image.width, image.height);
-  for (std::size_t y = 0; y < made.height; ++y) {
-    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
-                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
-    std::copy(row, row + made.width, made.values.begin() + static_cast<std::ptrdiff_t>(y * made.width));
-  }
-  return made;
-}
 
 constexpr unsigned kFilmTile = 80;  // pixels
 constexpr std::size_t kFilmFrames = 8;
@@ -178,7 +169,8 @@ class Pictures {
       });
     if (!facts.has_image() || (fs::exists(own / "reference.png") && fs::exists(shown))) return;
     guarded([&] {
-      const images::Image reference = trials::picture_of(facts, copy(runner_.scene(job).reference()).values.data());
+      const images::Image reference =
+          trials::picture_of(facts, plugin_host::packed(runner_.scene(job).reference()).data());
       fs::create_directories(shown.parent_path());
       images::write_preview(own / "reference.png", reference, static_cast<float>(facts.image_white));
       images::write_preview(shown, reference, static_cast<float>(facts.image_white));

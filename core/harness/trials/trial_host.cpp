@@ -10,6 +10,7 @@
 #include "base/error.h"
 #include "base/seeds.h"
 #include "base/text.h"
+#include "plugin_host/packed.h"
 #include "trials/task_text.h"
 
 namespace relign::trials {
@@ -20,17 +21,6 @@ constexpr std::uint64_t kMaxRefusals = 100'000;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::vector<float> packed(const relign_image& image) {
-  std::vector<float> values;
-  values.reserve(std::size_t{image.width} * image.height);
-  for (std::size_t y = 0; y < image.height; ++y) {
-    const auto* row = reinterpret_cast<const float*>(reinterpret_cast<const char*>(image.pixels) +
-                                                     y * static_cast<std::size_t>(image.row_stride_bytes));
-    values.insert(values.end(), row, row + image.width);
-  }
-  return values;
 }
 
 // Of an image without padding.
@@ -60,7 +50,7 @@ TrialHost::TrialHost(const TrialSetup& setup, Rules rules)
     : setup_(&setup),
       rules_(std::move(rules)),
       stage_(make_stage(setup, rules_)),
-      reference_(packed(setup.reference)),
+      reference_(plugin_host::packed(setup.reference)),
       pixels_(reference_.size()),
       best_merit_(std::numeric_limits<double>::infinity()),
       lowest_measured_(std::numeric_limits<double>::infinity()),
