@@ -15,6 +15,7 @@
 #include "cli/workbench.h"
 #include "drawing/landscape.h"
 #include "drawing/png.h"
+#include "plugin_host/packed.h"
 
 namespace relign::cli {
 namespace {
@@ -30,12 +31,36 @@ struct LandscapeArguments {
   std::string pose = "nominal";
   LensChoice lens;
   int points = 21;
+  bool arrows = false;
   std::string out = "landscape";
 };
 
-// Measures the planes through `pose`, one for every pair of axes.
+// The gradient of the noise-free MSE by the shares of the axes; empty where the scene offers no derivatives. Each of
+// two renders is compared with the reference and multiplied by the derivatives of the other, so that there is no bias.
+std::vector<double> mse_gradient(plugin_host::MountedAssembly& assembly, const std::vector<float>& reference,
+                                 const std::vector<double>& pose) {
+  // Noise averages over the pixels: larger images get fewer rays each.
+  constexpr std::size_t kRays = 320'000, kMostSamples = 8;
+  const std::size_t pixels = reference.size();
+  const auto samples = static_cast<std::uint32_t>(std::clamp<std::size_t>(kRays / pixels, 1, kMostSamples));
+  std::vector<float> renders[2];
+  for (std::uint64_t k = 0; k < 2; ++k) {
+    renders[k].resize((pose.size() + 1) * pixels);
+    if (!assembly.render_slopes(pose, kTruthSeed + 1 + k, samples, {}, renders[k].data())) return {};
+  }
+  std::vector<double> gradient(pose.size());
+  for (int k = 0; k < 2; ++k)
+    for (std::size_t axis = 0; axis < pose.size(); ++axis)
+      for (std::size_t i = 0; i < pixels; ++i)
+        gradient[axis] += static_cast<double>(renders[1 - k][i] - reference[i]) *
+                          static_cast<double>(renders[k][(axis + 1) * pixels + i]) / static_cast<double>(pixels);
+  return gradient;
+}
+
+// Measures the planes through `pose`, one for every pair of axes; with a reference image also slopes for arrows.
 void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssembly& assembly,
-                       const std::vector<double>& pose, const SceneScore& score, ProgressMode mode) {
+                       const std::vector<double>& pose, const SceneScore& score, const std::vector<float>& reference,
+                       ProgressMode mode) {
   const std::atomic<bool>& stop = watch_for_stop();
   const auto pairs = drawing::plane_axes(landscape.axes.size());
   const auto points = static_cast<std::size_t>(landscape.points);
@@ -58,6 +83,12 @@ void measure_landscape(drawing::Landscape& landscape, plugin_host::MountedAssemb
       here[across] = static_cast<double>(place % points) / static_cast<double>(points - 1);
       here[up] = static_cast<double>(place / points) / static_cast<double>(points - 1);
       plane.values.push_back(score.shown(assembly.noise_free_mse(here, kTruthSeed).mse));
+      // The RMSE has a gradient except at 0.
+      if (const double rmse = plane.values.back();
+          !reference.empty() && drawing::has_arrow(landscape.points, place) && rmse > score.resolution) {
+        const std::vector<double> gradient = mse_gradient(assembly, reference, here);
+        plane.slopes[place] = {gradient.at(across) / (2 * rmse), gradient.at(up) / (2 * rmse)};
+      }
       ++progress.done;
     }
     landscape.planes.push_back(std::move(plane));
@@ -109,6 +140,15 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
   if (scene.facts.axes.size() < 2)
     throw Error(ErrorKind::bad_input, "--scene: '" + arguments.scene + "' has fewer than two axes; a plane needs two");
   const ChosenLens lens = choose_lens(context, arguments.lens, scene);
+  plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
+  std::vector<float> reference;
+  if (arguments.arrows) {
+    reference = plugin_host::packed(scene.scene->reference());
+    if (!scene.facts.score.squared || mse_gradient(assembly, reference, scene.facts.nominal_pose).empty())
+      throw Error(ErrorKind::bad_input, "--arrows: the " + scene.facts.score.label() + " of scene '" + arguments.scene +
+                                            "' has no derivatives, with these parameters; " + kScenesWithDerivatives +
+                                            "; choose one of these, or leave out --arrows");
+  }
   const std::vector<double> pose = chosen_pose(arguments.pose, "--pose", scene, lens);
 
   drawing::Landscape landscape;
@@ -123,8 +163,7 @@ int landscape(Context& context, const LandscapeArguments& arguments) {
     const trials::Axis& known = scene.facts.axes[axis];
     landscape.axes.push_back({known.name, known.unit, known.lower, known.upper, scene.facts.nominal_pose[axis]});
   }
-  plugin_host::MountedAssembly assembly = scene.scene->mount(lens.offsets);
-  measure_landscape(landscape, assembly, pose, scene.facts.score, context.progress_mode());
+  measure_landscape(landscape, assembly, pose, scene.facts.score, reference, context.progress_mode());
   const std::vector<std::string> written = write(landscape, arguments.out);
   if (context.json)
     print_result(Json({{"files", written}, {"planes", landscape.planes.size()}, {"pose", pose}}).dump(2) + "\n");
@@ -200,7 +239,8 @@ void add_scene(CLI::App& app, Context& context) {
   scene.require_subcommand(1);
   CLI::App& verb = add_verb(scene, {"landscape", "Map the noise-free error over every pair of axes.",
                                     "relign-bench scene landscape --noise-level rho0.5 --instance 3 -o landscape\n"
-                                    "relign-bench scene landscape --scene gaussian_spot -o spot.html",
+                                    "relign-bench scene landscape --scene gaussian_spot -o spot.html\n"
+                                    "relign-bench scene landscape --pose optimum --arrows -o arrows",
                                     "lens draw, render, describe"});
   add_tolerances(scene, context);
   LandscapeArguments& given = add_action(verb, context, landscape);
@@ -222,6 +262,9 @@ void add_scene(CLI::App& app, Context& context) {
       ->type_name("COUNT")
       ->check(CLI::Range(3, 501))
       ->capture_default_str();
+  verb.add_flag("--arrows", given.arrows,
+                "draw arrows against the gradient on at most 9 x 9 poses of each plane, and add it to the table; for "
+                "scenes that offer derivatives");
 }
 
 }  // namespace relign::cli

@@ -18,7 +18,8 @@ constexpr double kLeft = 78, kTop = 84, kRight = 30, kBottom = 66;
 constexpr double kLegendWidth = 18;
 constexpr int kTicks = 4;
 constexpr int kContours = 10;
-constexpr int kMapPixels = 170;  // a side of a panel's map
+constexpr double kSlopes = 1000;  // of the longest arrow's to one of length 0
+constexpr int kMapPixels = 170;   // a side of a panel's map
 
 struct Range {
   double low = 0, high = 0;
@@ -74,6 +75,49 @@ void draw_ring(Canvas& canvas, const Point& at) {
   canvas.circle(at, 7, {}, Stroke{kWhite, 1.5});
 }
 
+// Places between two arrows, at most 9 of them along an axis.
+int arrow_step(int points) { return (points + 8) / 10; }
+
+void draw_lines_of_arrows(Canvas& canvas, const std::vector<Segment>& lines) {
+  canvas.segments(lines, {kInk, 2.8});
+  canvas.segments(lines, {kWhite, 1.1});
+}
+
+// Centred on `middle`.
+void add_arrow(std::vector<Segment>& lines, const Point& middle, const Point& along) {
+  constexpr double kHead = 4.5;
+  const double length = std::hypot(along.x, along.y), head = std::min(kHead, 0.5 * length) / length;
+  const Point tip{middle.x + along.x / 2, middle.y + along.y / 2};
+  lines.push_back({{middle.x - along.x / 2, middle.y - along.y / 2}, tip});
+  for (const double side : {-0.6, 0.6})
+    lines.push_back({tip, {tip.x - head * (along.x + side * along.y), tip.y - head * (along.y - side * along.x)}});
+}
+
+double steepest_of(const Landscape& landscape) {
+  double steepest = 0;
+  for (const LandscapePlane& plane : landscape.planes)
+    for (const auto& [place, slope] : plane.slopes) steepest = std::max(steepest, std::hypot(slope.x, slope.y));
+  return steepest;
+}
+
+// Each stays within a circle about its place that touches no neighbour's. Slopes beside a valley and within it differ
+// by factors of a hundred, so that only logarithmic lengths show the directions of both.
+void draw_arrows(Canvas& canvas, const Landscape& landscape, const LandscapePlane& plane, const Rectangle& panel) {
+  constexpr double kShortest = 2;  // shorter ones would hide their direction
+  const auto points = static_cast<std::size_t>(landscape.points);
+  const double steps = landscape.points - 1, flattest = steepest_of(landscape) / kSlopes;
+  const double longest = 0.85 * panel.width * arrow_step(landscape.points) / steps;
+  std::vector<Segment> lines;
+  for (const auto& [place, slope] : plane.slopes) {
+    const double steep = std::hypot(slope.x, slope.y);
+    const double length = steep > flattest ? longest * std::log(steep / flattest) / std::log(kSlopes) : 0;
+    const Point middle =
+        in_panel(panel, static_cast<double>(place % points) / steps, static_cast<double>(place / points) / steps);
+    if (length >= kShortest) add_arrow(lines, middle, {-length / steep * slope.x, length / steep * slope.y});
+  }
+  draw_lines_of_arrows(canvas, lines);
+}
+
 std::string axis_title(const LandscapeAxis& axis) {
   return axis.unit.empty() ? axis.name : axis.name + " / " + axis.unit;
 }
@@ -109,6 +153,7 @@ void draw_panel(Canvas& canvas, const Landscape& landscape, const LandscapePlane
     canvas.segments(lines, {{255, 255, 255, 0.55}, 0.6});
   }
   canvas.rectangle(panel, {}, Stroke{kInk, 1});
+  draw_arrows(canvas, landscape, plane, panel);
   draw_cross(canvas, in_panel(panel, across.nominal, up.nominal));
   const std::size_t lowest = plane.lowest(), points = static_cast<std::size_t>(landscape.points);
   draw_ring(canvas, in_panel(panel, static_cast<double>(lowest % points) / steps,
@@ -147,6 +192,16 @@ void draw_legend(Canvas& canvas, const Landscape& landscape, const Rectangle& pl
               logarithmic ? "contours at factors of " + significant(std::pow(10, apart), 2)
                           : "contours every " + significant(apart, 2),
               {12, kQuietInk});
+  if (const double steepest = steepest_of(landscape); steepest > 0) {
+    std::vector<Segment> arrow;
+    add_arrow(arrow, {x, place.y + 86}, {16, 0});
+    draw_lines_of_arrows(canvas, arrow);
+    canvas.text({x + 16, place.y + 90}, "towards lower values", {12, kInk});
+    canvas.text({x - 6, place.y + 112}, "length: log of the slope,", {12, kQuietInk});
+    canvas.text({x - 6, place.y + 130},
+                significant(steepest / kSlopes, 2) + " to " + significant(steepest, 2) + " per travel",
+                {12, kQuietInk});
+  }
 }
 
 void draw(Canvas& canvas, Landscape landscape, const LandscapeLayout& layout) {
@@ -172,6 +227,11 @@ std::vector<std::pair<std::size_t, std::size_t>> plane_axes(std::size_t axes) {
   for (std::size_t up = 1; up < axes; ++up)
     for (std::size_t across = 0; across < up; ++across) pairs.emplace_back(across, up);
   return pairs;
+}
+
+bool has_arrow(int points, std::size_t place) {
+  const auto on_grid = [&](int k) { return k > 0 && k < points - 1 && k % arrow_step(points) == 0; };
+  return on_grid(static_cast<int>(place) % points) && on_grid(static_cast<int>(place) / points);
 }
 
 LandscapeLayout::LandscapeLayout(std::size_t axes) {

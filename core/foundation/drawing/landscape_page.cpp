@@ -1,4 +1,6 @@
 // The landscape as a page and as a table.
+#include <algorithm>
+
 #include "base/text.h"
 #include "drawing/landscape.h"
 #include "markup/escape.h"
@@ -71,7 +73,9 @@ std::string landscape_page(const Landscape& landscape) {
 }
 
 std::string landscape_table(const Landscape& landscape) {
-  std::string text = "axis_1,axis_2,value_1,value_2,share_1,share_2,unit_1,unit_2," + landscape.measure + "\n";
+  std::string text = "axis_1,axis_2,value_1,value_2,share_1,share_2,unit_1,unit_2," + landscape.measure;
+  const bool sloped = std::ranges::any_of(landscape.planes, [](const auto& plane) { return !plane.slopes.empty(); });
+  text += sloped ? ",gradient_1,gradient_2\n" : "\n";
   const auto points = static_cast<std::size_t>(landscape.points);
   for (const LandscapePlane& plane : landscape.planes) {
     const LandscapeAxis &across = landscape.axes[plane.across], &up = landscape.axes[plane.up];
@@ -82,7 +86,12 @@ std::string landscape_table(const Landscape& landscape) {
         return shortest(axis.lower + share * (axis.upper - axis.lower));
       };
       text += across.name + "," + up.name + "," + physical(across, u) + "," + physical(up, v) + "," + shortest(u) +
-              "," + shortest(v) + "," + across.unit + "," + up.unit + "," + shortest(plane.values[place]) + "\n";
+              "," + shortest(v) + "," + across.unit + "," + up.unit + "," + shortest(plane.values[place]);
+      if (const auto slope = plane.slopes.find(place); slope != plane.slopes.end())
+        text += "," + shortest(slope->second.x) + "," + shortest(slope->second.y);
+      else if (sloped)
+        text += ",,";
+      text += "\n";
     }
   }
   return text;

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "drawing/contours.h"
@@ -26,7 +28,7 @@ Landscape cone(std::size_t axes, int points) {
   for (std::size_t axis = 0; axis < axes; ++axis)
     landscape.axes.push_back({"a" + std::to_string(axis), "mm", -1, 1, 0.5});
   for (const auto& [across, up] : plane_axes(axes)) {
-    LandscapePlane plane{across, up, {}};
+    LandscapePlane plane{across, up, {}, {}};
     for (int row = 0; row < points; ++row)
       for (int column = 0; column < points; ++column)
         plane.values.push_back(distance(column / (points - 1.0), row / (points - 1.0)));
@@ -127,6 +129,81 @@ TEST(Landscape, TableHasOneLinePerValue) {
   ASSERT_EQ(lines.size(), 1U + 3 * 9);
   EXPECT_EQ(lines[0], "axis_1,axis_2,value_1,value_2,share_1,share_2,unit_1,unit_2,RMSE");
   EXPECT_EQ(lines[2], "a0,a1,0,-1,0.5,0,mm,mm,0.25");
+}
+
+Landscape sloped(int points) {
+  Landscape landscape = cone(3, points);
+  for (LandscapePlane& plane : landscape.planes)
+    for (std::size_t place = 0; place < plane.values.size(); ++place) {
+      const double u = static_cast<double>(place % static_cast<std::size_t>(points)) / (points - 1);
+      const double v = static_cast<double>(place / static_cast<std::size_t>(points)) / (points - 1);
+      if (has_arrow(points, place)) plane.slopes[place] = {u - 0.5, v - 0.25};
+    }
+  return landscape;
+}
+
+TEST(Landscape, ArrowsAreAtMostNineByNineInsideThePlane) {
+  for (int points = 3; points <= 501; ++points) {
+    std::set<int> rows, columns;
+    for (int place = 0; place < points * points; ++place)
+      if (has_arrow(points, static_cast<std::size_t>(place)))
+        rows.insert(place / points), columns.insert(place % points);
+    EXPECT_EQ(rows, columns);
+    EXPECT_GE(rows.size(), std::min<std::size_t>(5, static_cast<std::size_t>(points) - 2)) << points;
+    EXPECT_LE(rows.size(), 9U) << points;
+    EXPECT_GT(*rows.begin(), 0);
+    EXPECT_LT(*rows.rbegin(), points - 1);
+  }
+}
+
+// The first line of each arrow is its shaft, from its tail to its tip.
+TEST(Landscape, ArrowsPointDownhillAndDoNotTouch) {
+  for (const int points : {3, 12, 21, 41}) {
+    const Landscape landscape = sloped(points);
+    const std::string svg = landscape_svg(landscape);
+    EXPECT_THAT(svg, HasSubstr("towards lower values"));
+    EXPECT_THAT(landscape_svg(cone(3, points)), Not(HasSubstr("towards lower values")));
+    const Rectangle panel = LandscapeLayout(3).panel(0, 1);
+    std::vector<Segment> shafts;
+    const std::regex line("M([0-9.]+) ([0-9.]+)L([0-9.]+) ([0-9.]+)");
+    std::size_t from = svg.find("<g class=\"panel\">"), end = svg.find("</g>", from);
+    from = svg.rfind("<path", svg.find("stroke-width=\"1.1\"", from));
+    const std::string arrows = svg.substr(from, svg.find("/>", from) - from);
+    std::sregex_iterator each(arrows.begin(), arrows.end(), line);
+    for (int number = 0; each != std::sregex_iterator(); ++each, ++number)
+      if (number % 3 == 0)
+        shafts.push_back(
+            {{std::stod((*each)[1]), std::stod((*each)[2])}, {std::stod((*each)[3]), std::stod((*each)[4])}});
+    ASSERT_LT(from, end);
+    ASSERT_FALSE(shafts.empty());
+    double longest = 0;
+    for (std::size_t i = 0; i < shafts.size(); ++i) {
+      const auto& [tail, tip] = shafts[i];
+      const auto middle = [](const Segment& s) {
+        return Point{(s.first.x + s.second.x) / 2, (s.first.y + s.second.y) / 2};
+      };
+      const double u = (middle(shafts[i]).x - panel.x) / panel.width - 0.5;
+      const double v = 1 - (middle(shafts[i]).y - panel.y) / panel.height - 0.25;
+      const double length = std::hypot(tip.x - tail.x, tip.y - tail.y);
+      EXPECT_NEAR((tip.x - tail.x) / length, -u / std::hypot(u, v), 0.03);
+      EXPECT_NEAR((tip.y - tail.y) / length, v / std::hypot(u, v), 0.03);
+      longest = std::max(longest, length);
+      for (std::size_t j = 0; j < i; ++j) {
+        const Point here = middle(shafts[i]), there = middle(shafts[j]);
+        EXPECT_GT(
+            std::hypot(here.x - there.x, here.y - there.y),
+            (length + std::hypot(shafts[j].second.x - shafts[j].first.x, shafts[j].second.y - shafts[j].first.y)) / 2);
+      }
+    }
+    EXPECT_GT(longest, 0.08 * panel.width);
+  }
+}
+
+TEST(Landscape, TableHasGradientsWhereArrowsAre) {
+  const std::string table = landscape_table(sloped(5));
+  EXPECT_THAT(table, HasSubstr("unit_1,unit_2,RMSE,gradient_1,gradient_2\n"));
+  EXPECT_THAT(table, HasSubstr("a0,a1,-1,-1,0,0,mm,mm,0.5590169943749475,,\n"));
+  EXPECT_THAT(table, HasSubstr("a0,a1,0.5,0.5,0.75,0.75,mm,mm,0.5590169943749475,0.25,0.5\n"));
 }
 
 }  // namespace
