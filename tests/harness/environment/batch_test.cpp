@@ -152,6 +152,12 @@ TEST_F(BatchOf, CapturesAtAnyPoseWithoutMoving) {
   EXPECT_EQ(batch.state(0).true_pose, before);
 }
 
+TEST_F(BatchOf, LeavesOutThePaddingOfAReference) {
+  BatchSetup padded = setup(1, 1);
+  padded.scene = catalog_.resolve_or_throw(Kind::scene, RELIGN_PADDED_SCENE);
+  EXPECT_EQ(Batch(padded).reference(), std::vector<float>(6, 0.5F));
+}
+
 TEST_F(BatchOf, RejectsInvalidArguments) {
   Batch batch(setup(2, 1));
   const double move[5] = {};
