@@ -140,5 +140,5 @@ def methods(study):
         return (*classes, page, row["what"], row["tuning"], row["trainings"],
                 *found.medians(list(dict.fromkeys(names)), "recommended", -1)[1:2])
 
-    return table(("observes", "method", "what", "tuned or chosen (by this project) on", "training runs", "error at rho0.25, own"),
-                 map(cells, read("methods.csv")))
+    head = ("observes", "method", "what", "tuned or chosen (by this project) on", "training runs", "error at rho0.25, own")
+    return table(head, map(cells, read("methods.csv")))
