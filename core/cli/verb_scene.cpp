@@ -35,8 +35,8 @@ struct LandscapeArguments {
   std::string out = "landscape";
 };
 
-// The gradient of the noise-free MSE by the shares of the axes; empty where the scene offers no derivatives. Each of
-// two renders is compared with the reference and multiplied by the derivatives of the other, so that there is no bias.
+// The gradient of the noise-free MSE by the shares of the axes; empty where the scene offers no derivatives. Unbiased:
+// the difference of a render from the reference is multiplied by the derivatives of another, independent render.
 std::vector<double> mse_gradient(plugin_host::MountedAssembly& assembly, const std::vector<float>& reference,
                                  const std::vector<double>& pose) {
   // Noise averages over the pixels: larger images get fewer rays each.

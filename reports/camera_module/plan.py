@@ -8,7 +8,6 @@ method that aligns to the plane of best focus; the fourth has `field-focus-plane
 several kinds of physics. Standard library only.
 """
 
-import copy
 import json
 import os
 import pathlib
@@ -57,12 +56,9 @@ def scene_with_diffraction(folder, plain):
 
 def write_fifth(folder, suite):
     plain = suite["scenes"][0] | {"name": "plain"}
-    scenes = [plain]
-    for warp in WARPS_UM:
-        warped = copy.deepcopy(plain) | {"name": f"warp {warp:+d} um"}
-        warped["parameters"]["sensor_warp"] = warp
-        scenes.append(warped)
-    suite["scenes"] = scenes + [scene_with_diffraction(folder, plain)]
+    warped = [plain | {"name": f"warp {warp:+d} um", "parameters": plain["parameters"] | {"sensor_warp": warp}}
+              for warp in WARPS_UM]  # fmt: skip
+    suite["scenes"] = [plain, *warped, scene_with_diffraction(folder, plain)]
     suite["instances"] = FIFTH_MODULES
     suite["algorithms"] = [
         method for method in suite["algorithms"] if (method if isinstance(method, str) else method["name"]) in FIFTH_METHODS

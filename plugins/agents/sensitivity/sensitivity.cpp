@@ -116,7 +116,9 @@ class Sensitivity final : public relign::Agent {
       update(registration, binning(observation.image()), here, first, memory);
       const Vector next = within_a_move(here, memory.best().mean(), trial.largest_move());
       trial.recommend(to_pose(next));
-      if (sensitivity::expected_excess(*design, memory.best_after_move(here, next), next) < stop_below_) return;
+      if (stop_below_ > 0 &&
+          sensitivity::expected_excess(*design, memory.best_after_move(here, next), next) < stop_below_)
+        return;
       auto moved = trial.step(to_pose(next));
       if (!moved) return;
       observation = std::move(*moved);
